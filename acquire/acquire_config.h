@@ -1,0 +1,51 @@
+// AcquireConfig: where frames come from and how their depth is cleaned. The keys of `acquire:` in YAML.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "core/camera.h"
+#include "core/limits.h"
+
+namespace scanknit {
+
+/// Brown-Conrady lens distortion, OpenCV's order: k1 k2 p1 p2 k3.
+using Distortion = std::array<double, 5>;
+
+/// A camera as a user states it. Width and height 0: the size of the first depth picture. Readers undistort with it.
+struct CameraModel {
+  CameraIntrinsics intrinsics;
+  Distortion distortion{};
+};
+
+enum class RecordingFormat { kAuto, kSevenScenes, kTum, kOpen3d, kPhoneLidar, kPcd, kPclzf };
+
+/// Where a frame's pose comes from.
+enum class PoseMode {
+  kRecording,  ///< from the recording; a frame without one is dropped
+  kStill,      ///< the scanner did not move: every frame is seen from the world's origin
+};
+
+struct AcquireConfig {
+  RecordingFormat format = RecordingFormat::kAuto;
+  std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
+  std::optional<CameraModel> intrinsics;  ///< overrides the recording's
+  PoseMode poses = PoseMode::kRecording;
+  int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
+
+  std::size_t from = 0;  ///< first frame by its place in the recording, counting from 0
+  std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, included
+  std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
+
+  double min_depth_m = 0.0;  ///< nearer depth is dropped
+  double max_depth_m = 0.0;  ///< farther depth is dropped; 0: no limit
+  double edge_sigmas = 3.0;  ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
+  bool bilateral = false;    ///< edge-preserving smoothing of the depth
+  Limits limits;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,31 @@
+// Depth filters: pure functions from picture to picture.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "acquire/acquire_config.h"
+#include "core/camera.h"
+#include "core/frame.h"
+#include "core/image.h"
+#include "core/noise_model.h"
+
+namespace scanknit {
+
+/// Depth outside [min_m, max_m] becomes 0. max_m = 0: no upper limit.
+[[nodiscard]] DepthImage clip_range(const DepthImage& depth_m, double min_m, double max_m);
+
+/// Depth at a discontinuity (flying pixels, the rim of an object) becomes 0.
+[[nodiscard]] DepthImage mask_discontinuities(const DepthImage& depth_m, const NoiseModel& noise, double sigmas);
+
+/// Edge-preserving smoothing with noise-scaled range sigma (Tomasi & Manduchi 1998).
+[[nodiscard]] DepthImage smooth_bilateral(const DepthImage& depth_m, const NoiseModel& noise);
+
+/// Unit surface normals towards the camera, zero where there are too few neighbours. Survives lattices of 1-pixel
+/// holes.
+[[nodiscard]] Image<Eigen::Vector3f> estimate_normals(const DepthImage& depth_m, const CameraIntrinsics& intrinsics,
+                                                      const NoiseModel& noise);
+
+/// The filters that `config` asks for, in this order: range, discontinuities, bilateral, normals.
+void filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise);
+
+}  // namespace scanknit

@@ -1,0 +1,48 @@
+// FrameSource: one frame after another, from a recording or (later) a live scanner.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "acquire/acquire_config.h"
+#include "core/axes.h"
+#include "core/frame.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// What is known of a recording without decoding all its frames.
+struct RecordingInfo {
+  std::string format;                ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf"
+  std::size_t frames = 0;            ///< in the recording, whatever from/to/every select
+  std::size_t frames_with_pose = 0;  ///< of those, with a pose entry (not yet checked)
+  bool has_colour = false;
+  std::optional<CameraIntrinsics> intrinsics;         ///< of the first depth frame
+  std::optional<CameraIntrinsics> colour_intrinsics;  ///< of the first colour frame
+  std::optional<double> duration_s;                   ///< nothing when the recording has no clock
+  UpAxis world_up = UpAxis::kMinusY;                  ///< -y: the world is a camera's frame (y down)
+};
+
+/// One consumer; not thread-safe.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  [[nodiscard]] virtual const RecordingInfo& info() const = 0;
+
+  /// Blocks until a frame, a dropped frame, the end, or an error that ends the source. A stop request is an
+  /// EndOfStream.
+  [[nodiscard]] virtual FrameEvent next(std::stop_token stop) = 0;
+};
+
+/// Opens a recording: a folder, or one file of it. The format is recognised by content unless config.format names it.
+/// Errors (kInput): nothing there, no format fits (the message lists those that are known), no frame at all, intrinsics
+/// missing (the message says how to give them).
+[[nodiscard]] Result<std::unique_ptr<FrameSource>> open_recording(const std::filesystem::path& path,
+                                                                  const AcquireConfig& config);
+
+}  // namespace scanknit

@@ -1,0 +1,36 @@
+# Every package the project uses, found once. Which room may use which is written in docs/architecture.md and tested.
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(TBB REQUIRED)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs)
+find_package(TinyGLTF REQUIRED)
+find_package(nlohmann_json REQUIRED)
+
+# OpenVDB ships a find module, not a package configuration.
+list(APPEND CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")
+find_package(OpenVDB 10 REQUIRED)
+
+# PCL's own configuration searches for VTK, Qt and two drivers whatever is asked of it; three libraries are all we need.
+find_path(PCL_INCLUDE_DIR pcl/pcl_config.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
+add_library(scanknit_pcl INTERFACE IMPORTED)
+target_include_directories(scanknit_pcl INTERFACE ${PCL_INCLUDE_DIR})
+target_link_libraries(scanknit_pcl INTERFACE Eigen3::Eigen)
+foreach(part common io filters search kdtree)
+  find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
+  target_link_libraries(scanknit_pcl INTERFACE ${PCL_${part}_LIBRARY})
+endforeach()
+
+if(SCANKNIT_BUILD_APP)
+  find_package(CLI11 REQUIRED)
+  find_package(yaml-cpp REQUIRED)
+endif()
+if(SCANKNIT_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+endif()
+if(SCANKNIT_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,37 @@
+# scanknit_flags(target): warnings, sanitizers, and arithmetic that gives the same bits on every machine.
+function(scanknit_flags target)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -ffp-contract=off
+    $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
+  if(SCANKNIT_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE} -fno-omit-frame-pointer -g)
+    target_link_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE})
+  endif()
+endfunction()
+
+# scanknit_room(name SOURCES ... PUBLIC ... PRIVATE ...): the library ScanKnit::name, whose headers are included as
+# "name/header.h".
+function(scanknit_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target scanknit_${name})
+  add_library(${target} ${ROOM_SOURCES})
+  add_library(ScanKnit::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/scanknit>)
+  target_link_libraries(${target} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+  scanknit_flags(${target})
+  set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
+endfunction()
+
+# scanknit_test(name SOURCES ... LIBRARIES ... [LABELS ...]): one GoogleTest executable, each test a ctest.
+function(scanknit_test name)
+  cmake_parse_arguments(TEST "" "" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  add_executable(${name} ${TEST_SOURCES})
+  target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} GTest::gtest_main)
+  scanknit_flags(${name})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT 300)
+endfunction()

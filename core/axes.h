@@ -1,0 +1,8 @@
+// Axes: which way is up.
+#pragma once
+
+namespace scanknit {
+
+enum class UpAxis { kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
+
+}  // namespace scanknit

@@ -1,0 +1,62 @@
+// Frame: what a scanner saw at one moment, and the events of a source of frames.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// A colour picture with its own resolution and camera.
+struct ColourFrame {
+  ColourImage image;                       ///< sRGB
+  CameraIntrinsics intrinsics;             ///< of `image`
+  Pose T_colour_depth = Pose::Identity();  ///< p_colour = T_colour_depth * p_depth
+};
+
+struct Frame {
+  std::uint64_t sequence = 0;     ///< strictly increasing within a source; the recording's own number if it has one
+  std::int64_t timestamp_ns = 0;  ///< strictly increasing; see `has_clock`
+  bool has_clock = false;         ///< false: the recording has no time stamps and timestamp_ns counts frames
+  DepthImage depth_m;             ///< metres, 0 = no return
+  CameraIntrinsics intrinsics;    ///< of `depth_m`
+  std::optional<ColourFrame> colour;
+  Image<Eigen::Vector3f>
+      normals;  ///< camera frame, unit, towards the camera; zero where unknown; empty until estimated
+  std::optional<Pose> T_world_camera;  ///< from the recording; rigid and finite
+};
+
+/// Why a frame could not be used: one word per kind, counted in the report as frames.dropped_by_reason.
+enum class DropReason {
+  kMissingFile,   ///< a file that the recording names is not there
+  kUnreadable,    ///< empty, truncated, not the format it claims, or larger than the limits
+  kSizeMismatch,  ///< size differs from the first frame's or from the intrinsics
+  kNoPose,        ///< the frame has no pose
+  kBadPose,       ///< NaN, infinite or non-rigid pose
+  kNoIntrinsics,  ///< this frame's camera is unknown
+  kNoDepth,       ///< not one valid depth pixel
+  kTimestamp,     ///< time stamp not increasing
+  kUnsafePath,    ///< the recording names a file outside its own folder
+};
+
+/// "missing_file", "unreadable", "size_mismatch", "no_pose", "bad_pose", "no_intrinsics", "no_depth", "timestamp",
+/// "unsafe_path".
+[[nodiscard]] const char* to_string(DropReason reason);
+
+struct FrameDropped {
+  std::uint64_t sequence = 0;
+  DropReason reason = DropReason::kUnreadable;
+  Error error;  ///< names the file and what is wrong with it
+};
+
+struct EndOfStream {};
+
+using FrameEvent = std::variant<Frame, FrameDropped, EndOfStream, Error>;
+
+}  // namespace scanknit

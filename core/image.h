@@ -1,0 +1,63 @@
+// Image<T>: a dense, row-major picture that owns its pixels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/check.h"
+
+namespace scanknit {
+
+/// 8-bit sRGB-encoded colour.
+struct Rgb8 {
+  std::uint8_t r = 0, g = 0, b = 0;
+  friend bool operator==(const Rgb8&, const Rgb8&) = default;
+};
+
+/// `width` x `height` pixels, row 0 at the top, no padding between rows. Empty when default-constructed.
+template <typename T>
+class Image {
+ public:
+  Image() = default;
+  Image(int width, int height, T fill = T{})
+      : width_(width),
+        height_(height),
+        pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), fill) {
+    SCANKNIT_CHECK(width >= 0 && height >= 0);
+  }
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool empty() const { return pixels_.empty(); }
+  [[nodiscard]] std::size_t size() const { return pixels_.size(); }
+  [[nodiscard]] bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+
+  /// Unchecked in release: 0 <= x < width, 0 <= y < height.
+  [[nodiscard]] T& at(int x, int y) { return pixels_[index(x, y)]; }
+  [[nodiscard]] const T& at(int x, int y) const { return pixels_[index(x, y)]; }
+
+  [[nodiscard]] std::span<T> row(int y) { return {pixels_.data() + index(0, y), static_cast<std::size_t>(width_)}; }
+  [[nodiscard]] std::span<const T> row(int y) const {
+    return {pixels_.data() + index(0, y), static_cast<std::size_t>(width_)};
+  }
+  [[nodiscard]] std::span<T> pixels() { return pixels_; }
+  [[nodiscard]] std::span<const T> pixels() const { return pixels_; }
+
+  friend bool operator==(const Image&, const Image&) = default;
+
+ private:
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<T> pixels_;
+};
+
+/// Depth along the optical axis, metres. > 0 is a measurement; 0 is "no return". Never NaN, never negative.
+using DepthImage = Image<float>;
+using ColourImage = Image<Rgb8>;
+
+}  // namespace scanknit

@@ -1,0 +1,248 @@
+#include "core/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+namespace scanknit {
+namespace {
+
+using Index = std::uint32_t;
+
+/// Values grouped by a key in [0, keys): a counting sort that keeps the order of insertion within a group.
+template <typename Value>
+class Groups {
+ public:
+  Groups(std::size_t keys, std::size_t values) : begin_(keys + 1, 0), values_(values) {}
+  void count(Index key) { ++begin_[key + 1]; }
+  void seal() {
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    next_.assign(begin_.begin(), begin_.end() - 1);
+  }
+  void put(Index key, Value value) { values_[next_[key]++] = value; }
+  [[nodiscard]] std::span<Value> of(Index key) {
+    return std::span<Value>(values_).subspan(begin_[key], begin_[key + 1] - begin_[key]);
+  }
+
+ private:
+  std::vector<std::size_t> begin_;
+  std::vector<std::size_t> next_;
+  std::vector<Value> values_;
+};
+
+class UnionFind {
+ public:
+  explicit UnionFind(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
+  [[nodiscard]] Index root(Index v) {
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  void join(Index a, Index b) {
+    a = root(a);
+    b = root(b);
+    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<Index> parent_;
+};
+
+struct HalfEdge {
+  Index other;     // the edge's larger vertex; the group's key is the smaller
+  bool is_upward;  // runs from the smaller vertex to the larger
+};
+
+bool is_well_formed(const Mesh& mesh) {
+  const std::size_t n = mesh.positions_m.size();
+  const auto fits = [n](std::size_t length) { return length == 0 || length == n; };
+  const auto is_finite = [](const Eigen::Vector3f& v) { return v.allFinite(); };
+  return fits(mesh.normals.size()) && fits(mesh.colours.size()) &&
+         std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
+                     [n](const Triangle& t) { return t[0] < n && t[1] < n && t[2] < n; }) &&
+         std::all_of(mesh.positions_m.begin(), mesh.positions_m.end(), is_finite) &&
+         std::all_of(mesh.normals.begin(), mesh.normals.end(), is_finite);
+}
+
+bool is_degenerate(const Mesh& mesh, const Triangle& t) {
+  const auto same = [&](Index a, Index b) { return a == b || mesh.positions_m[a] == mesh.positions_m[b]; };
+  return same(t[0], t[1]) || same(t[1], t[2]) || same(t[2], t[0]);
+}
+
+/// Counts edges into `check`; returns their number.
+std::size_t check_edges(const Mesh& mesh, MeshCheck& check) {
+  Groups<HalfEdge> edges(mesh.positions_m.size(), 3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i)
+      edges.count(std::min(t[static_cast<std::size_t>(i)], t[static_cast<std::size_t>((i + 1) % 3)]));
+  }
+  edges.seal();
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index a = t[i];
+      const Index b = t[(i + 1) % 3];
+      edges.put(std::min(a, b), {std::max(a, b), a < b});
+    }
+  }
+  std::size_t count = 0;
+  for (Index v = 0; v < mesh.positions_m.size(); ++v) {
+    const auto group = edges.of(v);
+    std::sort(group.begin(), group.end(), [](const HalfEdge& a, const HalfEdge& b) { return a.other < b.other; });
+    for (std::size_t i = 0; i < group.size();) {
+      std::size_t uses = 0;
+      std::size_t upward = 0;
+      const Index other = group[i].other;
+      for (; i < group.size() && group[i].other == other; ++i) {
+        ++uses;
+        upward += group[i].is_upward ? 1 : 0;
+      }
+      ++count;
+      check.boundary_edges += uses == 1 ? 1 : 0;
+      check.non_manifold_edges += uses > 2 ? 1 : 0;
+      check.misoriented_edges += uses == 2 && upward != 1 ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+/// The number of fans (connected sets of triangles sharing edges at v) among the triangles round one vertex.
+std::size_t count_fans(const Mesh& mesh, Index v, std::span<const Index> triangles) {
+  std::vector<std::pair<Index, Index>> links;  // the edge opposite v in each triangle
+  links.reserve(triangles.size());
+  for (const Index index : triangles) {
+    const Triangle& t = mesh.triangles[index];
+    const std::size_t at = t[0] == v ? 0 : t[1] == v ? 1 : 2;
+    links.emplace_back(t[(at + 1) % 3], t[(at + 2) % 3]);
+  }
+  std::vector<Index> fan(links.size());
+  std::iota(fan.begin(), fan.end(), Index{0});
+  const auto root = [&fan](Index i) {
+    while (fan[i] != i) i = fan[i];
+    return i;
+  };
+  std::size_t fans = links.size();
+  for (Index i = 0; i < links.size(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      const bool touch = links[i].first == links[j].first || links[i].first == links[j].second ||
+                         links[i].second == links[j].first || links[i].second == links[j].second;
+      if (!touch || root(i) == root(j)) continue;
+      fan[root(i)] = root(j);
+      --fans;
+    }
+  }
+  return fans;
+}
+
+void check_vertices(const Mesh& mesh, MeshCheck& check) {
+  Groups<Index> around(mesh.positions_m.size(), 3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (const Index v : t) around.count(v);
+  }
+  around.seal();
+  for (Index i = 0; i < mesh.triangles.size(); ++i) {
+    for (const Index v : mesh.triangles[i]) around.put(v, i);
+  }
+  std::vector<Triangle> sorted;
+  for (Index v = 0; v < mesh.positions_m.size(); ++v) {
+    const auto triangles = around.of(v);
+    if (triangles.empty()) {
+      ++check.unreferenced_vertices;
+      continue;
+    }
+    check.non_manifold_vertices += count_fans(mesh, v, triangles) > 1 ? 1 : 0;
+
+    sorted.clear();
+    for (const Index index : triangles) {
+      Triangle t = mesh.triangles[index];
+      std::sort(t.begin(), t.end());
+      if (t[0] == v) sorted.push_back(t);  // each triangle is looked at from its smallest vertex only
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const auto unique_end = std::unique(sorted.begin(), sorted.end());
+    check.duplicate_triangles += static_cast<std::size_t>(sorted.end() - unique_end);
+  }
+}
+
+UnionFind connect(const Mesh& mesh) {
+  UnionFind sets(mesh.positions_m.size());
+  for (const Triangle& t : mesh.triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[1], t[2]);
+  }
+  return sets;
+}
+
+/// Drops the vertices that no triangle uses, keeping the order of the others.
+void compact_vertices(Mesh& mesh) {
+  constexpr Index kUnused = 0xFFFFFFFFu;
+  std::vector<Index> new_index(mesh.positions_m.size(), kUnused);
+  for (const Triangle& t : mesh.triangles) {
+    for (const Index v : t) new_index[v] = 0;
+  }
+  Index next = 0;
+  for (Index v = 0; v < new_index.size(); ++v) {
+    if (new_index[v] == kUnused) continue;
+    mesh.positions_m[next] = mesh.positions_m[v];
+    if (!mesh.normals.empty()) mesh.normals[next] = mesh.normals[v];
+    if (!mesh.colours.empty()) mesh.colours[next] = mesh.colours[v];
+    new_index[v] = next++;
+  }
+  mesh.positions_m.resize(next);
+  if (!mesh.normals.empty()) mesh.normals.resize(next);
+  if (!mesh.colours.empty()) mesh.colours.resize(next);
+  for (Triangle& t : mesh.triangles) {
+    for (Index& v : t) v = new_index[v];
+  }
+}
+
+}  // namespace
+
+MeshCheck check_mesh(const Mesh& mesh) {
+  MeshCheck check;
+  check.vertices = mesh.positions_m.size();
+  check.triangles = mesh.triangles.size();
+  check.is_well_formed = is_well_formed(mesh);
+  if (!check.is_well_formed || mesh.positions_m.empty()) return check;
+
+  check.min_m = check.max_m = mesh.positions_m.front();
+  for (const Eigen::Vector3f& p : mesh.positions_m) {
+    check.min_m = check.min_m.cwiseMin(p);
+    check.max_m = check.max_m.cwiseMax(p);
+  }
+  const std::size_t edges = check_edges(mesh, check);
+  check_vertices(mesh, check);
+  for (const Triangle& t : mesh.triangles) check.degenerate_triangles += is_degenerate(mesh, t) ? 1 : 0;
+
+  const std::size_t used = check.vertices - check.unreferenced_vertices;
+  check.euler = static_cast<long long>(used) - static_cast<long long>(edges) + static_cast<long long>(check.triangles);
+  UnionFind sets = connect(mesh);
+  for (Index v = 0; v < mesh.positions_m.size(); ++v) check.components += sets.root(v) == v ? 1 : 0;
+  check.components -= check.unreferenced_vertices;
+  return check;
+}
+
+double signed_volume_m3(const Mesh& mesh) {
+  double six_volumes = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
+    const Eigen::Vector3d b = mesh.positions_m[t[1]].cast<double>();
+    const Eigen::Vector3d c = mesh.positions_m[t[2]].cast<double>();
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6;
+}
+
+std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles) {
+  UnionFind sets = connect(mesh);
+  std::vector<std::size_t> size(mesh.positions_m.size(), 0);
+  for (const Triangle& t : mesh.triangles) ++size[sets.root(t[0])];
+
+  const auto removed = static_cast<std::size_t>(
+      std::count_if(size.begin(), size.end(), [&](std::size_t n) { return n > 0 && n < min_triangles; }));
+  if (removed == 0) return 0;
+  std::erase_if(mesh.triangles, [&](const Triangle& t) { return size[sets.root(t[0])] < min_triangles; });
+  compact_vertices(mesh);
+  return removed;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,25 @@
+// ExportConfig: what is written and how. The keys of `export:` in YAML.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/axes.h"
+
+namespace scanknit {
+
+enum class Material {
+  kLit,    ///< shaded; metallicFactor 0, roughnessFactor 1
+  kUnlit,  ///< KHR_materials_unlit: exactly the colours the camera saw
+};
+
+struct ExportConfig {
+  std::vector<std::string> formats = {"glb", "ply"};  ///< written when the output is a folder; of glb ply obj stl
+  std::optional<UpAxis> world_up;  ///< which axis of the recording's world is up; nothing: what the recording says
+  std::optional<UpAxis> up;  ///< turn PLY and OBJ so that this axis is up; nothing: the recording's world, untouched
+  Material material = Material::kLit;
+  bool preview = true;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,20 @@
+// A picture of a mesh without display or GPU.
+#pragma once
+
+#include <filesystem>
+
+#include "core/axes.h"
+#include "core/image.h"
+#include "core/mesh.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// Four views in a 2 x 2 picture: three in colour from different sides, one shaded in grey. `world_up` stands upright.
+/// A mesh without colours is shaded in all four.
+[[nodiscard]] ColourImage render_preview(const Mesh& mesh, UpAxis world_up, int width = 1280, int height = 960);
+
+/// Encodes as PNG and writes all or nothing.
+[[nodiscard]] Result<void> write_png(const ColourImage& image, const std::filesystem::path& path);
+
+}  // namespace scanknit

@@ -1,0 +1,17 @@
+// Reading a mesh: PLY (ASCII, binary of either byte order), OBJ (polygons are fanned), STL (ASCII, binary), GLB.
+#pragma once
+
+#include <filesystem>
+
+#include "core/limits.h"
+#include "core/mesh.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// The mesh in the file's own coordinates and unit (STL: what the numbers say). Vertices of an STL that are bit-equal
+/// are welded. GLB colours are turned from linear to sRGB; node transforms are applied. Errors (kInput): unreadable,
+/// not the format, counts beyond `limits`, an index out of range, truncated.
+[[nodiscard]] Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits = {});
+
+}  // namespace scanknit

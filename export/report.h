@@ -1,0 +1,67 @@
+// RunReport: what a run did, in numbers. Its JSON is published in docs/report.md and tested.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mesh.h"
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// Times of one stage, a sample per call.
+struct StageTimes {
+  std::vector<double> samples_ms;
+  [[nodiscard]] double total_ms() const;
+  [[nodiscard]] double median_ms() const;  ///< 0 without samples
+  [[nodiscard]] double p95_ms() const;     ///< nearest rank; 0 without samples
+};
+
+struct RunReport {
+  std::string version;
+  std::string input;   ///< as given on the command line
+  std::string status;  ///< "ok", or the error's text
+  int exit_code = 0;
+
+  struct Frames {
+    std::size_t read = 0, fused = 0, dropped = 0, lost = 0;
+    std::map<std::string, std::size_t> dropped_by_reason;
+    std::vector<std::string> drop_messages;  ///< the first 100
+  } frames;
+
+  /// acquire filter track raycast integrate extract export: always all of them, and read and write for the files.
+  std::map<std::string, StageTimes> stages;
+  double total_ms = 0;
+  double peak_rss_mib = 0;
+
+  struct Volume {
+    std::size_t active_voxels = 0, blocks = 0;
+    double memory_mib = 0, voxel_size_m = 0;
+    bool is_budget_reached = false;
+  } volume;
+
+  std::optional<MeshCheck> mesh;
+  std::map<std::string, std::size_t> extract_cases;
+  std::map<std::string, std::string> files;  ///< kind ("glb", "preview" ...) -> path as written
+  std::string config_json;                   ///< the effective configuration as a JSON object
+};
+
+/// One JSON document, keys as in the schema, ending in a newline. Numbers are numbers; bounds_m is [[x,y,z],[x,y,z]].
+[[nodiscard]] std::string to_json(const RunReport& report);
+
+struct StampedPose {
+  double stamp;  ///< seconds of the recording's clock, or the frame's number where it has none
+  Pose T_world_camera;
+};
+
+/// TUM format: "stamp tx ty tz qx qy qz qw", one line a pose, enough digits to give the pose back within 1e-9.
+[[nodiscard]] std::string to_tum_trajectory(const std::vector<StampedPose>& poses);
+
+}  // namespace scanknit

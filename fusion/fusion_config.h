@@ -1,0 +1,20 @@
+// FusionConfig: the volume and how frames enter it. The keys of `fusion:` in YAML.
+#pragma once
+
+#include <cstddef>
+
+#include "core/noise_model.h"
+
+namespace scanknit {
+
+struct FusionConfig {
+  double voxel_size_m = 0.004;
+  double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels ...
+  double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
+  NoiseModel noise;
+  double max_weight = 4096;      ///< the running mean forgets beyond this weight
+  bool carve_free_space = true;  ///< known voxels in front of the surface are updated towards +truncation
+  std::size_t memory_budget_mib = 4096;
+};
+
+}  // namespace scanknit
