@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <unordered_set>
-#include <vector>
 
 #include "core/frame.h"
 #include "core/pose.h"
@@ -39,8 +39,5 @@ class BlockCounter {
   std::size_t max_blocks_;
   std::unordered_set<std::uint64_t> keys_;
 };
-
-/// Memory of one block of 8^3 voxels in bytes, its share of the tree included.
-[[nodiscard]] std::size_t bytes_per_block();
 
 }  // namespace scanknit

@@ -33,6 +33,8 @@ class TsdfVolume {
   [[nodiscard]] std::size_t blocks() const;         ///< leaves of 8^3 voxels
   [[nodiscard]] std::size_t active_voxels() const;  ///< observed voxels
   [[nodiscard]] double memory_mib() const;          ///< of the three grids
+  /// Memory of one block of 8^3 voxels, its share of the tree included.
+  [[nodiscard]] static std::size_t bytes_per_block();
   /// Blocks that fit the memory budget.
   [[nodiscard]] std::size_t max_blocks() const;
 

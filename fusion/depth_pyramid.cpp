@@ -1,0 +1,87 @@
+#include "fusion/depth_pyramid.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace scanknit {
+namespace {
+
+DepthRange hull_of(const DepthRange& a, const DepthRange& b) {
+  return {std::min(a.near_m, b.near_m), std::max(a.far_m, b.far_m)};
+}
+
+Image<DepthRange> halved(const Image<DepthRange>& fine) {
+  Image<DepthRange> coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);
+  for (int y = 0; y < fine.height(); ++y) {
+    for (int x = 0; x < fine.width(); ++x) {
+      DepthRange& cell = coarse.at(x / 2, y / 2);
+      cell = hull_of(cell, fine.at(x, y));
+    }
+  }
+  return coarse;
+}
+
+}  // namespace
+
+DepthPyramid::DepthPyramid(Image<DepthRange> pixels) {
+  if (pixels.empty()) return;
+  levels_.push_back(std::move(pixels));
+  while (levels_.back().size() > 1) levels_.push_back(halved(levels_.back()));
+}
+
+bool DepthPyramid::clip(PixelRect& rect) const {
+  if (levels_.empty()) return false;
+  rect.x0 = std::max(rect.x0, 0);
+  rect.y0 = std::max(rect.y0, 0);
+  rect.x1 = std::min(rect.x1, levels_.front().width() - 1);
+  rect.y1 = std::min(rect.y1, levels_.front().height() - 1);
+  return rect.x0 <= rect.x1 && rect.y0 <= rect.y1;
+}
+
+int DepthPyramid::level_for(const PixelRect& rect) const {
+  // The first level at which the rectangle touches at most 3 cells a side.
+  const int side = std::max(rect.x1 - rect.x0, rect.y1 - rect.y0);
+  int level = 0;
+  while ((side >> level) > 1 && level + 1 < static_cast<int>(levels_.size())) ++level;
+  return level;
+}
+
+bool DepthPyramid::may_meet(const PixelRect& unclipped, const DepthRange& range) const {
+  PixelRect rect = unclipped;
+  if (!clip(rect)) return false;
+  const int level = level_for(rect);
+  const Image<DepthRange>& cells = levels_[static_cast<std::size_t>(level)];
+  for (int y = rect.y0 >> level; y <= rect.y1 >> level; ++y) {
+    for (int x = rect.x0 >> level; x <= rect.x1 >> level; ++x) {
+      if (cells.at(x, y).meets(range)) return true;
+    }
+  }
+  return false;
+}
+
+bool DepthPyramid::meets(const PixelRect& unclipped, const DepthRange& range) const {
+  PixelRect rect = unclipped;
+  if (!clip(rect)) return false;
+  const int level = level_for(rect);
+  for (int y = rect.y0 >> level; y <= rect.y1 >> level; ++y) {
+    for (int x = rect.x0 >> level; x <= rect.x1 >> level; ++x) {
+      if (meets_below(level, x, y, rect, range)) return true;
+    }
+  }
+  return false;
+}
+
+bool DepthPyramid::meets_below(int level, int x, int y, const PixelRect& rect, const DepthRange& range) const {
+  const Image<DepthRange>& cells = levels_[static_cast<std::size_t>(level)];
+  if (!cells.contains(x, y) || !cells.at(x, y).meets(range)) return false;
+  const bool is_apart = (x << level) > rect.x1 || ((x + 1) << level) <= rect.x0 || (y << level) > rect.y1 ||
+                        ((y + 1) << level) <= rect.y0;
+  if (is_apart) return false;
+  if (level == 0) return true;
+  for (int child = 0; child < 4; ++child) {
+    if (meets_below(level - 1, 2 * x + (child & 1), 2 * y + (child >> 1), rect, range)) return true;
+  }
+  return false;
+}
+
+}  // namespace scanknit

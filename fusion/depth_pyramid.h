@@ -1,0 +1,47 @@
+// DepthPyramid: does any pixel of a rectangle show something in a range of z?
+#pragma once
+
+#include <vector>
+
+#include "core/image.h"
+
+namespace scanknit {
+
+/// z from near_m to far_m along a pixel's ray. The default is the empty range, which meets nothing.
+struct DepthRange {
+  float near_m = 1e30f;
+  float far_m = -1e30f;
+
+  [[nodiscard]] bool meets(const DepthRange& other) const { return near_m <= other.far_m && far_m >= other.near_m; }
+};
+
+/// Pixels x0 to x1 and y0 to y1, ends included.
+struct PixelRect {
+  int x0, y0, x1, y1;
+};
+
+/// Level 0 holds one range a pixel; every further level the hull of 2 x 2 ranges of the one below, up to 1 x 1.
+class DepthPyramid {
+ public:
+  DepthPyramid() = default;
+  explicit DepthPyramid(Image<DepthRange> pixels);
+
+  /// The hull of all pixels; empty when no pixel has a range.
+  [[nodiscard]] DepthRange hull() const { return levels_.empty() ? DepthRange{} : levels_.back().at(0, 0); }
+
+  /// True if a range in `rect` (clipped to the picture) meets `range`. May be true without cause: it looks at a few
+  /// hulls only. Never false without cause.
+  [[nodiscard]] bool may_meet(const PixelRect& rect, const DepthRange& range) const;
+
+  /// True if and only if the range of some pixel in `rect` meets `range`.
+  [[nodiscard]] bool meets(const PixelRect& rect, const DepthRange& range) const;
+
+ private:
+  [[nodiscard]] bool clip(PixelRect& rect) const;
+  [[nodiscard]] int level_for(const PixelRect& rect) const;
+  [[nodiscard]] bool meets_below(int level, int x, int y, const PixelRect& rect, const DepthRange& range) const;
+
+  std::vector<Image<DepthRange>> levels_;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "fusion/depth_pyramid.h"
+
+namespace scanknit {
+namespace {
+
+Image<DepthRange> random_ranges(int width, int height, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> depth_m(0.5f, 4.0f);
+  Image<DepthRange> ranges(width, height);
+  for (DepthRange& range : ranges.pixels()) {
+    if (random() % 3 == 0) continue;  // no return
+    const float centre_m = depth_m(random);
+    range = {centre_m - 0.02f, centre_m + 0.02f};
+  }
+  return ranges;
+}
+
+bool meets_by_looking_at_every_pixel(const Image<DepthRange>& ranges, const PixelRect& rect, const DepthRange& range) {
+  for (int y = rect.y0; y <= rect.y1; ++y) {
+    for (int x = rect.x0; x <= rect.x1; ++x) {
+      if (ranges.contains(x, y) && ranges.at(x, y).meets(range)) return true;
+    }
+  }
+  return false;
+}
+
+TEST(DepthPyramid, AgreesWithLookingAtEveryPixel) {
+  const Image<DepthRange> ranges = random_ranges(37, 23, 1);
+  const DepthPyramid pyramid{Image<DepthRange>(ranges)};
+  std::mt19937 random(2);
+  std::uniform_int_distribution<int> x(-5, 41);
+  std::uniform_int_distribution<int> y(-5, 27);
+  std::uniform_real_distribution<float> z(0.3f, 4.2f);
+  int hits = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const int x0 = x(random);
+    const int y0 = y(random);
+    const PixelRect rect{x0, y0, x0 + static_cast<int>(random() % 6), y0 + static_cast<int>(random() % 6)};
+    const float near_m = z(random);
+    const DepthRange range{near_m, near_m + 0.05f};
+    const bool truth = meets_by_looking_at_every_pixel(ranges, rect, range);
+    hits += truth ? 1 : 0;
+    ASSERT_EQ(pyramid.meets(rect, range), truth);
+    if (truth) {
+      ASSERT_TRUE(pyramid.may_meet(rect, range));
+    }
+  }
+  EXPECT_GT(hits, 1000);
+}
+
+TEST(DepthPyramid, MeetsNothingWithoutReturns) {
+  const DepthPyramid pyramid{Image<DepthRange>(16, 9)};
+  EXPECT_FALSE(pyramid.may_meet({0, 0, 15, 8}, {0.0f, 100.0f}));
+  EXPECT_FALSE(DepthPyramid{}.may_meet({0, 0, 15, 8}, {0.0f, 100.0f}));
+}
+
+}  // namespace
+}  // namespace scanknit

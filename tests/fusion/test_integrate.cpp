@@ -1,0 +1,323 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <limits>
+#include <set>
+
+#include "fusion/band_blocks.h"
+#include "fusion/integrate.h"
+#include "tests/fusion/analytic_frames.h"
+
+namespace scanknit {
+namespace {
+
+using openvdb::Coord;
+using test::looking_at_origin;
+using test::plane_frame;
+using test::small_camera;
+using test::sphere_frame;
+
+constexpr double kVoxel = 0.01;
+constexpr float kFloatNoise = 1e-5f;  // rounding of metres of a few units in float
+
+FusionConfig fixed_band() {
+  FusionConfig config;
+  config.voxel_size_m = kVoxel;
+  config.truncation_voxels = 4;
+  config.truncation_sigmas = 0;
+  return config;
+}
+
+TsdfVolume make_volume(const FusionConfig& config) {
+  auto volume = TsdfVolume::create(config);
+  EXPECT_TRUE(volume);
+  return std::move(volume).value();
+}
+
+/// Calls visit(coord, tsdf, weight) for every observed voxel.
+template <typename Visit>
+void for_each_observed(const TsdfVolume& volume, Visit visit) {
+  const auto weight = volume.weight().getConstAccessor();
+  for (auto voxel = volume.tsdf().cbeginValueOn(); voxel; ++voxel) {
+    visit(voxel.getCoord(), *voxel, weight.getValue(voxel.getCoord()));
+  }
+}
+
+bool are_equal(const TsdfVolume& a, const TsdfVolume& b) {
+  if (a.active_voxels() != b.active_voxels() || a.blocks() != b.blocks()) return false;
+  const auto tsdf = b.tsdf().getConstAccessor();
+  const auto weight = b.weight().getConstAccessor();
+  const auto colour = b.colour().getConstAccessor();
+  const auto colour_a = a.colour().getConstAccessor();
+  bool equal = true;
+  for_each_observed(a, [&](const Coord& c, float value, float w) {
+    equal = equal && tsdf.isValueOn(c) && tsdf.getValue(c) == value && weight.getValue(c) == w &&
+            colour.getValue(c) == colour_a.getValue(c);
+  });
+  return equal;
+}
+
+TEST(Integrate, GivesTheExactDistanceToASlantedPlane) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.2, -1).normalized();
+  const double offset_m = -0.8;
+  TsdfVolume volume = make_volume(fixed_band());
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), normal, offset_m), Pose::Identity(), volume));
+  ASSERT_GT(volume.active_voxels(), 10000u);
+  const float band_m = static_cast<float>(4 * kVoxel);
+  for_each_observed(volume, [&](const Coord& c, float value, float) {
+    const Eigen::Vector3d p = Eigen::Vector3d(c.x(), c.y(), c.z()) * kVoxel;
+    const auto truth = static_cast<float>(normal.dot(p) - offset_m);
+    ASSERT_NEAR(value, std::min(truth, band_m), kFloatNoise) << c;
+  });
+}
+
+TEST(Integrate, GivesTheExactDistanceWhereEveryThirdPixelIsMissing) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.2, -1).normalized();
+  Frame frame = plane_frame(small_camera(), normal, -0.8);
+  for (int y = 0; y < frame.depth_m.height(); ++y) {
+    for (int x = y % 3; x < frame.depth_m.width(); x += 3) frame.depth_m.at(x, y) = 0;
+  }
+  TsdfVolume volume = make_volume(fixed_band());
+  ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
+  ASSERT_GT(volume.active_voxels(), 10000u);
+  for_each_observed(volume, [&](const Coord& c, float value, float) {
+    const Eigen::Vector3d p = Eigen::Vector3d(c.x(), c.y(), c.z()) * kVoxel;
+    ASSERT_NEAR(value, std::min(static_cast<float>(normal.dot(p) + 0.8), static_cast<float>(4 * kVoxel)), kFloatNoise);
+  });
+}
+
+TEST(Integrate, LeavesHiddenSpaceUnknown) {
+  TsdfVolume volume = make_volume(fixed_band());
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
+  const auto weight = volume.weight().getConstAccessor();
+  EXPECT_GT(weight.getValue(Coord(0, 0, 80)), 0);  // on the surface
+  EXPECT_GT(weight.getValue(Coord(0, 0, 77)), 0);  // in front
+  EXPECT_GT(weight.getValue(Coord(0, 0, 83)), 0);  // within the band behind
+  EXPECT_EQ(weight.getValue(Coord(0, 0, 85)), 0);  // beyond the band: never seen
+  EXPECT_FALSE(weight.isValueOn(Coord(0, 0, 85)));
+}
+
+TEST(Integrate, MarksSpaceInFrontAsFree) {
+  TsdfVolume volume = make_volume(fixed_band());
+  const Frame wall_at_80 = plane_frame(small_camera(), {0, 0, -1}, -0.8);
+  const Frame wall_at_100 = plane_frame(small_camera(), {0, 0, -1}, -1.0);
+  ASSERT_TRUE(integrate(wall_at_80, Pose::Identity(), volume));
+  const float before_m = volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82));
+  EXPECT_LT(before_m, 0);
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(integrate(wall_at_100, Pose::Identity(), volume));
+  EXPECT_GT(volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82)), 0);  // the wall that went away is carved
+}
+
+TEST(Integrate, LeavesKnownSpaceAloneWithoutCarving) {
+  FusionConfig config = fixed_band();
+  config.carve_free_space = false;
+  TsdfVolume volume = make_volume(config);
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
+  const float before_m = volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82));
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -1.6), Pose::Identity(), volume));
+  EXPECT_EQ(volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82)), before_m);
+}
+
+TEST(Integrate, WeighsHeadOnViewsByTheNoiseOfTheirRange) {
+  FusionConfig config = fixed_band();
+  TsdfVolume volume = make_volume(config);
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -2.0), Pose::Identity(), volume));
+  const double sigma_ratio = config.noise.sigma_m(config.noise.from_m) / config.noise.sigma_m(2.0);
+  const float weight = volume.weight().getConstAccessor().getValue(Coord(0, 0, 199));
+  const double kOffAxisPixel = 0.001;  // cosine of the pixel next to the principal point
+  EXPECT_NEAR(static_cast<double>(weight), sigma_ratio * sigma_ratio, kOffAxisPixel);
+}
+
+TEST(Integrate, WidensTheBandWithTheNoise) {
+  FusionConfig config = fixed_band();
+  config.truncation_sigmas = 10;
+  TsdfVolume volume = make_volume(config);
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -2.0), Pose::Identity(), volume));
+  const double band_m = 10 * config.noise.sigma_m(2.0);
+  const int voxels = static_cast<int>(band_m / kVoxel);
+  ASSERT_GT(voxels, 4);
+  const auto weight = volume.weight().getConstAccessor();
+  EXPECT_GT(weight.getValue(Coord(0, 0, 200 + voxels)), 0);
+  EXPECT_EQ(weight.getValue(Coord(0, 0, 200 + voxels + 1)), 0);
+}
+
+TEST(Integrate, AveragesColour) {
+  Frame frame = plane_frame(small_camera(), {0, 0, -1}, -0.8);
+  frame.colour = ColourFrame{ColourImage(160, 120, Rgb8{200, 100, 0}), small_camera(), Pose::Identity()};
+  TsdfVolume volume = make_volume(fixed_band());
+  ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
+  frame.colour->image = ColourImage(160, 120, Rgb8{100, 100, 255});
+  ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
+  const openvdb::Vec3s colour = volume.colour().getConstAccessor().getValue(Coord(0, 0, 80));
+  EXPECT_NEAR(colour.x(), 150 / 255.0f, kFloatNoise);
+  EXPECT_NEAR(colour.y(), 100 / 255.0f, kFloatNoise);
+  EXPECT_NEAR(colour.z(), 127.5f / 255.0f, kFloatNoise);
+}
+
+TEST(Integrate, SaysWhereNoColourWasSeen) {
+  TsdfVolume volume = make_volume(fixed_band());
+  ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
+  EXPECT_LT(volume.colour().getConstAccessor().getValue(Coord(0, 0, 80)).x(), 0);
+}
+
+TEST(Integrate, KeepsOneTopologyInTheThreeGrids) {
+  TsdfVolume volume = make_volume(fixed_band());
+  for (int i = 0; i < 4; ++i) {
+    const Pose pose = looking_at_origin({0.8 * std::cos(i), 0.8 * std::sin(i), 0.3});
+    ASSERT_TRUE(integrate(sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2), pose, volume));
+  }
+  EXPECT_TRUE(volume.tsdf().tree().hasSameTopology(volume.weight().tree()));
+  EXPECT_TRUE(volume.tsdf().tree().hasSameTopology(volume.colour().tree()));
+}
+
+TEST(Integrate, RefusesAPoseThatIsNotFiniteAndLeavesTheVolumeUntouched) {
+  TsdfVolume volume = make_volume(fixed_band());
+  Pose pose = Pose::Identity();
+  pose.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  const auto result = integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), pose, volume);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kInput);
+  EXPECT_EQ(volume.blocks(), 0u);
+}
+
+TEST(Integrate, RefusesAPoseThatScales) {
+  TsdfVolume volume = make_volume(fixed_band());
+  Pose pose = Pose::Identity();
+  pose.linear() *= 1.1;
+  EXPECT_FALSE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), pose, volume));
+  EXPECT_EQ(volume.blocks(), 0u);
+}
+
+TEST(Integrate, RefusesAPoseBeyondTheIndexRange) {
+  TsdfVolume volume = make_volume(fixed_band());
+  Pose pose = Pose::Identity();
+  pose.translation().x() = 1e12;
+  EXPECT_FALSE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), pose, volume));
+  EXPECT_EQ(volume.blocks(), 0u);
+}
+
+TEST(Integrate, AcceptsAFrameWithoutAnyReturn) {
+  Frame frame;
+  frame.intrinsics = small_camera();
+  frame.depth_m = DepthImage(160, 120);
+  TsdfVolume volume = make_volume(fixed_band());
+  EXPECT_TRUE(integrate(frame, Pose::Identity(), volume));
+  EXPECT_EQ(volume.blocks(), 0u);
+}
+
+TEST(Integrate, StopsGrowingAtTheBudgetAndSaysSo) {
+  FusionConfig config = fixed_band();
+  config.memory_budget_mib = 1;
+  TsdfVolume volume = make_volume(config);
+  const auto stats = integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume);
+  ASSERT_TRUE(stats);
+  EXPECT_TRUE(stats->is_budget_reached);
+  EXPECT_TRUE(volume.is_budget_reached);
+  EXPECT_GT(volume.blocks(), 0u);
+  EXPECT_LE(volume.blocks(), volume.max_blocks());
+}
+
+TEST(Integrate, GivesTheSameBitsForAnyNumberOfThreads) {
+  const auto fuse = [](int threads) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    TsdfVolume volume = make_volume(fixed_band());
+    for (int i = 0; i < 5; ++i) {
+      const Pose pose = looking_at_origin({0.8 * std::cos(i), 0.8 * std::sin(i), 0.1 * i});
+      Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
+      frame.colour = ColourFrame{ColourImage(160, 120, Rgb8{10, 20, 30}), small_camera(), Pose::Identity()};
+      EXPECT_TRUE(integrate(frame, pose, volume));
+    }
+    return volume;
+  };
+  const TsdfVolume one = fuse(1);
+  EXPECT_TRUE(are_equal(one, fuse(2)));
+  EXPECT_TRUE(are_equal(one, fuse(8)));
+}
+
+/// Every block some pixel's band reaches, by walking each pixel's band in small steps.
+std::set<Coord> band_blocks_by_walking(const Frame& frame, const Pose& T_world_camera, const FusionConfig& config) {
+  std::set<Coord> blocks;
+  const double truncation_m = config.truncation_voxels * config.voxel_size_m;
+  for (int y = 0; y < frame.depth_m.height(); ++y) {
+    for (int x = 0; x < frame.depth_m.width(); ++x) {
+      const double z = static_cast<double>(frame.depth_m.at(x, y));
+      if (z <= 0) continue;
+      for (double t = -truncation_m; t <= truncation_m; t += config.voxel_size_m / 8) {
+        const Eigen::Vector3d index = T_world_camera * frame.intrinsics.unproject(x, y, z + t) / config.voxel_size_m;
+        const Coord nearest(static_cast<int>(std::lround(index.x())), static_cast<int>(std::lround(index.y())),
+                            static_cast<int>(std::lround(index.z())));
+        // Only samples that the pixel's ray passes within a hair count as its own.
+        if ((index - Eigen::Vector3d(nearest.x(), nearest.y(), nearest.z())).norm() > 0.05) continue;
+        blocks.insert(nearest & ~7);
+      }
+    }
+  }
+  return blocks;
+}
+
+TEST(BandBlocks, MissNoBlockThatARayPassesThroughInTheBand) {
+  for (const double angle : {0.0, 0.7, 2.1, 4.0}) {
+    const Pose pose = looking_at_origin({0.9 * std::cos(angle), 0.9 * std::sin(angle), 0.4});
+    const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.25);
+    const FusionConfig config = fixed_band();
+    const Observation observation(frame, config);
+    const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
+    const std::set<Coord> found_set(found.begin(), found.end());
+    EXPECT_EQ(found_set.size(), found.size()) << "a block twice";
+    const auto walked = band_blocks_by_walking(frame, pose, config);
+    ASSERT_GT(walked.size(), 40u);
+    for (const Coord& block : walked) EXPECT_TRUE(found_set.count(block)) << block;
+  }
+}
+
+TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
+  const Pose pose = looking_at_origin({0.6, -0.5, 0.4});
+  const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.25);
+  const FusionConfig config = fixed_band();
+  const Observation observation(frame, config);
+  const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
+  const std::set<Coord> found_set(found.begin(), found.end());
+  const Pose T_camera_world = pose.inverse();
+  std::size_t exhaustive = 0;
+  for (int i = -48; i < 48; ++i) {
+    for (int j = -48; j < 48; ++j) {
+      for (int k = -48; k < 48; ++k) {
+        const Eigen::Vector3f p = (T_camera_world * (Eigen::Vector3d(i, j, k) * kVoxel)).cast<float>();
+        const auto sighting = observation.sight(p);
+        if (!sighting || std::abs(sighting->distance_m) > sighting->truncation_m) continue;
+        // Where the surface turns away the band is cut at a slope of 1/4: see Observation.
+        const Eigen::Vector2d pixel = frame.intrinsics.project(p.cast<double>());
+        const float depth_m =
+            frame.depth_m.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+        if (depth_m == 0 || std::abs(depth_m - p.z()) > sighting->truncation_m) continue;
+        ++exhaustive;
+        EXPECT_TRUE(found_set.count(Coord(i, j, k) & ~7));
+      }
+    }
+  }
+  EXPECT_GT(exhaustive, 10000u);
+}
+
+TEST(BlockCounter, CountsWhatIntegrationAllocates) {
+  const FusionConfig config = fixed_band();
+  TsdfVolume volume = make_volume(config);
+  BlockCounter counter(config, 1'000'000);
+  for (int i = 0; i < 4; ++i) {
+    const Pose pose = looking_at_origin({0.8 * std::cos(i), 0.8 * std::sin(i), 0.3});
+    const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
+    counter.add(frame, pose);
+    ASSERT_TRUE(integrate(frame, pose, volume));
+  }
+  EXPECT_GE(counter.blocks(), volume.blocks());
+  EXPECT_LE(counter.blocks(), volume.blocks() + volume.blocks() / 4);  // blocks that only touch the band are taken back
+}
+
+TEST(BlockCounter, StopsAtItsLimit) {
+  BlockCounter counter(fixed_band(), 10);
+  counter.add(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity());
+  EXPECT_TRUE(counter.is_full());
+  EXPECT_EQ(counter.blocks(), 10u);
+}
+
+}  // namespace
+}  // namespace scanknit

@@ -1,0 +1,148 @@
+#include <gtest/gtest.h>
+#include <openvdb/io/File.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/read_file.h"
+#include "fusion/integrate.h"
+#include "fusion/tsdf_volume.h"
+#include "tests/fusion/analytic_frames.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VolumeFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(::testing::TempDir()) / ("scanknit_volume_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static TsdfVolume small_volume() {
+    FusionConfig config;
+    config.voxel_size_m = 0.02;
+    auto volume = TsdfVolume::create(config);
+    Frame frame = test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8);
+    frame.colour = ColourFrame{ColourImage(160, 120, Rgb8{255, 0, 51}), test::small_camera(), Pose::Identity()};
+    EXPECT_TRUE(integrate(frame, Pose::Identity(), volume.value()));
+    return std::move(volume).value();
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(VolumeFile, GivesBackTheThreeGrids) {
+  const TsdfVolume volume = small_volume();
+  ASSERT_TRUE(volume.save(folder_ / "volume.vdb"));
+  const auto loaded = load_volume(folder_ / "volume.vdb");
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  ASSERT_TRUE(loaded->weight);
+  ASSERT_TRUE(loaded->colour);
+  EXPECT_TRUE(loaded->is_signed_distance);
+  EXPECT_EQ(loaded->field->activeVoxelCount(), volume.active_voxels());
+  EXPECT_EQ(loaded->field->transform(), volume.tsdf().transform());
+  const auto field = loaded->field->getConstAccessor();
+  const auto colour = loaded->colour->getConstAccessor();
+  const auto original_colour = volume.colour().getConstAccessor();
+  for (auto voxel = volume.tsdf().cbeginValueOn(); voxel; ++voxel) {
+    ASSERT_EQ(field.getValue(voxel.getCoord()), *voxel);
+    ASSERT_EQ(colour.getValue(voxel.getCoord()), original_colour.getValue(voxel.getCoord()));
+  }
+}
+
+TEST_F(VolumeFile, IsTheSameBytesEachTime) {
+  const TsdfVolume volume = small_volume();
+  ASSERT_TRUE(volume.save(folder_ / "a.vdb"));
+  ASSERT_TRUE(volume.save(folder_ / "b.vdb"));
+  const auto a = read_text_file(folder_ / "a.vdb", 1u << 28);
+  const auto b = read_text_file(folder_ / "b.vdb", 1u << 28);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->size(), b->size());  // the file's unique id differs, as OpenVDB makes it
+}
+
+TEST_F(VolumeFile, ReadsALevelSetOfAnotherProgram) {
+  openvdb::initialize();
+  auto grid = openvdb::FloatGrid::create(3.0f);
+  grid->setName("surface");
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->tree().setValue(openvdb::Coord(1, 2, 3), -1.0f);
+  openvdb::io::File((folder_ / "other.vdb").string()).write({grid});
+  const auto loaded = load_volume(folder_ / "other.vdb");
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_TRUE(loaded->is_signed_distance);
+  EXPECT_FALSE(loaded->weight);
+  EXPECT_EQ(loaded->field->activeVoxelCount(), 1u);
+}
+
+TEST_F(VolumeFile, NamesTheGridsWhenNoneIsOfFloats) {
+  openvdb::initialize();
+  auto grid = openvdb::BoolGrid::create(false);
+  grid->setName("mask");
+  openvdb::io::File((folder_ / "mask.vdb").string()).write({grid});
+  const auto loaded = load_volume(folder_ / "mask.vdb");
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
+  EXPECT_NE(loaded.error().message.find("mask (bool)"), std::string::npos) << loaded.error().message;
+}
+
+TEST_F(VolumeFile, RefusesWhatIsNotThere) {
+  const auto loaded = load_volume(folder_ / "nothing.vdb");
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
+}
+
+TEST_F(VolumeFile, RefusesATextFile) {
+  std::ofstream(folder_ / "text.vdb") << "this is not a volume";
+  const auto loaded = load_volume(folder_ / "text.vdb");
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
+}
+
+TEST_F(VolumeFile, RefusesATruncatedFile) {
+  ASSERT_TRUE(small_volume().save(folder_ / "whole.vdb"));
+  const auto size = fs::file_size(folder_ / "whole.vdb");
+  for (int tenth = 0; tenth < 10; ++tenth) {
+    const fs::path path = folder_ / "part.vdb";
+    fs::copy_file(folder_ / "whole.vdb", path, fs::copy_options::overwrite_existing);
+    fs::resize_file(path, size * static_cast<std::uintmax_t>(tenth) / 10);
+    const auto loaded = load_volume(path);
+    ASSERT_FALSE(loaded) << tenth;
+    EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
+  }
+}
+
+TEST_F(VolumeFile, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
+  const fs::path below_a_file = folder_ / "file" / "volume.vdb";
+  std::ofstream(folder_ / "file") << "x";
+  const auto saved = small_volume().save(below_a_file);
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, ErrorCode::kOutput);
+}
+
+TEST(FusionVolume, BlockSizeIsWhatOpenVdbCounts) {
+  FusionConfig config;
+  config.voxel_size_m = 0.002;
+  auto volume = TsdfVolume::create(config);
+  ASSERT_TRUE(volume);
+  ASSERT_TRUE(integrate(test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume.value()));
+  const double counted = volume->memory_mib() * (1 << 20) / static_cast<double>(volume->blocks());
+  constexpr double kShareOfInnerNodes = 0.15;  // inner nodes are few for a dense band and many for a sparse one
+  EXPECT_NEAR(static_cast<double>(TsdfVolume::bytes_per_block()) / counted, 1.0, kShareOfInnerNodes);
+}
+
+TEST(FusionVolume, RefusesAVoxelSizeOfZero) {
+  FusionConfig config;
+  config.voxel_size_m = 0;
+  const auto volume = TsdfVolume::create(config);
+  ASSERT_FALSE(volume);
+  EXPECT_EQ(volume.error().code, ErrorCode::kConfig);
+}
+
+}  // namespace
+}  // namespace scanknit
