@@ -1,7 +1,8 @@
 # scanknit_flags(target): warnings, sanitizers, and arithmetic that gives the same bits on every machine.
 function(scanknit_flags target)
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -ffp-contract=off
+    -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast
+    -ffp-contract=off -fno-semantic-interposition
     $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
   if(SCANKNIT_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE} -fno-omit-frame-pointer -g)

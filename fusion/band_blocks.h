@@ -1,7 +1,7 @@
 // Which blocks of 8^3 voxels a frame concerns.
 #pragma once
 
-#include <openvdb/math/Coord.h>
+#include <openvdb/openvdb.h>
 
 #include <vector>
 

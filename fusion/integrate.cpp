@@ -27,6 +27,19 @@ struct Block {
   bool is_new = false;
 };
 
+/// Their voxels, and which of them are observed.
+struct Voxels {
+  explicit Voxels(const Block& block)
+      : tsdf(block.tsdf->buffer().data()),
+        weight(block.weight->buffer().data()),
+        colour(block.colour->buffer().data()),
+        observed(block.tsdf->getValueMask()) {}
+  float* tsdf;
+  float* weight;
+  openvdb::Vec3s* colour;
+  FloatLeaf::NodeMaskType observed;
+};
+
 /// Behind the surface the evidence fades: it is least certain there, and must not push through thin walls
 /// (the linear weight of Bylow et al. 2013, "Real-Time Camera Tracking and 3D Reconstruction Using Signed Distance
 /// Functions", section IV-B, with epsilon = 0).
@@ -52,43 +65,45 @@ class BlockUpdate {
     const Coord origin = block.tsdf->origin();
     const Eigen::Vector3f p_origin =
         (T_camera_world_ * (Eigen::Vector3d(origin.x(), origin.y(), origin.z()) * voxel_size_m_)).cast<float>();
+    Voxels voxels(block);
     openvdb::Index voxel = 0;  // a leaf's buffer runs along z first, then y, then x
     for (int i = 0; i < kBlock; ++i) {
       for (int j = 0; j < kBlock; ++j) {
         const Eigen::Vector3f p_row = p_origin + static_cast<float>(i) * step_[0] + static_cast<float>(j) * step_[1];
         for (int k = 0; k < kBlock; ++k, ++voxel) {
-          update(block, voxel, p_row + static_cast<float>(k) * step_[2]);
+          update(voxels, voxel, p_row + static_cast<float>(k) * step_[2]);
         }
       }
     }
+    block.tsdf->setValueMask(voxels.observed);
+    block.weight->setValueMask(voxels.observed);
+    block.colour->setValueMask(voxels.observed);
   }
 
  private:
-  void update(const Block& block, openvdb::Index voxel, const Eigen::Vector3f& p_camera) const {
+  void update(Voxels& voxels, openvdb::Index at, const Eigen::Vector3f& p_camera) const {
     const auto sighting = observation_.sight(p_camera);
     if (!sighting) return;
     const float weight = weight_at(*sighting);
     if (!(weight > 0)) return;  // hidden behind the band
 
-    const float old_weight = block.weight->getValue(voxel);
+    const float old_weight = voxels.weight[at];
     const float new_weight = old_weight + weight;
-    const float share = weight / new_weight;  // new_weight >= weight > 0
+    const float share = weight / new_weight;  // new_weight >= weight > 0; 1 for a voxel that was unknown
     const float distance_m = std::min(sighting->distance_m, sighting->truncation_m);
-    const float old_m = block.tsdf->getValue(voxel);
-    block.tsdf->setValueOn(voxel, old_weight > 0 ? old_m + (distance_m - old_m) * share : distance_m);
-    block.weight->setValueOn(voxel, std::min(new_weight, max_weight_));
-    block.colour->setActiveState(voxel, true);
+    voxels.tsdf[at] += (distance_m - voxels.tsdf[at]) * share;
+    voxels.weight[at] = std::min(new_weight, max_weight_);
+    voxels.observed.setOn(at);
     if (observation_.has_colour() && sighting->distance_m < sighting->truncation_m) {
-      update_colour(*block.colour, voxel, p_camera, share);
+      update_colour(voxels.colour[at], p_camera, share);
     }
   }
 
-  void update_colour(ColourLeaf& leaf, openvdb::Index voxel, const Eigen::Vector3f& p_camera, float share) const {
+  void update_colour(openvdb::Vec3s& colour, const Eigen::Vector3f& p_camera, float share) const {
     const auto seen = observation_.colour_at(p_camera);
     if (!seen) return;
-    const openvdb::Vec3s colour(seen->x(), seen->y(), seen->z());
-    const openvdb::Vec3s old = leaf.getValue(voxel);
-    leaf.setValueOn(voxel, old.x() < 0 ? colour : old + (colour - old) * share);
+    const openvdb::Vec3s now(seen->x(), seen->y(), seen->z());
+    colour = colour.x() < 0 ? now : colour + (now - colour) * share;
   }
 
   const Observation& observation_;

@@ -1,6 +1,5 @@
 #include "fusion/observation.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,45 +12,17 @@ namespace {
 // Beyond this the tangent plane says little of the distance along the ray; the band is not widened any further.
 constexpr float kMinSlope = 0.25f;
 
-// A neighbouring pixel whose plane disagrees by more than this share of the truncation shows another surface.
+// A neighbouring pixel off another's plane by more than this share of the truncation shows another surface.
 constexpr float kSameSurfaceShare = 0.5f;
-
-struct PictureCamera {
-  float fx, fy, cx, cy;
-  explicit PictureCamera(const CameraIntrinsics& k)
-      : fx(static_cast<float>(k.fx)),
-        fy(static_cast<float>(k.fy)),
-        cx(static_cast<float>(k.cx)),
-        cy(static_cast<float>(k.cy)) {}
-};
-
-/// The four pixels round (u, v) and the share of the first in each direction.
-struct Bilinear {
-  int x, y;
-  float wx, wy;
-
-  Bilinear(float u, float v) {
-    const float fu = std::floor(u);
-    const float fv = std::floor(v);
-    x = static_cast<int>(fu);
-    y = static_cast<int>(fv);
-    wx = 1.0f - (u - fu);
-    wy = 1.0f - (v - fv);
-  }
-  [[nodiscard]] float weight(int i) const { return ((i & 1) != 0 ? 1.0f - wx : wx) * ((i & 2) != 0 ? 1.0f - wy : wy); }
-};
-
-/// True for coordinates that round to a pixel of the picture; false for NaN.
-bool is_inside(float u, float v, int width, int height) {
-  return u >= -0.5f && v >= -0.5f && u < static_cast<float>(width) - 0.5f && v < static_cast<float>(height) - 0.5f;
-}
 
 }  // namespace
 
 Observation::Observation(const Frame& frame, const FusionConfig& config)
     : intrinsics_(frame.intrinsics),
-      planes_(frame.depth_m.width(), frame.depth_m.height()),
-      trust_(frame.depth_m.width(), frame.depth_m.height()) {
+      camera_(frame.intrinsics),
+      planes_(frame.depth_m.width(), frame.depth_m.height(), PixelPlane::Zero()),
+      trust_(frame.depth_m.width(), frame.depth_m.height()),
+      smooth_(frame.depth_m.width(), frame.depth_m.height()) {
   Image<DepthRange> bands(planes_.width(), planes_.height());
   const double voxels_m = config.truncation_voxels * config.voxel_size_m;
   const double best_variance = config.noise.sigma_m(config.noise.from_m) * config.noise.sigma_m(config.noise.from_m);
@@ -70,55 +41,72 @@ Observation::Observation(const Frame& frame, const FusionConfig& config)
       const float cosine = std::clamp(-offset_m / p.norm(), 0.0f, 1.0f);
       const float slope = std::max(-offset_m / depth_m, kMinSlope);  // distance to the plane per unit of z
 
-      planes_.at(x, y) = {normal, offset_m};
+      planes_.at(x, y) << normal, offset_m;
       trust_.at(x, y) = {cosine * static_cast<float>(best_variance / (sigma_m * sigma_m)), truncation_m};
       bands.at(x, y) = {depth_m - truncation_m / slope, depth_m + truncation_m / slope};
     }
   };
-  tbb::parallel_for(tbb::blocked_range<int>(0, planes_.height(), 16), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) prepare_row(y);
+  tbb::parallel_for(0, planes_.height(), prepare_row);
+  tbb::parallel_for(0, planes_.height(), [&](int y) {
+    for (int x = 0; x < planes_.width(); ++x) smooth_.at(x, y) = is_smooth(x, y) ? 1 : 0;
   });
   bands_ = DepthPyramid(std::move(bands));
 
   if (frame.colour && !frame.colour->image.empty()) {
     colour_ = &*frame.colour;
+    colour_camera_ = PictureCamera(colour_->intrinsics);
     R_colour_depth_ = colour_->T_colour_depth.linear().cast<float>();
     t_colour_depth_ = colour_->T_colour_depth.translation().cast<float>();
   }
 }
 
-std::optional<Sighting> Observation::sight(const Eigen::Vector3f& p_camera) const {
-  if (!(p_camera.z() > 0)) return std::nullopt;
-  const PictureCamera camera(intrinsics_);
-  const float u = camera.fx * p_camera.x() / p_camera.z() + camera.cx;
-  const float v = camera.fy * p_camera.y() / p_camera.z() + camera.cy;
-  if (!is_inside(u, v, planes_.width(), planes_.height())) return std::nullopt;
+bool Observation::is_smooth(int x, int y) const {
+  for (int i = 0; i < 4; ++i) {
+    if (!has_return(x + (i & 1), y + (i >> 1))) return false;
+  }
+  // Each pixel's point on its own ray, against the plane of the pixel diagonally across.
+  for (int i = 0; i < 4; ++i) {
+    const int px = x + (i & 1);
+    const int py = y + (i >> 1);
+    const PixelPlane& own = planes_.at(px, py);
+    const PixelPlane& across = planes_.at(x + 1 - (i & 1), y + 1 - (i >> 1));
+    const Eigen::Vector3f ray((static_cast<float>(px) - camera_.cx) / camera_.fx,
+                              (static_cast<float>(py) - camera_.cy) / camera_.fy, 1);
+    const Eigen::Vector3f p = ray * (own.w() / own.head<3>().dot(ray));
+    const float step_m = across.head<3>().dot(p) - across.w();
+    if (!(std::abs(step_m) <= kSameSurfaceShare * trust_.at(px, py).truncation_m)) return false;
+  }
+  return true;
+}
 
-  const Bilinear pixels(u, v);
-  std::array<float, 4> share{};
-  std::array<float, 4> distance_m{};
-  int nearest = -1;
+int Observation::nearest_return(const Bilinear& pixels) const {
+  int best = -1;
+  for (int i = 0; i < 4; ++i) {
+    if (pixels.share(i) > 0 && (best < 0 || pixels.share(i) > pixels.share(best)) &&
+        has_return(pixels.x + (i & 1), pixels.y + (i >> 1))) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+std::optional<Sighting> Observation::sight_rough(const Eigen::Vector4f& p, const Bilinear& pixels) const {
+  const int nearest = nearest_return(pixels);
+  if (nearest < 0) return std::nullopt;
+  const int nearest_x = pixels.x + (nearest & 1);
+  const int nearest_y = pixels.y + (nearest >> 1);
+  const PixelTrust& trust = trust_.at(nearest_x, nearest_y);
+  const float reference_m = planes_.at(nearest_x, nearest_y).dot(p);
+  float sum_m = 0;
+  float shares = 0;
   for (int i = 0; i < 4; ++i) {
     const int x = pixels.x + (i & 1);
     const int y = pixels.y + (i >> 1);
-    if (!planes_.contains(x, y)) continue;
-    const PixelPlane& plane = planes_.at(x, y);
-    if (plane.offset_m == 0) continue;
-    const auto at = static_cast<std::size_t>(i);
-    share[at] = pixels.weight(i);
-    distance_m[at] = plane.normal.dot(p_camera) - plane.offset_m;
-    if (share[at] > 0 && (nearest < 0 || share[at] > share[static_cast<std::size_t>(nearest)])) nearest = i;
-  }
-  if (nearest < 0) return std::nullopt;
-
-  const PixelTrust& trust = trust_.at(pixels.x + (nearest & 1), pixels.y + (nearest >> 1));
-  const float reference_m = distance_m[static_cast<std::size_t>(nearest)];
-  float sum_m = 0;
-  float shares = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (share[i] == 0 || std::abs(distance_m[i] - reference_m) > kSameSurfaceShare * trust.truncation_m) continue;
-    sum_m += share[i] * distance_m[i];
-    shares += share[i];
+    if (!has_return(x, y)) continue;
+    const float distance_m = planes_.at(x, y).dot(p);
+    if (std::abs(distance_m - reference_m) > kSameSurfaceShare * trust.truncation_m) continue;
+    sum_m += pixels.share(i) * distance_m;
+    shares += pixels.share(i);
   }
   return Sighting{sum_m / shares, trust.truncation_m, trust.weight};  // shares > 0: the nearest is always in
 }
@@ -126,11 +114,10 @@ std::optional<Sighting> Observation::sight(const Eigen::Vector3f& p_camera) cons
 std::optional<Eigen::Vector3f> Observation::colour_at(const Eigen::Vector3f& p_camera) const {
   const Eigen::Vector3f p_colour = R_colour_depth_ * p_camera + t_colour_depth_;
   if (!(p_colour.z() > 0)) return std::nullopt;
-  const PictureCamera camera(colour_->intrinsics);
+  const float u = colour_camera_.u(p_colour);
+  const float v = colour_camera_.v(p_colour);
+  if (!colour_camera_.sees(u, v)) return std::nullopt;
   const ColourImage& image = colour_->image;
-  const float u = camera.fx * p_colour.x() / p_colour.z() + camera.cx;
-  const float v = camera.fy * p_colour.y() / p_colour.z() + camera.cy;
-  if (!is_inside(u, v, image.width(), image.height())) return std::nullopt;
 
   const Bilinear pixels(u, v);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -138,7 +125,7 @@ std::optional<Eigen::Vector3f> Observation::colour_at(const Eigen::Vector3f& p_c
     const int x = std::clamp(pixels.x + (i & 1), 0, image.width() - 1);
     const int y = std::clamp(pixels.y + (i >> 1), 0, image.height() - 1);
     const Rgb8 pixel = image.at(x, y);
-    sum += pixels.weight(i) * Eigen::Vector3f(pixel.r, pixel.g, pixel.b);
+    sum += pixels.share(i) * Eigen::Vector3f(pixel.r, pixel.g, pixel.b);
   }
   return Eigen::Vector3f(sum / 255.0f);
 }

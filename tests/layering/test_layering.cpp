@@ -1,0 +1,99 @@
+// The house rules of docs/architecture.md, read off the #include lines.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Include {
+  std::string file;  // relative to the source root
+  std::string room;  // its first folder
+  bool is_header;
+  std::string target;
+  bool is_quoted;
+};
+
+const std::set<std::string> kRooms = {"core", "acquire", "fusion", "extract", "export", "app"};
+
+std::vector<Include> all_includes() {
+  const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> includes;
+  for (const std::string& room : kRooms) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SCANKNIT_SOURCE_DIR) / room)) {
+      const auto extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      std::ifstream file(entry.path());
+      for (std::string line; std::getline(file, line);) {
+        std::smatch match;
+        if (!std::regex_search(line, match, pattern)) continue;
+        includes.push_back({fs::relative(entry.path(), SCANKNIT_SOURCE_DIR).string(), room, extension == ".h",
+                            match[2].str(), match[1].str() == "\""});
+      }
+    }
+  }
+  return includes;
+}
+
+std::string first_folder(const std::string& target) {
+  return target.substr(0, target.find('/'));
+}
+
+TEST(Layering, FindsTheSources) {
+  EXPECT_GT(all_includes().size(), 100u);
+}
+
+TEST(Layering, RoomsIncludeOnlyThemselvesAndCore) {
+  for (const Include& include : all_includes()) {
+    if (include.room == "app" || !include.is_quoted) continue;
+    const std::string room = first_folder(include.target);
+    EXPECT_TRUE(room == include.room || room == "core") << include.file << " includes " << include.target;
+  }
+}
+
+TEST(Layering, OurHeadersAreNamedFromTheRoot) {
+  for (const Include& include : all_includes()) {
+    if (!include.is_quoted) continue;
+    EXPECT_TRUE(kRooms.count(first_folder(include.target))) << include.file << " includes \"" << include.target << "\"";
+  }
+}
+
+/// Where each library lives: the rooms that may name it.
+const std::map<std::string, std::set<std::string>> kHomes = {
+    {"opencv2", {"acquire", "export"}},
+    {"pcl", {"acquire"}},
+    {"openvdb", {"fusion", "extract", "app"}},
+    {"tiny_gltf.h", {"export"}},
+    {"nlohmann", {"acquire", "export", "app"}},
+    {"yaml-cpp", {"app"}},
+    {"CLI", {"app"}},
+    {"spdlog", {"app"}},
+    {"libusb-1.0", {"acquire"}},
+};
+
+TEST(Layering, LibrariesStayInTheirHome) {
+  for (const Include& include : all_includes()) {
+    if (include.is_quoted) continue;
+    const auto home = kHomes.find(first_folder(include.target));
+    if (home == kHomes.end()) continue;
+    EXPECT_TRUE(home->second.count(include.room)) << include.file << " includes <" << include.target << ">";
+  }
+}
+
+TEST(Layering, HeadersNameNoLibraryButEigenAndOpenVdb) {
+  for (const Include& include : all_includes()) {
+    if (include.is_quoted || !include.is_header || include.room == "app") continue;
+    const std::string library = first_folder(include.target);
+    if (library == "openvdb") continue;  // part of the interface of fusion and extract
+    EXPECT_FALSE(kHomes.count(library)) << include.file << " includes <" << include.target << ">";
+  }
+}
+
+}  // namespace
