@@ -11,13 +11,12 @@
 
 namespace scanknit {
 
-/// How often each of the 15 configurations (the lecture's numbering, 0 to 14) met the isosurface, and the ambiguous
-/// faces.
+/// How often each of the 15 configurations (0 to 14, the lecture's numbers) was met, and how ambiguous faces fell.
 struct CaseCounts {
   std::array<std::size_t, 15> configuration{};  ///< [0] counts cells without surface in visited leaves
-  std::size_t ambiguous_faces_joined = 0;       ///< the Highs are joined; a face shared by two cells counts twice
+  std::size_t ambiguous_faces_joined = 0;       ///< the Highs are joined; a face of two cells counts twice
   std::size_t ambiguous_faces_separated = 0;
-  std::size_t skipped_cells = 0;       ///< cells in the band with an unobserved corner
+  std::size_t skipped_cells = 0;       ///< cells with observed High and Low corners and an unobserved one
   std::size_t components_removed = 0;  ///< by min_component_triangles
 };
 

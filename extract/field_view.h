@@ -5,15 +5,18 @@
 
 namespace scanknit {
 
-/// Grids of one transform (uniform scale and translation) and, where given, one topology. A sample sits AT index (i, j,
-/// k).
+/// Grids of one transform (uniform scale and translation) and, where given, one topology. A sample sits AT index
+/// (i, j, k). Voxels outside the field's leaves and active tiles are unobserved, and so are samples that are not
+/// finite.
 struct FieldView {
-  const openvdb::FloatGrid* field = nullptr;  ///< never null. Signed distance in metres, positive in free space
-  const openvdb::FloatGrid* weight =
-      nullptr;  ///< observed iff weight > 0 and >= min_weight; null: every active voxel is
-  const openvdb::Vec3SGrid* colour =
-      nullptr;                     ///< sRGB-encoded, 0 to 1; a negative component: no colour was seen; null: none
-  bool is_signed_distance = true;  ///< what InsideSide::kAuto goes by: matter is Low
+  /// Never null. Signed distance in metres, positive in free space; or any other quantity.
+  const openvdb::FloatGrid* field = nullptr;
+  /// A voxel is observed iff its weight is > 0 and >= ExtractConfig::min_weight. Null: every active voxel is.
+  const openvdb::FloatGrid* weight = nullptr;
+  /// sRGB-encoded, 0 to 1; a negative component: no colour was seen. Null: no colours.
+  const openvdb::Vec3SGrid* colour = nullptr;
+  /// What InsideSide::kAuto goes by: matter is Low.
+  bool is_signed_distance = true;
 };
 
 }  // namespace scanknit

@@ -1,0 +1,42 @@
+#include "extract/smooth_normals.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace scanknit {
+
+void fill_missing_normals(Mesh& mesh) {
+  constexpr std::size_t kHasNormal = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> place;  // among the sums below, for each vertex; stays empty in the usual case
+  std::size_t missing = 0;
+  for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+    if (!mesh.normals[v].isZero(0)) continue;
+    if (place.empty()) place.assign(mesh.normals.size(), kHasNormal);
+    place[v] = missing++;
+  }
+  if (missing == 0) return;
+
+  std::vector<Eigen::Vector3d> sums(missing, Eigen::Vector3d::Zero());
+  for (const Triangle& t : mesh.triangles) {
+    const auto is_missing = [&](std::uint32_t v) { return place[v] != kHasNormal; };
+    if (std::none_of(t.begin(), t.end(), is_missing)) continue;
+    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
+    const Eigen::Vector3d b = mesh.positions_m[t[1]].cast<double>();
+    const Eigen::Vector3d c = mesh.positions_m[t[2]].cast<double>();
+    const Eigen::Vector3d twice_area = (b - a).cross(c - a);
+    for (const std::uint32_t v : t) {
+      if (is_missing(v)) sums[place[v]] += twice_area;
+    }
+  }
+  for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+    if (place[v] == kHasNormal) continue;
+    const Eigen::Vector3d& sum = sums[place[v]];
+    const double length = sum.norm();
+    mesh.normals[v] = length > 0 ? Eigen::Vector3f((sum / length).cast<float>()) : Eigen::Vector3f::UnitZ();
+  }
+}
+
+}  // namespace scanknit
