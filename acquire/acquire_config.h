@@ -41,10 +41,12 @@ struct AcquireConfig {
   std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, included
   std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
 
-  double min_depth_m = 0.0;  ///< nearer depth is dropped
-  double max_depth_m = 0.0;  ///< farther depth is dropped; 0: no limit
-  double edge_sigmas = 3.0;  ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
-  bool bilateral = false;    ///< edge-preserving smoothing of the depth
+  double min_depth_m = 0.0;     ///< nearer depth is dropped
+  double max_depth_m = 0.0;     ///< farther depth is dropped; 0: no limit
+  double edge_sigmas = 3.0;     ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
+  int outlier_neighbours = 0;   ///< statistical outlier removal: neighbours of a point that are looked at; 0: off
+  double outlier_sigmas = 2.0;  ///< points whose mean distance to them is this many sigma above the mean are dropped
+  bool bilateral = false;       ///< edge-preserving smoothing of the depth
   Limits limits;
 };
 

@@ -1,0 +1,191 @@
+#include "acquire/replay/indexed_source.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "acquire/replay/undistort.h"
+
+namespace scanknit {
+namespace {
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+// The camera of a picture of this size: an unknown size (0) becomes the picture's, another size is a contradiction.
+OrDrop<CameraIntrinsics> fit_camera(CameraIntrinsics camera, int width, int height, const std::filesystem::path& path) {
+  if (camera.width == 0 && camera.height == 0) {
+    camera.width = width;
+    camera.height = height;
+  }
+  if (camera.width != width || camera.height != height) {
+    return make_drop(
+        DropReason::kSizeMismatch,
+        "the picture is " + size_text(width, height) + ", its camera " + size_text(camera.width, camera.height), path);
+  }
+  if (!camera.is_valid()) return make_drop(DropReason::kNoIntrinsics, "the camera's intrinsics are not usable", path);
+  return camera;
+}
+
+// Colour with the camera the files state, else the depth camera's for the colour's size: such recordings are
+// registered.
+OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraIntrinsics& depth_camera,
+                                  const Distortion& distortion, const std::filesystem::path& path) {
+  const int width = decoded.colour.width();
+  const int height = decoded.colour.height();
+  const bool has_own_camera = decoded.colour_camera.has_value();
+  auto camera =
+      fit_camera(has_own_camera ? *decoded.colour_camera : depth_camera.resized(width, height), width, height, path);
+  if (auto* drop = std::get_if<Drop>(&camera)) return std::move(*drop);
+  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera)};
+  const bool bends = !has_own_camera && distortion != Distortion{};
+  if (bends) colour.image = undistort(colour.image, colour.intrinsics, distortion);
+  return colour;
+}
+
+}  // namespace
+
+IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
+    : recording_(std::move(recording)), config_(config) {
+  next_ = config_.from;
+  last_ = std::min(config_.to, recording_.entries.size() - 1);
+  describe();
+  look_at_first_frame();
+}
+
+void IndexedSource::describe() {
+  const auto& entries = recording_.entries;
+  info_.format = recording_.format;
+  info_.folder = recording_.folder;
+  info_.frames = entries.size();
+  info_.world_up = recording_.world_up;
+  info_.frames_with_pose =
+      recording_.frames_bring_pose
+          ? entries.size()
+          : static_cast<std::size_t>(std::count_if(entries.begin(), entries.end(), [](const FrameEntry& entry) {
+              return entry.T_world_camera.has_value();
+            }));
+  info_.has_colour =
+      std::any_of(entries.begin(), entries.end(), [](const FrameEntry& entry) { return !entry.colour.empty(); });
+  has_clock_ = std::all_of(entries.begin(), entries.end(), [](const FrameEntry& entry) {
+    return entry.fault.has_value() || entry.timestamp_ns.has_value();
+  });
+  const auto first = std::find_if(entries.begin(), entries.end(),
+                                  [](const FrameEntry& entry) { return entry.timestamp_ns.has_value(); });
+  const auto last = std::find_if(entries.rbegin(), entries.rend(),
+                                 [](const FrameEntry& entry) { return entry.timestamp_ns.has_value(); });
+  if (!has_clock_ || first == entries.end()) {
+    has_clock_ = false;
+    return;
+  }
+  info_.duration_s = (static_cast<double>(*last->timestamp_ns) - static_cast<double>(*first->timestamp_ns)) * 1e-9;
+}
+
+void IndexedSource::look_at_first_frame() {
+  for (std::size_t index = next_; index <= last_; index += config_.every) {
+    std::optional<Result<Pose>> pose;
+    auto loaded = load_pictures(recording_.entries[index], pose);
+    if (const auto* frame = std::get_if<Frame>(&loaded)) {
+      info_.intrinsics = frame->intrinsics;
+      if (frame->colour) info_.colour_intrinsics = frame->colour->intrinsics;
+      info_.has_colour |= frame->colour.has_value();
+      // A camera whose picture is mirrored top to bottom looks into a world whose y points up (ICL-NUIM).
+      if (frame->intrinsics.fy < 0) info_.world_up = UpAxis::kY;
+      return;
+    }
+    if (config_.every > last_ - index) return;
+  }
+}
+
+FrameEvent IndexedSource::next(std::stop_token stop) {
+  if (stop.stop_requested() || is_at_end_ || next_ > last_) return EndOfStream{};
+  const std::size_t index = next_;
+  is_at_end_ = config_.every > last_ - index;  // compared this way round, the sum cannot overflow
+  if (!is_at_end_) next_ = index + config_.every;
+
+  auto loaded = load(index);
+  if (auto* drop = std::get_if<Drop>(&loaded)) {
+    return FrameDropped{recording_.entries[index].sequence, drop->reason, std::move(drop->error)};
+  }
+  auto& frame = std::get<Frame>(loaded);
+  last_timestamp_ns_ = frame.timestamp_ns;
+  return std::move(frame);
+}
+
+OrDrop<Frame> IndexedSource::load(std::size_t index) {
+  const FrameEntry& entry = recording_.entries[index];
+  std::optional<Result<Pose>> pose;
+  auto loaded = load_pictures(entry, pose);
+  if (std::holds_alternative<Drop>(loaded)) return loaded;
+  auto& frame = std::get<Frame>(loaded);
+
+  const CameraIntrinsics first = info_.intrinsics.value_or(frame.intrinsics);
+  if (frame.depth_m.width() != first.width || frame.depth_m.height() != first.height) {
+    return make_drop(DropReason::kSizeMismatch,
+                     "the depth picture is " + size_text(frame.depth_m.width(), frame.depth_m.height()) +
+                         ", the first frame's " + size_text(first.width, first.height),
+                     entry.depth);
+  }
+  const auto depth = frame.depth_m.pixels();
+  if (std::none_of(depth.begin(), depth.end(), [](float z) { return z > 0; })) {
+    return make_drop(DropReason::kNoDepth, "not one pixel has a depth", entry.depth);
+  }
+  if (auto drop = settle_pose(entry, pose, frame)) return *std::move(drop);
+  if (auto drop = settle_time(entry, index, frame)) return *std::move(drop);
+  frame.sequence = entry.sequence;
+  return loaded;
+}
+
+OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const {
+  if (entry.fault) return *entry.fault;
+  const DecodeSettings settings{
+      .depth_scale = config_.depth_scale.value_or(entry.depth_scale.value_or(recording_.depth_scale)),
+      .min_confidence = config_.min_confidence,
+      .limits = config_.limits};
+  auto decoding = recording_.decode(entry, settings);
+  if (auto* drop = std::get_if<Drop>(&decoding)) return std::move(*drop);
+  auto& decoded = std::get<DecodedFrame>(decoding);
+  pose = decoded.T_world_camera ? decoded.T_world_camera : entry.T_world_camera;
+
+  std::optional<CameraIntrinsics> stated = decoded.camera ? decoded.camera : recording_.camera;
+  if (config_.intrinsics) stated = config_.intrinsics->intrinsics;
+  if (!stated) return make_drop(DropReason::kNoIntrinsics, "the frame's camera is unknown", entry.depth);
+  auto camera = fit_camera(*stated, decoded.depth_m.width(), decoded.depth_m.height(), entry.depth);
+  if (auto* drop = std::get_if<Drop>(&camera)) return std::move(*drop);
+
+  Frame frame;
+  frame.intrinsics = std::get<CameraIntrinsics>(camera);
+  frame.depth_m = std::move(decoded.depth_m);
+  const Distortion distortion = config_.intrinsics ? config_.intrinsics->distortion : Distortion{};
+  if (distortion != Distortion{}) frame.depth_m = undistort(frame.depth_m, frame.intrinsics, distortion);
+  if (!decoded.colour.empty()) {
+    auto colour = settle_colour(decoded, frame.intrinsics, distortion, entry.colour);
+    if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
+    frame.colour = std::get<ColourFrame>(std::move(colour));
+  }
+  return frame;
+}
+
+std::optional<Drop> IndexedSource::settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
+                                               Frame& frame) const {
+  if (config_.poses == PoseMode::kStill) {
+    frame.T_world_camera = Pose::Identity();
+    return std::nullopt;
+  }
+  if (!pose) return make_drop(DropReason::kNoPose, "the frame has no pose", entry.depth);
+  if (!*pose) return Drop{DropReason::kBadPose, pose->error()};
+  frame.T_world_camera = **pose;
+  return std::nullopt;
+}
+
+std::optional<Drop> IndexedSource::settle_time(const FrameEntry& entry, std::size_t index, Frame& frame) const {
+  frame.has_clock = has_clock_;
+  frame.timestamp_ns = has_clock_ ? *entry.timestamp_ns : static_cast<std::int64_t>(index);
+  if (last_timestamp_ns_ && frame.timestamp_ns <= *last_timestamp_ns_) {
+    return make_drop(DropReason::kTimestamp, "its time is not after the frame's before it", entry.depth);
+  }
+  return std::nullopt;
+}
+
+}  // namespace scanknit

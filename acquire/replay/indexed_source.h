@@ -1,0 +1,41 @@
+// IndexedSource: plays a Recording. What is the same for every layout happens here.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "acquire/frame_source.h"
+#include "acquire/replay/recording.h"
+
+namespace scanknit {
+
+/// Selects frames, decodes them, settles camera and pose, and drops what cannot be used. The first picture among the
+/// selected frames that can be decoded sets the size that all others must have.
+class IndexedSource final : public FrameSource {
+ public:
+  /// `config` is valid and its from/to/every select at least one entry of `recording`.
+  IndexedSource(Recording recording, const AcquireConfig& config);
+
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] FrameEvent next(std::stop_token stop) override;
+
+ private:
+  [[nodiscard]] OrDrop<Frame> load(std::size_t index);
+  [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;
+  [[nodiscard]] std::optional<Drop> settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
+                                                Frame& frame) const;
+  [[nodiscard]] std::optional<Drop> settle_time(const FrameEntry& entry, std::size_t index, Frame& frame) const;
+  void describe();
+  void look_at_first_frame();
+
+  Recording recording_;
+  AcquireConfig config_;
+  RecordingInfo info_;
+  bool has_clock_ = false;
+  std::size_t next_ = 0;
+  std::size_t last_ = 0;  // included
+  bool is_at_end_ = false;
+  std::optional<std::int64_t> last_timestamp_ns_;
+};
+
+}  // namespace scanknit

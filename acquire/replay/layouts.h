@@ -1,0 +1,32 @@
+// The layouts that are recognised, and their indexers. One .cpp each.
+#pragma once
+
+#include "acquire/acquire_config.h"
+#include "acquire/replay/folder.h"
+#include "acquire/replay/recording.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+// fits_*: whether the folder's content is of this layout. index_*: its frames; called on a folder that fits. Errors
+// (kInput) name the file. Neither opens a picture.
+
+[[nodiscard]] bool fits_seven_scenes(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_seven_scenes(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_tum(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_tum(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_open3d(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_open3d(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_phone_lidar(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_phone_lidar(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_pcd(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_pcd(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_pclzf(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_pclzf(const Folder& folder, const AcquireConfig& config);
+
+}  // namespace scanknit

@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "acquire/frame_source.h"
+#include "acquire/replay/camera_files.h"
+#include "acquire/replay/folder.h"
+#include "acquire/replay/indexed_source.h"
+#include "acquire/replay/layouts.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Layout {
+  RecordingFormat format;
+  const char* name;
+  const char* content;
+  bool (*fits)(const Folder&, const Limits&);
+  Result<Recording> (*index)(const Folder&, const AcquireConfig&);
+};
+
+// Asked in this order; the first that fits is taken.
+constexpr std::array kLayouts = {
+    Layout{RecordingFormat::kSevenScenes, "7-scenes", "frame-000000.depth.png with .color.png and .pose.txt",
+           fits_seven_scenes, index_seven_scenes},
+    Layout{RecordingFormat::kPhoneLidar, "phone-lidar", "depth_00000.png with frame_00000.json", fits_phone_lidar,
+           index_phone_lidar},
+    Layout{RecordingFormat::kTum, "tum", "depth.txt with rgb.txt and groundtruth.txt", fits_tum, index_tum},
+    Layout{RecordingFormat::kOpen3d, "open3d", "depth/ with color/ or image/, camera_intrinsic.json, trajectory.log",
+           fits_open3d, index_open3d},
+    Layout{RecordingFormat::kPclzf, "pclzf", "NAME_depth.pclzf with NAME.xml", fits_pclzf, index_pclzf},
+    Layout{RecordingFormat::kPcd, "pcd", "organised point clouds *.pcd", fits_pcd, index_pcd},
+};
+
+constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
+constexpr std::size_t kMaxCandidates = 64;  // sub-folders looked into at each level
+
+struct Found {
+  Folder folder;
+  const Layout* layout = nullptr;
+};
+
+const Layout* layout_of(const Folder& folder, const AcquireConfig& config) {
+  const auto match = std::find_if(kLayouts.begin(), kLayouts.end(), [&](const Layout& layout) {
+    const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
+    return is_wanted && layout.fits(folder, config.limits);
+  });
+  return match == kLayouts.end() ? nullptr : &*match;
+}
+
+// The recordings at `path` itself, else those below it.
+Result<std::vector<Found>> find_recordings(const fs::path& path, int levels, const AcquireConfig& config) {
+  auto folder = list_folder(path, config.limits);
+  if (!folder) return folder.error();
+  std::vector<Found> found;
+  if (const Layout* layout = layout_of(*folder, config)) {
+    found.push_back({*std::move(folder), layout});
+    return found;
+  }
+  if (levels == 0) return found;
+  for (std::size_t i = 0; i < std::min(folder->folders.size(), kMaxCandidates); ++i) {
+    auto below = find_recordings(path / folder->folders[i], levels - 1, config);
+    if (!below) continue;  // a sub-folder that cannot be entered holds no recording for us
+    std::move(below->begin(), below->end(), std::back_inserter(found));
+  }
+  return found;
+}
+
+std::string list_layouts(RecordingFormat wanted) {
+  std::string text;
+  for (const Layout& layout : kLayouts) {
+    if (wanted != RecordingFormat::kAuto && wanted != layout.format) continue;
+    text += std::string("\n  ") + layout.name + ": " + layout.content;
+  }
+  return text;
+}
+
+Error nothing_fits(const fs::path& path, RecordingFormat wanted) {
+  return {ErrorCode::kInput, "no recording of a known layout; looked for" + list_layouts(wanted), path.string()};
+}
+
+Error several_fit(const fs::path& path, const std::vector<Found>& found) {
+  constexpr std::size_t kShown = 5;
+  std::string message = "holds " + std::to_string(found.size()) + " recordings; name one of them:";
+  for (std::size_t i = 0; i < std::min(found.size(), kShown); ++i) message += "\n  " + found[i].folder.path.string();
+  if (found.size() > kShown) message += "\n  ...";
+  return {ErrorCode::kInput, message, path.string()};
+}
+
+Result<Found> find_recording(const fs::path& path, int levels, const AcquireConfig& config) {
+  auto found = find_recordings(path, levels, config);
+  if (!found) return found.error();
+  if (found->empty()) return nothing_fits(path, config.format);
+  if (found->size() > 1) return several_fit(path, *found);
+  return std::move(found->front());
+}
+
+// One file of a recording: a point cloud or PCLZF frame stands for itself, any other for the folder that it lies in.
+Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
+  const fs::path parent = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const std::string name = file.filename().string();
+  const std::string extension = file.extension().string();
+  if (extension != ".pcd" && extension != ".pclzf") {
+    auto found = find_recording(parent, 0, config);
+    if (found || parent.filename().empty()) return found;
+    // A picture of the Open3D layout lies one folder down.
+    auto above = find_recording(parent / "..", 0, config);
+    return above ? std::move(above) : std::move(found);
+  }
+  Folder frame{parent, {name}, {}};
+  if (extension == ".pclzf") {
+    const std::string stem = name.substr(0, name.find_last_of('_'));
+    frame.files.clear();
+    std::error_code code;
+    for (const char* suffix : {"_depth.pclzf", "_rgb.pclzf"}) {
+      if (fs::exists(parent / (stem + suffix), code)) frame.files.push_back(stem + suffix);
+    }
+  }
+  const Layout* layout = layout_of(frame, config);
+  if (layout == nullptr) return nothing_fits(file, config.format);
+  return Found{std::move(frame), layout};
+}
+
+// What the configuration may say, whoever wrote it.
+Result<void> check_config(const AcquireConfig& config) {
+  const auto refuse = [](const char* what) { return Error{ErrorCode::kConfig, what}; };
+  constexpr double kMinScale = 1.0;  // whole metres
+  constexpr double kMaxScale = 1e7;  // a tenth of a micrometre
+  if (config.depth_scale && !(*config.depth_scale >= kMinScale && *config.depth_scale <= kMaxScale)) {
+    return refuse("acquire.depth_scale: expected raw units per metre, 1 to 10000000");
+  }
+  if (config.every == 0) return refuse("every: expected 1 or more");
+  if (config.from > config.to) return refuse("from: expected no more than to");
+  if (config.intrinsics) {
+    CameraIntrinsics camera = config.intrinsics->intrinsics;
+    if (camera.width == 0 && camera.height == 0) camera.width = camera.height = 1;
+    const Distortion& d = config.intrinsics->distortion;
+    const bool is_finite = std::all_of(d.begin(), d.end(), [](double k) { return std::isfinite(k); });
+    if (!camera.is_valid() || !is_finite) {
+      return refuse("acquire.intrinsics: expected finite numbers, fx and fy not 0, width and height both or neither");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& config) {
+  if (const auto checked = check_config(config); !checked) return checked.error();
+  std::error_code code;
+  const auto kind = fs::status(path, code).type();
+  if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
+    return Error{ErrorCode::kInput, "no such file or folder", path.string()};
+  }
+  const auto found =
+      kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);
+  if (!found) return found.error();
+
+  auto recording = found->layout->index(found->folder, config);
+  if (!recording) return recording.error();
+  const std::size_t frames = recording->entries.size();
+  if (frames == 0) return Error{ErrorCode::kInput, "the recording has no frame", found->folder.path.string()};
+  if (frames > config.limits.max_frames) {
+    return Error{ErrorCode::kInput, "more frames than " + std::to_string(config.limits.max_frames),
+                 found->folder.path.string()};
+  }
+  if (config.from >= frames) {
+    return Error{ErrorCode::kInput,
+                 "from " + std::to_string(config.from) + " selects no frame: the recording has " +
+                     std::to_string(frames) + ", counted from 0",
+                 found->folder.path.string()};
+  }
+  if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
+    return missing_camera(found->folder.path);
+  }
+  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config));
+}
+
+}  // namespace scanknit

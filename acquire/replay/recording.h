@@ -1,0 +1,78 @@
+// Recording: the index that every layout builds, and what its decoders return. Private to the room.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "acquire/acquire_config.h"
+#include "core/axes.h"
+#include "core/camera.h"
+#include "core/frame.h"
+#include "core/limits.h"
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// Why one frame cannot be used, while the recording goes on.
+struct Drop {
+  DropReason reason = DropReason::kUnreadable;
+  Error error;
+};
+
+template <typename T>
+using OrDrop = std::variant<T, Drop>;
+
+[[nodiscard]] inline Drop make_drop(DropReason reason, std::string message, const std::filesystem::path& where) {
+  return Drop{reason, Error{ErrorCode::kInput, std::move(message), where.string()}};
+}
+
+/// One frame of a recording: what is known of it before a picture is opened.
+struct FrameEntry {
+  std::uint64_t sequence = 0;  ///< the recording's own frame number, else its place
+  std::optional<std::int64_t> timestamp_ns = {};
+  std::filesystem::path depth = {};
+  std::filesystem::path colour = {};                ///< empty: this frame has no colour
+  std::filesystem::path confidence = {};            ///< empty: every depth pixel is trusted
+  std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded one is refused
+  std::optional<CameraIntrinsics> camera = {};      ///< this frame's own, as its decoder wants it
+  std::optional<CameraIntrinsics> colour_camera = {};
+  std::optional<double> depth_scale = {};  ///< raw units per metre, where each frame says so
+  std::optional<Drop> fault = {};          ///< found while indexing: the frame is dropped without being opened
+};
+
+/// What a decoder found in a frame's files. Cameras and pose only where the files hold them.
+struct DecodedFrame {
+  DepthImage depth_m;
+  ColourImage colour;  ///< empty: none
+  std::optional<CameraIntrinsics> camera = {};
+  std::optional<CameraIntrinsics> colour_camera = {};
+  std::optional<Result<Pose>> T_world_camera = {};
+};
+
+struct DecodeSettings {
+  double depth_scale = 1000.0;  ///< raw units per metre
+  int min_confidence = 0;
+  Limits limits;
+};
+
+using DecodeFrame = OrDrop<DecodedFrame> (*)(const FrameEntry&, const DecodeSettings&);
+
+struct Recording {
+  const char* format = "";
+  std::filesystem::path folder = {};
+  std::vector<FrameEntry> entries = {};
+  std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: those of the picture
+  double depth_scale = 1000.0;                  ///< raw units per metre, where the entries do not say
+  bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
+  bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
+  UpAxis world_up = UpAxis::kMinusY;
+  DecodeFrame decode = nullptr;
+};
+
+}  // namespace scanknit

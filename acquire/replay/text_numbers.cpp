@@ -1,0 +1,86 @@
+#include "acquire/replay/text_numbers.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+namespace scanknit {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+std::vector<std::string_view> split_words(std::string_view line) {
+  std::vector<std::string_view> words;
+  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kBlanks, end);
+  }
+  return words;
+}
+
+template <typename T>
+std::optional<T> parse_whole(std::string_view word) {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);  // from_chars does not know a plus sign
+  T value{};
+  const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (code != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+std::vector<TextLine> text_lines(std::string_view text) {
+  std::vector<TextLine> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    line = line.substr(0, line.find('#'));
+    if (auto words = split_words(line); !words.empty()) lines.push_back({number, std::move(words)});
+  }
+  return lines;
+}
+
+std::optional<double> parse_number(std::string_view word) {
+  return parse_whole<double>(word);
+}
+
+std::optional<std::vector<double>> parse_numbers(std::string_view text) {
+  std::vector<double> numbers;
+  for (const TextLine& line : text_lines(text)) {
+    for (const std::string_view word : line.words) {
+      const auto number = parse_number(word);
+      if (!number) return std::nullopt;
+      numbers.push_back(*number);
+    }
+  }
+  return numbers;
+}
+
+std::optional<std::int64_t> parse_seconds_ns(std::string_view word) {
+  const auto seconds = parse_number(word);
+  constexpr double kMaxSeconds = 9.0e9;  // the year 2255; 2^63 ns is 9.22e9 s
+  if (!seconds || !(std::abs(*seconds) <= kMaxSeconds)) return std::nullopt;
+  // Signs and exponents are rare and short: a double holds them. Plain digits are taken as they stand.
+  if (word.find_first_not_of("0123456789.") != std::string_view::npos) return std::llround(*seconds * 1e9);
+  const std::size_t dot = std::min(word.find('.'), word.size());
+  std::int64_t time_ns = 0;
+  for (const char c : word.substr(0, dot)) time_ns = 10 * time_ns + (c - '0');
+  constexpr std::size_t kDecimals = 9;
+  for (std::size_t i = dot + 1; i <= dot + kDecimals; ++i) {
+    time_ns = 10 * time_ns + (i < word.size() ? word[i] - '0' : 0);
+  }
+  return time_ns;
+}
+
+Result<Pose> pose_from_numbers(const std::vector<double>& row_major) {
+  if (row_major.size() != 16) {
+    return Error{ErrorCode::kInput,
+                 "the pose has " + std::to_string(row_major.size()) + " numbers, expected a 4x4 matrix"};
+  }
+  return pose_from_matrix(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(row_major.data()));
+}
+
+}  // namespace scanknit

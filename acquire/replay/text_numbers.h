@@ -1,0 +1,36 @@
+// Numbers in text files: lines without comments, words, numbers, times.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+struct TextLine {
+  std::size_t number = 0;               ///< counting from 1
+  std::vector<std::string_view> words;  ///< at least one
+};
+
+/// The lines that say something: blank lines and what follows '#' are left out. Words are parted by blanks, tabs and
+/// carriage returns. The views point into `text`.
+[[nodiscard]] std::vector<TextLine> text_lines(std::string_view text);
+
+/// A whole word as a number; "nan" and "inf" are numbers too.
+[[nodiscard]] std::optional<double> parse_number(std::string_view word);
+
+/// Every word of `text` as a number; nothing when one is not.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
+
+/// Decimal seconds as nanoseconds, without the rounding of a double; nothing when it is no number or out of range.
+[[nodiscard]] std::optional<std::int64_t> parse_seconds_ns(std::string_view word);
+
+/// Sixteen numbers, row by row, as a pose; see pose_from_matrix.
+[[nodiscard]] Result<Pose> pose_from_numbers(const std::vector<double>& row_major);
+
+}  // namespace scanknit

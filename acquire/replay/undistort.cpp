@@ -1,0 +1,63 @@
+#include "acquire/replay/undistort.h"
+
+#include <cmath>
+
+namespace scanknit {
+namespace {
+
+template <typename T, typename Sample>
+Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const Distortion& distortion, Sample sample) {
+  Image<T> straight(image.width(), image.height());
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      const Eigen::Vector2d source = distort_pixel(x, y, camera, distortion);
+      // Also false for NaN, so that the conversions to int below are sound.
+      const bool is_inside = source.x() > -0.5 && source.y() > -0.5 && source.x() < image.width() - 0.5 &&
+                             source.y() < image.height() - 0.5;
+      if (is_inside) straight.at(x, y) = sample(image, source);
+    }
+  }
+  return straight;
+}
+
+float nearest(const DepthImage& image, const Eigen::Vector2d& at) {
+  return image.at(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())));
+}
+
+Rgb8 bilinear(const ColourImage& image, const Eigen::Vector2d& at) {
+  const double x = std::clamp(at.x(), 0.0, image.width() - 1.0);
+  const double y = std::clamp(at.y(), 0.0, image.height() - 1.0);
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, image.width() - 1);
+  const int y1 = std::min(y0 + 1, image.height() - 1);
+  const auto blend = [&](std::uint8_t Rgb8::*channel) {
+    const double top = std::lerp(image.at(x0, y0).*channel, image.at(x1, y0).*channel, x - x0);
+    const double bottom = std::lerp(image.at(x0, y1).*channel, image.at(x1, y1).*channel, x - x0);
+    return static_cast<std::uint8_t>(std::lround(std::lerp(top, bottom, y - y0)));
+  };
+  return {blend(&Rgb8::r), blend(&Rgb8::g), blend(&Rgb8::b)};
+}
+
+}  // namespace
+
+Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera, const Distortion& distortion) {
+  const auto [k1, k2, p1, p2, k3] = distortion;
+  const double x = (u - camera.cx) / camera.fx;
+  const double y = (v - camera.cy) / camera.fy;
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const double bent_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
+  const double bent_y = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+  return {camera.fx * bent_x + camera.cx, camera.fy * bent_y + camera.cy};
+}
+
+DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const Distortion& distortion) {
+  return resample(depth_m, camera, distortion, nearest);
+}
+
+ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const Distortion& distortion) {
+  return resample(colour, camera, distortion, bilinear);
+}
+
+}  // namespace scanknit
