@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""Fuses a recording in Open3D's layout with Open3D's legacy ScalableTSDFVolume and writes the mesh.
+
+Needs Debian's python3-open3d and python3-numpy. Prints one JSON object: times in milliseconds, counts, versions.
+The same frames, poses, voxel size and truncation can be given to `scanknit run`; see compare.py.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+import time
+from pathlib import Path
+
+import numpy
+import open3d
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recording", type=Path, help="folder with depth/, color/, camera_intrinsic.json, trajectory.log")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the mesh, a PLY file")
+    parser.add_argument("--voxel", type=float, default=0.004, help="voxel size, metres (default %(default)s)")
+    parser.add_argument("--truncation", type=float, default=4, help="half width of the band, voxels (default %(default)s)")
+    parser.add_argument("--max-depth", type=float, default=10.0, help="metres; farther depth is left out")
+    parser.add_argument("--frames", type=int, default=0, help="only the first N frames (default: all)")
+    return parser.parse_args()
+
+
+def read_poses(path):
+    """Camera-to-world matrices of a trajectory.log: one line of three numbers, then four rows, for each frame."""
+    numbers = numpy.array(path.read_text().split(), dtype=float)
+    return numbers.reshape(-1, 19)[:, 3:].reshape(-1, 4, 4)
+
+
+def read_frames(recording, depth_scale, max_depth):
+    """Yields RGB-D pictures whose depth is metres as float, in the order of their names."""
+    colours = {path.stem: path for path in (recording / "color").iterdir()}
+    for path in sorted((recording / "depth").glob("*.png")):
+        yield open3d.geometry.RGBDImage.create_from_color_and_depth(
+            open3d.io.read_image(str(colours[path.stem])),
+            open3d.io.read_image(str(path)),
+            depth_scale=depth_scale,
+            depth_trunc=max_depth,
+            convert_rgb_to_intensity=False,
+        )
+
+
+def milliseconds_since(start):
+    return 1000 * (time.perf_counter() - start)
+
+
+def main():
+    arguments = parse_arguments()
+    camera_file = arguments.recording / "camera_intrinsic.json"
+    camera = open3d.io.read_pinhole_camera_intrinsic(str(camera_file))
+    depth_scale = json.loads(camera_file.read_text()).get("depth_scale", 1000.0)
+    poses = read_poses(arguments.recording / "trajectory.log")
+    volume = open3d.pipelines.integration.ScalableTSDFVolume(
+        voxel_length=arguments.voxel,
+        sdf_trunc=arguments.truncation * arguments.voxel,
+        color_type=open3d.pipelines.integration.TSDFVolumeColorType.RGB8,
+    )
+
+    integrate_ms = []
+    for index, frame in enumerate(read_frames(arguments.recording, depth_scale, arguments.max_depth)):
+        if index >= len(poses) or (arguments.frames and index >= arguments.frames):
+            break
+        world_to_camera = numpy.linalg.inv(poses[index])
+        start = time.perf_counter()
+        volume.integrate(frame, camera, world_to_camera)
+        integrate_ms.append(milliseconds_since(start))
+    if not integrate_ms:
+        sys.exit(f"{arguments.recording}: no frames")
+
+    start = time.perf_counter()
+    mesh = volume.extract_triangle_mesh()
+    extract_ms = milliseconds_since(start)
+    if not open3d.io.write_triangle_mesh(str(arguments.output), mesh):
+        sys.exit(f"{arguments.output}: cannot be written")
+    print(json.dumps({
+        "open3d": open3d.__version__,
+        "frames": len(integrate_ms),
+        "voxel_m": arguments.voxel,
+        "truncation_vox": arguments.truncation,
+        "integrate_ms": {"median": statistics.median(integrate_ms), "mean": statistics.fmean(integrate_ms)},
+        "extract_ms": extract_ms,
+        "vertices": len(mesh.vertices),
+        "triangles": len(mesh.triangles),
+    }, indent=2))
+
+
+if __name__ == "__main__":
+    main()
