@@ -11,7 +11,8 @@ namespace scanknit {
 
 /// The mesh in the file's own coordinates and unit (STL: what the numbers say). Vertices of an STL that are bit-equal
 /// are welded. GLB colours are turned from linear to sRGB; node transforms are applied. Errors (kInput): unreadable,
-/// not the format, counts beyond `limits`, an index out of range, truncated.
+/// not the format, counts beyond `limits`, an index out of range, a position that is not finite,
+/// truncated. A normal that is not finite becomes zero: unknown.
 [[nodiscard]] Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits = {});
 
 }  // namespace scanknit

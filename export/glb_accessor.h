@@ -1,0 +1,40 @@
+// AccessorView: checked reading of one glTF accessor. Private to the GLB reader.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/result.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace scanknit {
+
+/// Elements of an accessor whose every byte has been found inside its buffer. Refers to the model's memory.
+class AccessorView {
+ public:
+  /// Errors (kInput): an index out of range anywhere on the way, sparse or dataless accessors, bytes outside.
+  [[nodiscard]] static Result<AccessorView> open(const tinygltf::Model& model, int accessor);
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] int components() const { return components_; }
+  [[nodiscard]] int component_type() const { return component_type_; }
+
+  /// The component as stored; `element` < count(), `component` < components().
+  [[nodiscard]] double value(std::size_t element, int component) const;
+  /// Integer types scaled to 0..1, as colours are meant; floats as they are.
+  [[nodiscard]] double normalised(std::size_t element, int component) const;
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t count_ = 0;
+  std::size_t stride_ = 0;
+  int components_ = 0;
+  int component_type_ = 0;
+  std::size_t component_bytes_ = 0;
+};
+
+}  // namespace scanknit

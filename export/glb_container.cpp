@@ -1,0 +1,66 @@
+#include "export/glb_container.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <span>
+
+#include "core/byte_reader.h"
+#include "export/mesh_builder.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
+constexpr std::uint32_t kJson = 0x4E4F534A;   // "JSON"
+
+/// The deepest nesting of brackets outside strings; needs no valid JSON.
+int nesting_depth(std::string_view json) {
+  int depth = 0;
+  int deepest = 0;
+  bool is_string = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (is_string) {
+      if (c == '\\') ++i;
+      is_string = c != '"';
+    } else if (c == '"') {
+      is_string = true;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+}  // namespace
+
+Result<void> check_glb_container(std::string_view bytes, int max_depth) {
+  ByteReader reader(std::as_bytes(std::span(bytes)));
+  const auto magic = reader.little_endian<std::uint32_t>();
+  const auto version = reader.little_endian<std::uint32_t>();
+  const auto length = reader.little_endian<std::uint32_t>();
+  if (magic != kMagic || version != 2u || !length) return input_error("not a GLB file of version 2");
+  if (*length != bytes.size()) {
+    return input_error(
+        fmt::format("truncated: the GLB header speaks of {} bytes, there are {}", *length, bytes.size()));
+  }
+  const auto json_length = reader.little_endian<std::uint32_t>();
+  if (reader.little_endian<std::uint32_t>() != kJson) return input_error("a GLB file without a JSON chunk");
+  const std::size_t json_begin = reader.offset();
+  if (!reader.take(*json_length)) return input_error("truncated: the GLB's JSON chunk is longer than the file");
+  if (nesting_depth(bytes.substr(json_begin, *json_length)) > max_depth) {
+    return input_error(fmt::format("the GLB's JSON is nested deeper than {} levels", max_depth));
+  }
+  while (reader.remaining() > 0) {
+    const auto chunk_length = reader.little_endian<std::uint32_t>();
+    if (!reader.little_endian<std::uint32_t>() || !reader.take(*chunk_length)) {
+      return input_error("truncated: a chunk of the GLB is longer than the file");
+    }
+  }
+  return {};
+}
+
+}  // namespace scanknit

@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "core/version.h"
+#include "export/mesh_writers.h"
+#include "export/srgb.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::uint64_t kContainerBytes = 28;  // file header 12, two chunk headers of 8
+constexpr std::uint64_t kMaxJsonBytes = 4096;  // ours is about 1,300 bytes, whatever the mesh
+constexpr std::uint16_t kOpaque = 65535;
+
+std::uint64_t estimated_bytes(const Mesh& mesh) {
+  const std::uint64_t per_vertex = 12 + (mesh.normals.empty() ? 0u : 12u) + (mesh.colours.empty() ? 0u : 8u);
+  return kContainerBytes + kMaxJsonBytes + per_vertex * mesh.positions_m.size() + 12ull * mesh.triangles.size();
+}
+
+template <typename T>
+void append(std::vector<unsigned char>& bytes, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const auto* first = reinterpret_cast<const unsigned char*>(&value);
+  bytes.insert(bytes.end(), first, first + sizeof(T));
+}
+
+void append(std::vector<unsigned char>& bytes, const Eigen::Vector3f& v) {
+  append(bytes, std::array<float, 3>{v.x(), v.y(), v.z()});
+}
+
+/// Builds the model's one buffer section by section: each becomes a buffer view and an accessor.
+class SectionBuilder {
+ public:
+  SectionBuilder(tinygltf::Model& model, std::size_t bytes) : model_(model) {
+    model_.buffers.emplace_back();
+    bytes_().reserve(bytes);
+  }
+
+  /// Calls `fill(bytes)`, which appends `count` elements; returns the accessor's index.
+  template <typename Fill>
+  int add(std::size_t count, int type, int component_type, int target, Fill&& fill) {
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = bytes_().size();
+    fill(bytes_());
+    view.byteLength = bytes_().size() - view.byteOffset;
+    view.target = target;
+    model_.bufferViews.push_back(std::move(view));
+
+    tinygltf::Accessor accessor;
+    accessor.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
+    accessor.count = count;
+    accessor.type = type;
+    accessor.componentType = component_type;
+    model_.accessors.push_back(std::move(accessor));
+    return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+ private:
+  [[nodiscard]] std::vector<unsigned char>& bytes_() { return model_.buffers.front().data; }
+  tinygltf::Model& model_;
+};
+
+int add_positions(const Mesh& mesh, const Placement& placement, tinygltf::Model& model, SectionBuilder& sections) {
+  Eigen::Vector3f low = placement.position(mesh.positions_m.front());
+  Eigen::Vector3f high = low;
+  const int index = sections.add(mesh.positions_m.size(), TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                                 TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::vector<unsigned char>& bytes) {
+                                   for (const Eigen::Vector3f& position : mesh.positions_m) {
+                                     const Eigen::Vector3f p = placement.position(position);
+                                     low = low.cwiseMin(p);
+                                     high = high.cwiseMax(p);
+                                     append(bytes, p);
+                                   }
+                                 });
+  // glTF 2.0, 3.6.2.5: minimum and maximum must equal the stored floats, so they are those floats as doubles.
+  tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(index)];
+  accessor.minValues = {low.x(), low.y(), low.z()};
+  accessor.maxValues = {high.x(), high.y(), high.z()};
+  return index;
+}
+
+int add_normals(const Mesh& mesh, const Placement& placement, SectionBuilder& sections) {
+  return sections.add(mesh.normals.size(), TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                      TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::vector<unsigned char>& bytes) {
+                        for (const Eigen::Vector3f& normal : mesh.normals) {
+                          const Eigen::Vector3d n = placement.normal(normal).cast<double>();
+                          const double length = n.norm();
+                          append(bytes, length > 0 ? (n / length).cast<float>().eval() : Eigen::Vector3f(0, 1, 0));
+                        }
+                      });
+}
+
+/// Linear, 16-bit, four channels: glTF's COLOR_0 is linear; eight bits would band in the darks; three channels of 16
+/// bits would break the 4-byte alignment.
+int add_colours(const Mesh& mesh, SectionBuilder& sections) {
+  std::array<std::uint16_t, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = static_cast<std::uint16_t>(std::lround(65535 * linear_from_srgb(static_cast<std::uint8_t>(i))));
+  }
+  const int index =
+      sections.add(mesh.colours.size(), TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                   TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::vector<unsigned char>& bytes) {
+                     for (const Rgb8 c : mesh.colours) {
+                       append(bytes, std::array<std::uint16_t, 4>{linear[c.r], linear[c.g], linear[c.b], kOpaque});
+                     }
+                   });
+  return index;
+}
+
+int add_indices(const Mesh& mesh, SectionBuilder& sections) {
+  return sections.add(3 * mesh.triangles.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
+                      TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, [&](std::vector<unsigned char>& bytes) {
+                        for (const Triangle& triangle : mesh.triangles) append(bytes, triangle);
+                      });
+}
+
+/// glTF's default material is a metal, which is black without surroundings to mirror: ours always says otherwise.
+void add_material(Material kind, tinygltf::Model& model) {
+  tinygltf::Material material;
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = 1;
+  if (kind == Material::kUnlit) {
+    material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
+    model.extensionsUsed.emplace_back("KHR_materials_unlit");
+  }
+  model.materials.push_back(std::move(material));
+}
+
+tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Material material) {
+  tinygltf::Model model;
+  model.asset.version = "2.0";
+  model.asset.generator = fmt::format("ScanKnit {}", kVersion);
+  model.asset.extras = tinygltf::Value(tinygltf::Value::Object{{"units", tinygltf::Value(std::string("metre"))}});
+
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.material = 0;
+  SectionBuilder sections(model, estimated_bytes(mesh));
+  primitive.attributes["POSITION"] = add_positions(mesh, placement, model, sections);
+  if (!mesh.normals.empty()) primitive.attributes["NORMAL"] = add_normals(mesh, placement, sections);
+  if (!mesh.colours.empty()) {
+    const int colours = add_colours(mesh, sections);
+    model.accessors[static_cast<std::size_t>(colours)].normalized = true;
+    primitive.attributes["COLOR_0"] = colours;
+  }
+  primitive.indices = add_indices(mesh, sections);
+  add_material(material, model);
+
+  model.meshes.emplace_back();
+  model.meshes.back().primitives.push_back(std::move(primitive));
+  model.nodes.emplace_back();
+  model.nodes.back().mesh = 0;
+  model.scenes.emplace_back();
+  model.scenes.back().nodes = {0};
+  model.defaultScene = 0;
+  return model;
+}
+
+/// tinygltf 2.7.0 answers success whatever the stream did: the length its own header claims must be what there is.
+bool is_whole(std::string_view glb) {
+  if (glb.size() < 12 || !glb.starts_with("glTF")) return false;
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 8, sizeof(length));
+  return length == glb.size();
+}
+
+}  // namespace
+
+Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
+                       std::uint64_t max_bytes) {
+  if (const std::uint64_t bytes = estimated_bytes(mesh); bytes > max_bytes) {
+    return Error{ErrorCode::kOutput,
+                 fmt::format("the GLB would have {} bytes, more than the limit of {}: take a larger "
+                             "voxel size, or write PLY",
+                             bytes, max_bytes)};
+  }
+  try {
+    std::ostringstream stream;
+    {
+      const tinygltf::Model model = build_model(mesh, placement, material);
+      if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true)) {
+        return Error{ErrorCode::kOutput, "tinygltf could not build the GLB"};
+      }
+    }
+    if (!stream || !is_whole(stream.view())) return Error{ErrorCode::kOutput, "tinygltf built a GLB that is not whole"};
+    return file.write(stream.view());
+  } catch (const std::exception& problem) {  // bad_alloc, or what tinygltf and its JSON library may throw
+    return Error{ErrorCode::kOutput, std::string("the GLB could not be built: ") + problem.what()};
+  }
+}
+
+}  // namespace scanknit

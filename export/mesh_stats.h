@@ -1,0 +1,13 @@
+// A mesh's counts as JSON: one wording for the report and for `scanknit info`.
+#pragma once
+
+#include <string>
+
+#include "core/mesh.h"
+
+namespace scanknit {
+
+/// A JSON object on one line: the "mesh" of report.schema.json.
+[[nodiscard]] std::string mesh_check_json(const MeshCheck& check);
+
+}  // namespace scanknit

@@ -1,0 +1,33 @@
+// The writers of each format. All expect what write_mesh() has checked: a mesh that is not empty and whose indices,
+// attribute lengths and placed positions are right.
+#pragma once
+
+#include <cstdint>
+
+#include "core/atomic_file.h"
+#include "core/mesh.h"
+#include "core/result.h"
+#include "export/export_config.h"
+#include "export/placement.h"
+
+namespace scanknit {
+
+/// GLB files are kept below 2 GiB: beyond it tinygltf would truncate sizes at 4 GiB, and viewers fail well before.
+inline constexpr std::uint64_t kMaxGlbBytes = (1ull << 31) - 1;
+
+/// glTF 2.0, one primitive, through tinygltf. `placement` must be metres, Y up. A normal of zero length (direction
+/// unknown) is written as +Y, since glTF asks for unit length. A mesh that would pass `max_bytes` is
+/// refused with kOutput before memory is asked for.
+[[nodiscard]] Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
+                                     std::uint64_t max_bytes = kMaxGlbBytes);
+
+/// Binary little-endian PLY: x y z [nx ny nz] [red green blue], colours as sRGB bytes.
+[[nodiscard]] Result<void> write_ply(const Mesh& mesh, const Placement& placement, AtomicFile& file);
+
+/// Wavefront OBJ: `v x y z [r g b]`, colours as sRGB in 0..1 (the convention of MeshLab, Blender and others), `vn`.
+[[nodiscard]] Result<void> write_obj(const Mesh& mesh, const Placement& placement, AtomicFile& file);
+
+/// Binary STL; facet normals come from the geometry. The format has no colour.
+[[nodiscard]] Result<void> write_stl(const Mesh& mesh, const Placement& placement, AtomicFile& file);
+
+}  // namespace scanknit

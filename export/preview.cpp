@@ -1,0 +1,64 @@
+#include "export/preview.h"
+
+#include <tbb/parallel_for.h>
+
+#include <array>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/atomic_file.h"
+#include "export/rasteriser.h"
+#include "export/view_choice.h"
+
+namespace scanknit {
+namespace {
+
+void copy_into(const ColourImage& part, int left, int top, ColourImage& whole) {
+  for (int y = 0; y < part.height(); ++y) {
+    const auto row = part.row(y);
+    std::copy(row.begin(), row.end(), whole.row(top + y).begin() + left);
+  }
+}
+
+}  // namespace
+
+ColourImage render_preview(const Mesh& mesh, UpAxis world_up, int width, int height) {
+  ColourImage picture(width, height, kBackground);
+  if (mesh.empty()) return picture;
+  const Framing frame = framing(mesh);
+  const std::array<View, 4> views = choose_views(mesh, world_up);
+  std::array<ColourImage, 4> parts;
+  // A view belongs to one thread: the same picture for every number of threads.
+  tbb::parallel_for(0, 4, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    parts[k] = render_view(mesh, frame, views[k], width / 2, height / 2);
+  });
+  for (int i = 0; i < 4; ++i) {
+    copy_into(parts[static_cast<std::size_t>(i)], (i % 2) * (width / 2), (i / 2) * (height / 2), picture);
+  }
+  return picture;
+}
+
+Result<void> write_png(const ColourImage& image, const std::filesystem::path& path) {
+  const auto failure = [&path](std::string what) { return Error{ErrorCode::kOutput, std::move(what), path.string()}; };
+  if (image.empty()) return failure("a picture without pixels cannot be written");
+  std::vector<unsigned char> bytes;
+  try {
+    cv::Mat bgr(image.height(), image.width(), CV_8UC3);
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        const Rgb8 c = image.at(x, y);
+        bgr.at<cv::Vec3b>(y, x) = {c.b, c.g, c.r};
+      }
+    }
+    if (!cv::imencode(".png", bgr, bytes)) return failure("the picture could not be encoded as PNG");
+  } catch (const std::exception& problem) {  // cv::Exception, bad_alloc
+    return failure(std::string("the picture could not be encoded as PNG: ") + problem.what());
+  }
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  if (auto written = file->write(std::as_bytes(std::span(bytes))); !written) return written;
+  return file->commit();
+}
+
+}  // namespace scanknit

@@ -1,0 +1,47 @@
+#include "export/read_mesh.h"
+
+#include <fmt/format.h>
+
+#include "core/read_file.h"
+#include "export/mesh_builder.h"
+#include "export/mesh_extension.h"
+#include "export/mesh_readers.h"
+
+namespace scanknit {
+namespace {
+
+Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& limits) {
+  switch (format) {
+    case MeshFormat::kGlb: return read_glb(bytes, limits);
+    case MeshFormat::kPly: return read_ply(bytes, limits);
+    case MeshFormat::kObj: return read_obj(bytes, limits);
+    case MeshFormat::kStl: return read_stl(bytes, limits);
+  }
+  return input_error("a format without a reader");
+}
+
+}  // namespace
+
+Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits& limits) {
+  try {
+    return read_as(format, bytes, limits).and_then(finish_mesh);
+  } catch (const std::bad_alloc&) {
+    return input_error("the mesh does not fit into memory");
+  }
+}
+
+Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits) {
+  const std::optional<MeshFormat> format = mesh_format(path);
+  if (!format) {
+    return Error{ErrorCode::kInput,
+                 fmt::format("unknown mesh extension '{}'; known are {}", path.extension().string(), kMeshExtensions),
+                 path.string()};
+  }
+  const auto bytes = read_text_file(path, limits.max_mesh_bytes);
+  if (!bytes) return bytes.error();
+  auto mesh = parse_mesh(*bytes, *format, limits);
+  if (!mesh) return Error{mesh.error().code, mesh.error().message, path.string()};
+  return mesh;
+}
+
+}  // namespace scanknit

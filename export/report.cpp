@@ -1,0 +1,120 @@
+#include "export/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "export/mesh_stats.h"
+
+namespace scanknit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxDropMessages = 100;
+/// Always in the report, in the order in which a frame meets them.
+constexpr std::array kStages = {"read",      "acquire", "filter", "track", "raycast",
+                                "integrate", "extract", "export", "write"};
+
+/// JSON has no NaN or infinity; a time or size that is neither is better 0 than a document that cannot be read.
+double finite(double value) {
+  return std::isfinite(value) ? value : 0.0;
+}
+
+template <typename Map>
+Json object_of(const Map& map) {
+  Json json = Json::object();
+  for (const auto& [key, value] : map) json[key] = value;
+  return json;
+}
+
+Json frames_json(const RunReport::Frames& frames) {
+  Json json;
+  json["read"] = frames.read;
+  json["fused"] = frames.fused;
+  json["dropped"] = frames.dropped;
+  json["lost"] = frames.lost;
+  json["dropped_by_reason"] = object_of(frames.dropped_by_reason);
+  json["drop_messages"] = Json::array();
+  for (std::size_t i = 0; i < std::min(frames.drop_messages.size(), kMaxDropMessages); ++i) {
+    json["drop_messages"].push_back(frames.drop_messages[i]);
+  }
+  return json;
+}
+
+Json stage_json(const StageTimes& times) {
+  return Json{{"total_ms", finite(times.total_ms())},
+              {"median_ms", finite(times.median_ms())},
+              {"p95_ms", finite(times.p95_ms())}};
+}
+
+Json stages_json(const std::map<std::string, StageTimes>& stages) {
+  Json json;
+  for (const char* name : kStages) {
+    const auto found = stages.find(name);
+    json[name] = stage_json(found == stages.end() ? StageTimes{} : found->second);
+  }
+  for (const auto& [name, times] : stages) {
+    if (!json.contains(name)) json[name] = stage_json(times);
+  }
+  return json;
+}
+
+Json volume_json(const RunReport::Volume& volume) {
+  Json json;
+  json["active_voxels"] = volume.active_voxels;
+  json["blocks"] = volume.blocks;
+  json["memory_mib"] = finite(volume.memory_mib);
+  json["voxel_size_m"] = finite(volume.voxel_size_m);
+  json["is_budget_reached"] = volume.is_budget_reached;
+  return json;
+}
+
+Json config_json(const std::string& text) {
+  Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  return json.is_object() ? json : Json::object();
+}
+
+}  // namespace
+
+double StageTimes::total_ms() const {
+  return std::accumulate(samples_ms.begin(), samples_ms.end(), 0.0);
+}
+
+double StageTimes::median_ms() const {
+  if (samples_ms.empty()) return 0;
+  std::vector<double> sorted = samples_ms;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+}
+
+double StageTimes::p95_ms() const {
+  if (samples_ms.empty()) return 0;
+  std::vector<double> sorted = samples_ms;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t rank = (95 * sorted.size() + 99) / 100;  // nearest rank: ceil(0.95 n), counted from 1
+  return sorted[rank - 1];
+}
+
+std::string to_json(const RunReport& report) {
+  Json json;
+  json["version"] = report.version;
+  json["input"] = report.input;
+  json["status"] = report.status;
+  json["exit_code"] = report.exit_code;
+  json["frames"] = frames_json(report.frames);
+  json["stages"] = stages_json(report.stages);
+  json["total_ms"] = finite(report.total_ms);
+  json["peak_rss_mib"] = finite(report.peak_rss_mib);
+  json["volume"] = volume_json(report.volume);
+  json["mesh"] = report.mesh ? Json::parse(mesh_check_json(*report.mesh)) : Json(nullptr);
+  json["extract"] = Json{{"cases", object_of(report.extract_cases)}};
+  json["files"] = object_of(report.files);
+  json["config"] = config_json(report.config_json);
+  // Paths and messages may hold bytes that are not UTF-8: they become the replacement character.
+  return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace scanknit

@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include "core/atomic_file.h"
+#include "tests/core/temporary_folder.h"
+
+namespace scanknit {
+namespace {
+
+using test::read_text;
+using test::TemporaryFolder;
+using test::write_text;
+
+TEST(AtomicFile, CommitMakesTheFileWithWhatWasWritten) {
+  const TemporaryFolder folder;
+  auto file = AtomicFile::create(folder / "a.txt");
+  ASSERT_TRUE(file);
+  ASSERT_TRUE(file->write("one "));
+  ASSERT_TRUE(file->write("two"));
+  ASSERT_TRUE(file->commit());
+  EXPECT_EQ(read_text(folder / "a.txt"), "one two");
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(AtomicFile, WritesMoreThanItsBuffer) {
+  const TemporaryFolder folder;
+  const std::string text(5'000'000, 'x');
+  ASSERT_TRUE(write_file_atomically(folder / "a.txt", text));
+  EXPECT_EQ(std::filesystem::file_size(folder / "a.txt"), text.size());
+}
+
+TEST(AtomicFile, DestroyedWithoutCommitLeavesNothing) {
+  const TemporaryFolder folder;
+  {
+    auto file = AtomicFile::create(folder / "a.txt");
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->write("lost"));
+  }
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(AtomicFile, DestroyedWithoutCommitKeepsTheOldFile) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "old");
+  {
+    auto file = AtomicFile::create(folder / "a.txt");
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->write("new"));
+  }
+  EXPECT_EQ(read_text(folder / "a.txt"), "old");
+}
+
+TEST(AtomicFile, OldFileStaysUntilCommit) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "old");
+  auto file = AtomicFile::create(folder / "a.txt");
+  ASSERT_TRUE(file);
+  ASSERT_TRUE(file->write("new"));
+  EXPECT_EQ(read_text(folder / "a.txt"), "old");
+  ASSERT_TRUE(file->commit());
+  EXPECT_EQ(read_text(folder / "a.txt"), "new");
+}
+
+TEST(AtomicFile, MovedFromObjectLeavesTheFileToTheOther) {
+  const TemporaryFolder folder;
+  auto created = AtomicFile::create(folder / "a.txt");
+  ASSERT_TRUE(created);
+  {
+    AtomicFile moved = std::move(*created);
+    ASSERT_TRUE(moved.write("kept"));
+    ASSERT_TRUE(moved.commit());
+  }
+  EXPECT_EQ(read_text(folder / "a.txt"), "kept");
+}
+
+TEST(AtomicFile, MoveAssignmentDiscardsTheTargetsOwnFile) {
+  const TemporaryFolder folder;
+  auto first = AtomicFile::create(folder / "first.txt");
+  auto second = AtomicFile::create(folder / "second.txt");
+  ASSERT_TRUE(first && second);
+  *first = std::move(*second);
+  ASSERT_TRUE(first->commit());
+  EXPECT_TRUE(std::filesystem::exists(folder / "second.txt"));
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(AtomicFile, MakesMissingFolders) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_file_atomically(folder / "x/y/a.txt", "deep"));
+  EXPECT_EQ(read_text(folder / "x/y/a.txt"), "deep");
+}
+
+TEST(AtomicFile, RefusesAFolderAsDestination) {
+  const TemporaryFolder folder;
+  const auto file = AtomicFile::create(folder.path());
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::kOutput);
+  EXPECT_NE(file.error().message.find("folder"), std::string::npos);
+}
+
+TEST(AtomicFile, RefusesAPathBelowAFile) {
+  const TemporaryFolder folder;
+  write_text(folder / "plain", "x");
+  const auto file = AtomicFile::create(folder / "plain/a.txt");
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(read_text(folder / "plain"), "x");
+}
+
+TEST(AtomicFile, ReplacesASymbolicLinkAndSparesItsTarget) {
+  const TemporaryFolder folder;
+  write_text(folder / "target", "precious");
+  std::filesystem::create_symlink(folder / "target", folder / "link");
+  ASSERT_TRUE(write_file_atomically(folder / "link", "new"));
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(read_text(folder / "link"), "new");
+  EXPECT_EQ(read_text(folder / "target"), "precious");
+}
+
+TEST(AtomicFile, CommitFailsWhenTheTemporaryFileIsGone) {
+  const TemporaryFolder folder;
+  auto file = AtomicFile::create(folder / "a.txt");
+  ASSERT_TRUE(file);
+  std::filesystem::remove(file->temporary_path());
+  const auto committed = file->commit();
+  ASSERT_FALSE(committed);
+  EXPECT_EQ(committed.error().code, ErrorCode::kOutput);
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
+}
+
+TEST(AtomicFile, PermissionsFollowTheUmask) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_file_atomically(folder / "a.txt", "x"));
+  const auto permissions = std::filesystem::status(folder / "a.txt").permissions();
+  EXPECT_NE(permissions & std::filesystem::perms::owner_write, std::filesystem::perms::none);
+  EXPECT_EQ(permissions & std::filesystem::perms::owner_exec, std::filesystem::perms::none);
+}
+
+TEST(CheckWritable, LeavesNoTrace) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(check_writable(folder / "a.txt"));
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(CheckWritable, RefusesAPathBelowAFile) {
+  const TemporaryFolder folder;
+  write_text(folder / "plain", "x");
+  EXPECT_FALSE(check_writable(folder / "plain/a.txt"));
+}
+
+}  // namespace
+}  // namespace scanknit

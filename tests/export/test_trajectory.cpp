@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <sstream>
+
+#include "export/report.h"
+
+namespace scanknit {
+namespace {
+
+constexpr double kPromised = 1e-9;
+
+Pose pose_at(double angle_rad) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(1, -2, 3).normalized()).toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(12.345678901234, -1.0 / 3, 1e-5);
+  return pose;
+}
+
+TEST(TumTrajectory, GivesEveryPoseBack) {
+  for (const double angle_rad : {0.0, 0.5, 2.0, 3.1415, 4.0, 6.0}) {
+    std::istringstream line(to_tum_trajectory({{1305031102.175304, pose_at(angle_rad)}}));
+    double stamp, tx, ty, tz, qx, qy, qz, qw;
+    ASSERT_TRUE(line >> stamp >> tx >> ty >> tz >> qx >> qy >> qz >> qw);
+    EXPECT_EQ(stamp, 1305031102.175304);
+    EXPECT_NEAR((Eigen::Vector3d(tx, ty, tz) - pose_at(angle_rad).translation()).norm(), 0, kPromised);
+    const Eigen::Matrix3d rotation = Eigen::Quaterniond(qw, qx, qy, qz).toRotationMatrix();
+    EXPECT_NEAR((rotation - pose_at(angle_rad).linear()).cwiseAbs().maxCoeff(), 0, kPromised);
+    EXPECT_GE(qw, 0);
+  }
+}
+
+TEST(TumTrajectory, IsOneLineAPose) {
+  const std::string text = to_tum_trajectory({{1, Pose::Identity()}, {2, Pose::Identity()}});
+  EXPECT_EQ(text, "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
+}
+
+TEST(TumTrajectory, WithoutPosesIsEmpty) {
+  EXPECT_EQ(to_tum_trajectory({}), "");
+}
+
+}  // namespace
+}  // namespace scanknit
