@@ -1,5 +1,7 @@
 #include "fusion/depth_pyramid.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -12,12 +14,14 @@ DepthRange hull_of(const DepthRange& a, const DepthRange& b) {
 
 Image<DepthRange> halved(const Image<DepthRange>& fine) {
   Image<DepthRange> coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);
-  for (int y = 0; y < fine.height(); ++y) {
-    for (int x = 0; x < fine.width(); ++x) {
-      DepthRange& cell = coarse.at(x / 2, y / 2);
-      cell = hull_of(cell, fine.at(x, y));
+  tbb::parallel_for(0, coarse.height(), [&](int y) {
+    for (int fine_y = 2 * y; fine_y < std::min(2 * y + 2, fine.height()); ++fine_y) {
+      for (int x = 0; x < fine.width(); ++x) {
+        DepthRange& cell = coarse.at(x / 2, y);
+        cell = hull_of(cell, fine.at(x, fine_y));
+      }
     }
-  }
+  });
   return coarse;
 }
 

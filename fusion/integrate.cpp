@@ -18,6 +18,8 @@ using FloatLeaf = openvdb::FloatTree::LeafNodeType;
 using ColourLeaf = openvdb::Vec3STree::LeafNodeType;
 
 constexpr int kBlock = 8;
+constexpr float kFreeSpaceShare = 0.05f;
+constexpr float kTinyWeight = 1e-30f;  // far below any weight of a sighting, and no denormal
 
 /// The three leaves of one block.
 struct Block {
@@ -27,25 +29,34 @@ struct Block {
   bool is_new = false;
 };
 
-/// Their voxels, and which of them are observed.
-struct Voxels {
-  explicit Voxels(const Block& block)
-      : tsdf(block.tsdf->buffer().data()),
-        weight(block.weight->buffer().data()),
-        colour(block.colour->buffer().data()),
-        observed(block.tsdf->getValueMask()) {}
-  float* tsdf;
-  float* weight;
-  openvdb::Vec3s* colour;
-  FloatLeaf::NodeMaskType observed;
+/// Eight voxels in a row along z, as the camera sees them.
+struct VoxelRow {
+  float x[kBlock], y[kBlock], z[kBlock];  ///< camera frame
+  float distance_m[kBlock];               ///< clamped to the truncation
+  float weight[kBlock];                   ///< 0: this frame says nothing of the voxel
+  bool takes_colour[kBlock];
 };
 
-/// Behind the surface the evidence fades: it is least certain there, and must not push through thin walls
-/// (the linear weight of Bylow et al. 2013, "Real-Time Camera Tracking and 3D Reconstruction Using Signed Distance
-/// Functions", section IV-B, with epsilon = 0).
-float weight_at(const Sighting& sighting) {
-  if (sighting.distance_m >= 0) return sighting.weight;
-  return sighting.weight * (1 + sighting.distance_m / sighting.truncation_m);
+/// How far along z a point at `z_m` lies behind the plane it was sighted against; negative in front. On the point's ray
+/// the plane is at z offset / (normal . ray), and normal . p = distance + offset. A plane that faces away is far.
+float depth_behind(const Sighting& sighting, float z_m) {
+  const float along_normal = sighting.distance_m + sighting.offset_m;  // negative for a plane that faces the camera
+  return along_normal < 0 ? z_m * sighting.distance_m / along_normal : z_m;
+}
+
+/// How much a sighting counts at a voxel. A distance measured along one view's normal is never less than the true
+/// distance to the nearest surface, and the farther from the surface it is taken, the more it may overstate it: near
+/// edges and behind thin parts views would outvote the one that sees the surface itself. So the weight falls with the
+/// cube of 1 - |distance| / truncation, on both sides alike so that noise has no preferred direction. Free space keeps
+/// kFreeSpaceShare: enough to carve. Behind the surface nothing is known beyond the truncation along the ray.
+/// The cube was chosen among powers 1 to 4 with bench/compare.py: 1 doubles the error of noise-free objects, 4 adds a
+/// tenth to that of noisy rooms.
+float weight_at(const Sighting& sighting, float z_m) {
+  const SurfacePixel& pixel = *sighting.pixel;
+  const float nearness = std::max(0.0f, 1 - std::abs(sighting.distance_m) * pixel.per_truncation);
+  const float share = nearness * nearness * nearness;
+  if (sighting.distance_m >= 0) return pixel.weight * std::max(share, kFreeSpaceShare);
+  return share > 0 && depth_behind(sighting, z_m) <= pixel.truncation_m ? pixel.weight * share : 0.0f;
 }
 
 /// Applies one frame to blocks. Holds what is the same for all voxels.
@@ -65,45 +76,75 @@ class BlockUpdate {
     const Coord origin = block.tsdf->origin();
     const Eigen::Vector3f p_origin =
         (T_camera_world_ * (Eigen::Vector3d(origin.x(), origin.y(), origin.z()) * voxel_size_m_)).cast<float>();
-    Voxels voxels(block);
-    openvdb::Index voxel = 0;  // a leaf's buffer runs along z first, then y, then x
-    for (int i = 0; i < kBlock; ++i) {
-      for (int j = 0; j < kBlock; ++j) {
-        const Eigen::Vector3f p_row = p_origin + static_cast<float>(i) * step_[0] + static_cast<float>(j) * step_[1];
-        for (int k = 0; k < kBlock; ++k, ++voxel) {
-          update(voxels, voxel, p_row + static_cast<float>(k) * step_[2]);
-        }
+    float* tsdf = block.tsdf->buffer().data();
+    float* weight = block.weight->buffer().data();
+    openvdb::Vec3s* colour = block.colour->buffer().data();
+    FloatLeaf::NodeMaskType observed = block.tsdf->getValueMask();
+    VoxelRow row;
+    for (int n = 0; n < kBlock * kBlock; ++n) {  // a leaf's buffer runs along z first, then y, then x
+      const auto i = static_cast<float>(n / kBlock);
+      const auto j = static_cast<float>(n % kBlock);
+      if (!sight_row(p_origin + i * step_[0] + j * step_[1], row)) continue;
+      const int first = n * kBlock;
+      update_row(row, tsdf + first, weight + first);
+      for (int k = 0; k < kBlock; ++k) {
+        if (row.weight[k] > 0) observed.setOn(static_cast<openvdb::Index>(first + k));
+        if (row.takes_colour[k])
+          update_colour({row.x[k], row.y[k], row.z[k]}, row.weight[k], weight[first + k], colour[first + k]);
       }
     }
-    block.tsdf->setValueMask(voxels.observed);
-    block.weight->setValueMask(voxels.observed);
-    block.colour->setValueMask(voxels.observed);
+    block.tsdf->setValueMask(observed);
+    block.weight->setValueMask(observed);
+    block.colour->setValueMask(observed);
   }
 
  private:
-  void update(Voxels& voxels, openvdb::Index at, const Eigen::Vector3f& p_camera) const {
-    const auto sighting = observation_.sight(p_camera);
-    if (!sighting) return;
-    const float weight = weight_at(*sighting);
-    if (!(weight > 0)) return;  // hidden behind the band
+  /// Fills `row` from its first voxel; false when the frame says nothing of any of the eight.
+  bool sight_row(const Eigen::Vector3f& p_first, VoxelRow& row) const {
+    const PictureCamera camera = observation_.camera();
+    float u[kBlock], v[kBlock];
+    for (int k = 0; k < kBlock; ++k) {
+      row.x[k] = p_first.x() + static_cast<float>(k) * step_[2].x();
+      row.y[k] = p_first.y() + static_cast<float>(k) * step_[2].y();
+      row.z[k] = p_first.z() + static_cast<float>(k) * step_[2].z();
+      const float per_z = 1 / row.z[k];
+      u[k] = camera.fx * row.x[k] * per_z + camera.cx;
+      v[k] = camera.fy * row.y[k] * per_z + camera.cy;
+    }
+    bool any = false;
+    for (int k = 0; k < kBlock; ++k) {
+      row.weight[k] = 0;
+      row.distance_m[k] = 0;
+      row.takes_colour[k] = false;
+      if (!(row.z[k] > 0) || !camera.sees(u[k], v[k])) continue;
+      const Sighting sighting = observation_.sight(Eigen::Vector4f(row.x[k], row.y[k], row.z[k], -1), u[k], v[k]);
+      if (sighting.pixel == nullptr) continue;
+      const float truncation_m = sighting.pixel->truncation_m;
+      row.weight[k] = weight_at(sighting, row.z[k]);
+      row.distance_m[k] = std::min(sighting.distance_m, truncation_m);
+      row.takes_colour[k] =
+          observation_.has_colour() && row.weight[k] > 0 && std::abs(sighting.distance_m) < kInnerBand * truncation_m;
+      any = any || row.weight[k] > 0;
+    }
+    return any;
+  }
 
-    const float old_weight = voxels.weight[at];
-    const float new_weight = old_weight + weight;
-    const float share = weight / new_weight;  // new_weight >= weight > 0; 1 for a voxel that was unknown
-    const float distance_m = std::min(sighting->distance_m, sighting->truncation_m);
-    voxels.tsdf[at] += (distance_m - voxels.tsdf[at]) * share;
-    voxels.weight[at] = std::min(new_weight, max_weight_);
-    voxels.observed.setOn(at);
-    if (observation_.has_colour() && sighting->distance_m < sighting->truncation_m) {
-      update_colour(voxels.colour[at], p_camera, share);
+  /// The weighted running mean of eight voxels.
+  void update_row(const VoxelRow& row, float* tsdf, float* weight) const {
+    for (int k = 0; k < kBlock; ++k) {
+      const float sum = weight[k] + row.weight[k];
+      const float share = row.weight[k] / std::max(sum, kTinyWeight);  // 0 / tiny: an unseen voxel stays as it is
+      tsdf[k] += (row.distance_m[k] - tsdf[k]) * share;
+      weight[k] = std::min(sum, max_weight_);
     }
   }
 
-  void update_colour(openvdb::Vec3s& colour, const Eigen::Vector3f& p_camera, float share) const {
-    const auto seen = observation_.colour_at(p_camera);
-    if (!seen) return;
-    const openvdb::Vec3s now(seen->x(), seen->y(), seen->z());
-    colour = colour.x() < 0 ? now : colour + (now - colour) * share;
+  /// `weight` is the voxel's, this frame's `added` included.
+  void update_colour(const Eigen::Vector3f& p_camera, float added, float weight, openvdb::Vec3s& colour) const {
+    const Eigen::Vector4f seen = observation_.colour_at(p_camera);
+    if (seen.w() == 0) return;
+    const openvdb::Vec3s now(seen.x(), seen.y(), seen.z());
+    colour = colour.x() < 0 ? now : colour + (now - colour) * (added / weight);
   }
 
   const Observation& observation_;

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "core/camera.h"
@@ -19,17 +18,27 @@ namespace scanknit {
 /// is unit and points to the camera. All zero: no return.
 using PixelPlane = Eigen::Vector4f;
 
-/// How much a pixel is believed.
-struct PixelTrust {
-  float weight = 0;        ///< cos(incidence) / sigma^2(z), 1 for a head-on pixel at the sensor's noise floor
-  float truncation_m = 0;  ///< half-width of the band: max(n voxels, k sigma(z))
+/// A pixel as the inner loop wants it: half a cache line.
+struct alignas(32) SurfacePixel {
+  PixelPlane plane = PixelPlane::Zero();
+  float weight = 0;          ///< cos(incidence) / sigma^2(z), 1 for a head-on pixel at the sensor's noise floor
+  float truncation_m = 0;    ///< half-width of the band: max(n voxels, k sigma(z))
+  float per_truncation = 0;  ///< 1 / truncation_m
+  float same_surface_m = 0;  ///< a neighbour's plane farther off than this shows another surface
+
+  [[nodiscard]] bool has_return() const { return plane.w() != 0; }
 };
 
-/// What a frame says of one point in space.
+/// The inner part of the band, where the surface will come to lie whatever the noise: there neighbouring pixels are
+/// averaged and colour is taken.
+inline constexpr float kInnerBand = 0.5f;
+
+/// What a frame says of one point in space: its signed distance to the plane that it is seen against, and the pixel
+/// that was asked. No pixel: the frame says nothing.
 struct Sighting {
-  float distance_m;    ///< signed distance to the surface, positive on the camera's side; exact within the band
-  float truncation_m;  ///< of the pixel that was asked
-  float weight;        ///< of the pixel that was asked
+  float distance_m = 0;
+  float offset_m = 0;  ///< of the plane
+  const SurfacePixel* pixel = nullptr;
 };
 
 /// A pinhole camera in float, as the inner loop wants it.
@@ -45,9 +54,6 @@ struct PictureCamera {
         cy(static_cast<float>(k.cy)),
         width(k.width),
         height(k.height) {}
-
-  [[nodiscard]] float u(const Eigen::Vector3f& p) const { return fx * p.x() / p.z() + cx; }
-  [[nodiscard]] float v(const Eigen::Vector3f& p) const { return fy * p.y() / p.z() + cy; }
 
   /// True for coordinates that round to a pixel of the picture; false for NaN.
   [[nodiscard]] bool sees(float u, float v) const {
@@ -68,66 +74,92 @@ struct Bilinear {
 
   [[nodiscard]] float share(int i) const { return ((i & 1) != 0 ? 1.0f - wx : wx) * ((i & 2) != 0 ? 1.0f - wy : wy); }
   /// The pixel with the largest share.
-  [[nodiscard]] int nearest() const { return (wx < 0.5f ? 1 : 0) + (wy < 0.5f ? 2 : 0); }
+  [[nodiscard]] int nearest() const { return (wx <= 0.5f ? 1 : 0) + (wy <= 0.5f ? 2 : 0); }
 };
+
+/// The mean of four rows of numbers, by their shares.
+inline Eigen::Vector4f mean_of(const Bilinear& pixels, const Eigen::Vector4f& p00, const Eigen::Vector4f& p10,
+                               const Eigen::Vector4f& p01, const Eigen::Vector4f& p11) {
+  return pixels.wy * (pixels.wx * p00 + (1 - pixels.wx) * p10) +
+         (1 - pixels.wy) * (pixels.wx * p01 + (1 - pixels.wx) * p11);
+}
 
 class Observation {
  public:
   Observation(const Frame& frame, const FusionConfig& config);
 
-  /// Nothing when the point is not in the picture, or no pixel beside its projection has a return.
+  [[nodiscard]] const PictureCamera& camera() const { return camera_; }
+
+  /// What the frame says of a point of the camera frame with z > 0 that projects to (u, v), which the camera sees.
   /// The distance is the mean of the distances to the planes of the up to four pixels round the projection, with
   /// bilinear weights: exact on planes even where some of the four are missing. Pixels that show another surface than
   /// the nearest are left out.
-  [[nodiscard]] std::optional<Sighting> sight(const Eigen::Vector3f& p_camera) const;
+  [[nodiscard]] Sighting sight(const Eigen::Vector4f& p, float u, float v) const;
+  /// The same for any point of the camera frame.
+  [[nodiscard]] Sighting sight(const Eigen::Vector3f& p_camera) const;
 
-  /// The colour camera's picture at a point (sRGB, 0 to 1), if it is in the picture.
-  [[nodiscard]] std::optional<Eigen::Vector3f> colour_at(const Eigen::Vector3f& p_camera) const;
+  /// The colour camera's picture at a point (sRGB, 0 to 1; the fourth number is 1 in the picture, else 0).
+  [[nodiscard]] Eigen::Vector4f colour_at(const Eigen::Vector3f& p_camera) const;
 
-  [[nodiscard]] bool has_colour() const { return colour_ != nullptr; }
+  [[nodiscard]] bool has_colour() const { return !colours_.empty(); }
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
   /// Per pixel, the z-range in which the truncation band lies along its ray.
   [[nodiscard]] const DepthPyramid& bands() const { return bands_; }
 
  private:
-  /// sight() for a quad with holes, a jump or at the border.
-  [[nodiscard]] std::optional<Sighting> sight_rough(const Eigen::Vector4f& p, const Bilinear& pixels) const;
-  [[nodiscard]] bool has_return(int x, int y) const { return planes_.contains(x, y) && planes_.at(x, y).w() != 0; }
-  /// The pixel of the four that has a return and the largest share, or -1.
-  [[nodiscard]] int nearest_return(const Bilinear& pixels) const;
+  void prepare_colour(const ColourFrame& colour);
+  void prepare_row(const Frame& frame, const FusionConfig& config, int y, Image<DepthRange>& bands);
   [[nodiscard]] bool is_smooth(int x, int y) const;
+  [[nodiscard]] bool has_return(int x, int y) const { return pixels_.contains(x, y) && pixels_.at(x, y).has_return(); }
+  /// sight() where one of the four pixels is missing or shows another surface.
+  [[nodiscard]] Sighting sight_rough(const Eigen::Vector4f& p, const Bilinear& quad) const;
 
   CameraIntrinsics intrinsics_;
   PictureCamera camera_;
-  Image<PixelPlane> planes_;
-  Image<PixelTrust> trust_;
+  Image<SurfacePixel> pixels_;
   Image<std::uint8_t> smooth_;  ///< of the four pixels from (x, y): 1 when all have a return and show one surface
   DepthPyramid bands_;
-  const ColourFrame* colour_ = nullptr;
+  Image<Eigen::Vector4f> colours_;  ///< sRGB, 0 to 1, and 1
   PictureCamera colour_camera_;
   Eigen::Matrix3f R_colour_depth_ = Eigen::Matrix3f::Identity();
   Eigen::Vector3f t_colour_depth_ = Eigen::Vector3f::Zero();
 };
 
 // The inner loop of integration, hence inline.
-inline std::optional<Sighting> Observation::sight(const Eigen::Vector3f& p_camera) const {
-  if (!(p_camera.z() > 0)) return std::nullopt;
-  const float u = camera_.u(p_camera);
-  const float v = camera_.v(p_camera);
-  if (!camera_.sees(u, v)) return std::nullopt;
-  const Bilinear pixels(u, v);
-  const Eigen::Vector4f p(p_camera.x(), p_camera.y(), p_camera.z(), -1);
-  if (!smooth_.contains(pixels.x, pixels.y) || smooth_.at(pixels.x, pixels.y) == 0) return sight_rough(p, pixels);
+[[gnu::always_inline]] inline Sighting Observation::sight(const Eigen::Vector4f& p, float u, float v) const {
+  const Bilinear quad(u, v);
+  const int nearest = quad.nearest();
+  const SurfacePixel& pixel = pixels_.at(quad.x + (nearest & 1), quad.y + (nearest >> 1));
+
+  // In the outer half of the band a distance counts little (see weight_at): the nearest pixel alone will do.
+  const float nearest_m = pixel.plane.dot(p);
+  if (pixel.has_return() && std::abs(nearest_m) > kInnerBand * pixel.truncation_m) {
+    return {nearest_m, pixel.plane.w(), &pixel};
+  }
+  if (!smooth_.contains(quad.x, quad.y) || smooth_.at(quad.x, quad.y) == 0) return sight_rough(p, quad);
 
   // The mean of four distances to planes is the distance to the mean plane.
-  const PixelPlane* plane = &planes_.at(pixels.x, pixels.y);
-  const PixelPlane* below = plane + planes_.width();
-  const Eigen::Vector4f mean =
-      pixels.share(0) * plane[0] + pixels.share(1) * plane[1] + pixels.share(2) * below[0] + pixels.share(3) * below[1];
-  const int nearest = pixels.nearest();
-  const PixelTrust& trust = trust_.at(pixels.x + (nearest & 1), pixels.y + (nearest >> 1));
-  return Sighting{mean.dot(p), trust.truncation_m, trust.weight};
+  const SurfacePixel* row = &pixels_.at(quad.x, quad.y);
+  const SurfacePixel* below = row + pixels_.width();
+  const PixelPlane plane = mean_of(quad, row[0].plane, row[1].plane, below[0].plane, below[1].plane);
+  return {plane.dot(p), plane.w(), &pixel};
+}
+
+[[gnu::always_inline]] inline Eigen::Vector4f Observation::colour_at(const Eigen::Vector3f& p_camera) const {
+  const Eigen::Vector3f p_colour = R_colour_depth_ * p_camera + t_colour_depth_;
+  if (!(p_colour.z() > 0)) return Eigen::Vector4f::Zero();
+  const float per_z = 1 / p_colour.z();
+  const float u = colour_camera_.fx * p_colour.x() * per_z + colour_camera_.cx;
+  const float v = colour_camera_.fy * p_colour.y() * per_z + colour_camera_.cy;
+  if (!(u >= 0 && v >= 0 && u < static_cast<float>(colours_.width() - 1) &&
+        v < static_cast<float>(colours_.height() - 1))) {
+    return Eigen::Vector4f::Zero();
+  }
+  const Bilinear quad(u, v);
+  const Eigen::Vector4f* row = &colours_.at(quad.x, quad.y);
+  const Eigen::Vector4f* below = row + colours_.width();
+  return mean_of(quad, row[0], row[1], below[0], below[1]);
 }
 
 }  // namespace scanknit

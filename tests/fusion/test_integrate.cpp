@@ -123,7 +123,7 @@ TEST(Integrate, WeighsHeadOnViewsByTheNoiseOfTheirRange) {
   TsdfVolume volume = make_volume(config);
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -2.0), Pose::Identity(), volume));
   const double sigma_ratio = config.noise.sigma_m(config.noise.from_m) / config.noise.sigma_m(2.0);
-  const float weight = volume.weight().getConstAccessor().getValue(Coord(0, 0, 199));
+  const float weight = volume.weight().getConstAccessor().getValue(Coord(0, 0, 200));
   const double kOffAxisPixel = 0.001;  // cosine of the pixel next to the principal point
   EXPECT_NEAR(static_cast<double>(weight), sigma_ratio * sigma_ratio, kOffAxisPixel);
 }
@@ -284,12 +284,12 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
       for (int k = -48; k < 48; ++k) {
         const Eigen::Vector3f p = (T_camera_world * (Eigen::Vector3d(i, j, k) * kVoxel)).cast<float>();
         const auto sighting = observation.sight(p);
-        if (!sighting || std::abs(sighting->distance_m) > sighting->truncation_m) continue;
+        if (sighting.pixel == nullptr || std::abs(sighting.distance_m) > sighting.pixel->truncation_m) continue;
         // Where the surface turns away the band is cut at a slope of 1/4: see Observation.
         const Eigen::Vector2d pixel = frame.intrinsics.project(p.cast<double>());
         const float depth_m =
             frame.depth_m.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
-        if (depth_m == 0 || std::abs(depth_m - p.z()) > sighting->truncation_m) continue;
+        if (depth_m == 0 || std::abs(depth_m - p.z()) > sighting.pixel->truncation_m) continue;
         ++exhaustive;
         EXPECT_TRUE(found_set.count(Coord(i, j, k) & ~7));
       }

@@ -1,0 +1,232 @@
+#include "app/cli.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/presets.h"
+#include "app/quantity.h"
+#include "app/suggestion.h"
+#include "core/version.h"
+
+namespace scanknit {
+namespace {
+
+/// The parsed command line, and the command that was chosen.
+struct CommandLine {
+  CommonArguments common;
+  RunArguments run;
+  ExtractArguments extract;
+  SynthArguments synth;
+  ConfigArguments config;
+  std::filesystem::path info_file, distance_mesh, distance_truth;
+  std::size_t threads = 0;  ///< 0: as many as the machine has
+  bool is_quiet = false, is_verbose = false;
+  std::function<int()> command;
+};
+
+std::string preset_names() {
+  std::string names;
+  for (const Preset& preset : presets()) names += (names.empty() ? "" : ", ") + std::string(preset.name);
+  return names;
+}
+
+/// `--name VALUE` as a short form of `--set key=VALUE`.
+void add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
+                   const std::string& text) {
+  const auto assign = [&line, key](const std::string& value) {
+    line.common.config.assignments.push_back(key + "=" + value);
+  };
+  app.add_option_function<std::string>(name, assign, text + " (" + key + ")");
+}
+
+void add_common(CLI::App& app, CommandLine& line) {
+  ConfigSources& config = line.common.config;
+  app.add_option("--config", config.file, "Configuration file (YAML)")->type_name("FILE")->group("Configuration");
+  app.add_option("--preset", config.presets, "Built-in configuration, may be repeated: " + preset_names())
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->group("Configuration");
+  app.add_option("--set", config.assignments, "One value, may be repeated: --set fusion.voxel_size=2mm")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false)
+      ->group("Configuration");
+  app.add_option("--threads", line.threads, "Threads to use; the result does not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N")
+      ->group("General");
+  app.add_flag("--json", line.common.is_json, "Print the result as JSON")->group("General");
+  auto* quiet = app.add_flag("-q,--quiet", line.is_quiet, "Say errors only")->group("General");
+  app.add_flag("-v,--verbose", line.is_verbose, "Say more")->excludes(quiet)->group("General");
+}
+
+void add_run(CLI::App& app, CommandLine& line) {
+  RunArguments& run = line.run;
+  CLI::App* command = app.add_subcommand("run", "Fuse a recording with known poses and write the mesh");
+  command->add_option("recording", run.recording, "Folder of the recording")->required()->type_name("RECORDING");
+  command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl)")
+      ->required()
+      ->type_name("OUT");
+  command->add_option("--from", run.from, "First frame, counting from 0")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
+  command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_shorthand(*command, line, "--poses", "acquire.poses", "Where poses come from: recording, still");
+  command->add_option("--report", run.report, "Write report.json here")->type_name("FILE");
+  command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
+  command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return run_command(line.run, line.common); }; });
+}
+
+void add_extract(CLI::App& app, CommandLine& line) {
+  ExtractArguments& extract = line.extract;
+  CLI::App* command = app.add_subcommand("extract", "Mesh a volume: the isosurface of a .vdb file");
+  command->add_option("volume", extract.volume, "The volume")->required()->type_name("VOLUME.vdb");
+  command->add_option("-o,--output", extract.output, "Folder, or one file (.glb .ply .obj .stl)")
+      ->required()
+      ->type_name("OUT");
+  command->add_option("--report", extract.report, "Write report.json here")->type_name("FILE");
+  add_shorthand(*command, line, "--isovalue", "extract.isovalue", "Value of the surface");
+  add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous faces are joined");
+  add_shorthand(*command, line, "--inside", "extract.inside", "Which side is matter: auto, low, high");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
+}
+
+void add_synth(CLI::App& app, CommandLine& line) {
+  SynthArguments& synth = line.synth;
+  CLI::App* command = app.add_subcommand("synth", "Scan a scene that is known exactly, for tests and demonstrations");
+  auto* scene =
+      command->add_option("scene", synth.scene, "Name of a scene (--list), or a closed mesh file")->type_name("SCENE");
+  auto* output = command->add_option("-o,--output", synth.output, "Folder of the new recording")->type_name("DIR");
+  command->add_option("--frames", synth.frames, "Number of frames")->check(CLI::Range(1, 100'000))->type_name("N");
+  command->add_option("--width", synth.width, "Width of the pictures, pixels")->check(CLI::Range(16, 4096));
+  command->add_option("--height", synth.height, "Height of the pictures, pixels")->check(CLI::Range(16, 4096));
+  command->add_flag("--noise", synth.has_noise, "Noise like a Kinect's");
+  command->add_option("--seed", synth.seed, "Seed of the noise")->check(CLI::NonNegativeNumber)->type_name("N");
+  command->add_flag("--jpeg", synth.has_jpeg_colour, "Colour pictures as JPEG, smaller than PNG");
+  const auto set_size = [&synth](const std::string& text) {
+    const auto length = parse_length(text);
+    if (!length || length->metres <= 0) throw CLI::ValidationError("--size", "expected a length such as 20cm, 0.2");
+    synth.size_m = length->metres;
+  };
+  command->add_option_function<std::string>("--size", set_size, "Longest side of a mesh: 20cm")->type_name("LENGTH");
+  command->add_flag("--list", synth.only_list, "List the scenes")->excludes(scene)->excludes(output);
+  add_common(*command, line);
+  command->final_callback([&line] {
+    const SynthArguments& given = line.synth;
+    if (!given.only_list && given.scene.empty()) throw CLI::RequiredError("SCENE (or --list)");
+    if (!given.only_list && given.output.empty()) throw CLI::RequiredError("--output");
+    line.command = [&line] { return synth_command(line.synth, line.common); };
+  });
+}
+
+void add_info(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("info", "Describe a recording, a volume or a mesh");
+  command->add_option("file", line.info_file, "What to describe")->required()->type_name("FILE");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return info_command(line.info_file, line.common); }; });
+}
+
+void add_distance(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("distance", "Accuracy and completeness of a mesh against a synthetic scene");
+  command->add_option("mesh", line.distance_mesh, "The mesh")->required()->type_name("MESH");
+  command->add_option("truth", line.distance_truth, "Folder that `synth` wrote")->required()->type_name("DIR");
+  add_common(*command, line);
+  command->final_callback([&line] {
+    line.command = [&line] { return distance_command(line.distance_mesh, line.distance_truth, line.common); };
+  });
+}
+
+void add_config(CLI::App& app, CommandLine& line) {
+  CLI::App* config = app.add_subcommand("config", "Print, check and document the configuration");
+  config->require_subcommand(1);
+  CLI::App* print = config->add_subcommand("print", "The configuration that `run` would use, as YAML to edit");
+  print->add_flag("--defaults", line.config.built_in, "Without the defaults of `run`: what is built in");
+  add_common(*print, line);
+  print->final_callback([&line] { line.command = [&line] { return config_print_command(line.config, line.common); }; });
+
+  CLI::App* check = config->add_subcommand("check", "Report every error of a file");
+  check->add_option("file", line.config.file, "Configuration file")->required()->type_name("FILE");
+  add_common(*check, line);
+  check->final_callback([&line] { line.command = [&line] { return config_check_command(line.config, line.common); }; });
+
+  CLI::App* schema = config->add_subcommand("schema", "JSON Schema for editors");
+  schema->final_callback([&line] { line.command = [] { return config_schema_command(); }; });
+  CLI::App* docs = config->add_subcommand("docs", "docs/configuration.md");
+  docs->final_callback([&line] { line.command = [] { return config_docs_command(); }; });
+}
+
+/// What to say after CLI11's own sentence.
+std::string hint_for(const CLI::App& app, int argc, const char* const* argv) {
+  if (argc < 2) return "";
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return fmt::format("\nSee scanknit {} --help", argv[1]);
+    names.push_back(command->get_name());
+  }
+  const auto near = nearest_word(argv[1], names);
+  return near ? fmt::format("\nDid you mean scanknit {}?", *near) : "\nSee scanknit --help";
+}
+
+int run_chosen(CommandLine& line) {
+  line.common.verbosity = line.is_quiet     ? Verbosity::kQuiet
+                          : line.is_verbose ? Verbosity::kVerbose
+                                            : Verbosity::kNormal;
+  std::unique_ptr<tbb::global_control> limit;
+  if (line.threads > 0) {
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, line.threads);
+  }
+  try {
+    return line.command();
+  } catch (const std::bad_alloc&) {
+    return fail({ErrorCode::kBudget, "out of memory"}, line.common);
+  } catch (const std::exception& exception) {
+    return fail({ErrorCode::kInternal, fmt::format("internal error: {}", exception.what())}, line.common);
+  }
+}
+
+}  // namespace
+
+int run_cli(int argc, const char* const* argv) {
+  CommandLine line;
+  CLI::App app("ScanKnit: from depth frames to a coloured, correct mesh", "scanknit");
+  app.set_version_flag("-V,--version", std::string("scanknit ") + kVersion);
+  app.set_help_all_flag("--help-all", "Help of every command");
+  app.footer(kExitCodesHelp);
+  app.require_subcommand(0, 1);
+  add_run(app, line);
+  add_extract(app, line);
+  add_synth(app, line);
+  add_info(app, line);
+  add_distance(app, line);
+  add_config(app, line);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    fmt::print(stderr, "error: {}{}\n", error.what(), hint_for(app, argc, argv));
+    return exit_code_of(ErrorCode::kUsage);
+  }
+  if (!line.command) {
+    fmt::print("{}", app.help());
+    return kExitOk;
+  }
+  return run_chosen(line);
+}
+
+}  // namespace scanknit

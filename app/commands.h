@@ -1,0 +1,70 @@
+// One function a command: arguments in, exit code out.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/config_load.h"
+#include "app/console.h"
+
+namespace scanknit {
+
+/// What every command understands.
+struct CommonArguments {
+  ConfigSources config;
+  bool is_json = false;
+  Verbosity verbosity = Verbosity::kNormal;
+};
+
+struct RunArguments {
+  std::filesystem::path recording, output;
+  std::size_t from = 0;
+  std::optional<std::size_t> to;
+  std::size_t every = 1;
+  std::optional<std::filesystem::path> report, trajectory, volume;
+};
+
+struct ExtractArguments {
+  std::filesystem::path volume, output;
+  std::optional<std::filesystem::path> report;
+};
+
+struct SynthArguments {
+  std::string scene;  ///< a scene's name, or a mesh file
+  std::filesystem::path output;
+  int frames = 0;  ///< 0: the scene's own number
+  int width = 640;
+  int height = 480;
+  bool has_noise = false;
+  bool has_jpeg_colour = false;
+  std::uint64_t seed = 1;
+  double size_m = 0.2;  ///< of a mesh's longest side
+  bool only_list = false;
+};
+
+struct ConfigArguments {
+  std::filesystem::path file;  ///< of `check`
+  bool built_in = false;       ///< of `print`: without the defaults of `run`
+};
+
+[[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int info_command(const std::filesystem::path& file, const CommonArguments& common);
+[[nodiscard]] int distance_command(const std::filesystem::path& mesh, const std::filesystem::path& truth,
+                                   const CommonArguments& common);
+[[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int config_schema_command();
+[[nodiscard]] int config_docs_command();
+
+/// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
+[[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
+
+/// Says the error on stderr and gives its exit code.
+[[nodiscard]] int fail(const Error& error, const CommonArguments& common);
+
+}  // namespace scanknit

@@ -1,0 +1,18 @@
+// Config: everything a run can be told, room by room.
+#pragma once
+
+#include "acquire/acquire_config.h"
+#include "export/export_config.h"
+#include "extract/extract_config.h"
+#include "fusion/fusion_config.h"
+
+namespace scanknit {
+
+struct Config {
+  AcquireConfig acquire;
+  FusionConfig fusion;
+  ExtractConfig extract;
+  ExportConfig output;  ///< the keys of `export:`, which is a C++ keyword
+};
+
+}  // namespace scanknit

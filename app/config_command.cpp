@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/config_print.h"
+#include "app/exit_codes.h"
+
+namespace scanknit {
+
+int config_print_command(const ConfigArguments& arguments, const CommonArguments& common) {
+  const auto config = load_config(arguments.built_in ? common.config : with_run_defaults(common.config));
+  if (!config) return fail(config.error(), common);
+  fmt::print("{}", common.is_json ? config_to_json(*config) + "\n" : config_to_yaml(*config));
+  return kExitOk;
+}
+
+int config_check_command(const ConfigArguments& arguments, const CommonArguments& common) {
+  ConfigSources sources = with_run_defaults(common.config);
+  sources.file = arguments.file;
+  const auto config = load_config(sources);
+  if (!config) return fail(config.error(), common);
+  fmt::print("{}: ok\n", arguments.file.string());
+  return kExitOk;
+}
+
+int config_schema_command() {
+  fmt::print("{}", config_json_schema());
+  return kExitOk;
+}
+
+int config_docs_command() {
+  const auto run_defaults = load_config(with_run_defaults({}));
+  if (!run_defaults) return fail(run_defaults.error(), {});
+  fmt::print("{}", config_markdown(*run_defaults));
+  return kExitOk;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,426 @@
+#include "app/config_schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <optional>
+#include <utility>
+
+#include "app/quantity.h"
+#include "app/suggestion.h"
+#include "core/check.h"
+
+namespace scanknit {
+namespace {
+
+/// What every kind of key has, so that the table below stays a table.
+struct Key {
+  std::string name;
+  std::string unit = {};
+  std::string text = {};
+};
+
+struct Range {
+  double minimum, maximum;
+};
+
+template <typename E>
+using Words = std::vector<std::pair<std::string, E>>;
+
+ConfigKey describe(ConfigType type, const Key& key, Range range = {0, 0}) {
+  ConfigKey described;
+  described.name = key.name;
+  described.type = type;
+  described.unit = key.unit;
+  described.text = key.text;
+  described.minimum = range.minimum;
+  described.maximum = range.maximum;
+  return described;
+}
+
+/// `field` is a generic lambda: Config& -> reference to the member, const Config& -> const reference.
+template <typename Stored, typename Field>
+void bind_plain(ConfigKey& key, Field field) {
+  key.get = [field](const Config& config) { return ConfigValue(static_cast<Stored>(field(config))); };
+  key.set = [field](Config& config, const ConfigValue& value) {
+    using Member = std::remove_cvref_t<decltype(field(config))>;
+    field(config) = static_cast<Member>(std::get<Stored>(value));
+  };
+}
+
+template <typename Field>
+ConfigKey boolean(const Key& key, Field field) {
+  ConfigKey described = describe(ConfigType::kBool, key);
+  bind_plain<bool>(described, field);
+  return described;
+}
+
+template <typename Field>
+ConfigKey integer(const Key& key, Range range, Field field) {
+  ConfigKey described = describe(ConfigType::kInteger, key, range);
+  bind_plain<std::int64_t>(described, field);
+  return described;
+}
+
+template <typename Field>
+ConfigKey number(const Key& key, Range range, Field field) {
+  ConfigKey described = describe(ConfigType::kNumber, key, range);
+  bind_plain<double>(described, field);
+  return described;
+}
+
+template <typename Field>
+ConfigKey length(const Key& key, Range range_m, Field field) {
+  ConfigKey described = describe(ConfigType::kLength, key, range_m);
+  described.unit = "m";
+  bind_plain<double>(described, field);
+  return described;
+}
+
+template <typename Field>
+ConfigKey memory(const Key& key, Range range_mib, Field field) {
+  ConfigKey described = describe(ConfigType::kMemory, key, range_mib);
+  described.unit = "MiB";
+  bind_plain<std::int64_t>(described, field);
+  return described;
+}
+
+/// An std::optional member: `auto` is nothing.
+template <typename Stored, typename Field>
+void bind_optional(ConfigKey& key, Field field) {
+  key.allows_auto = true;
+  key.get = [field](const Config& config) {
+    const auto& member = field(config);
+    return member ? ConfigValue(static_cast<Stored>(*member)) : ConfigValue();
+  };
+  key.set = [field](Config& config, const ConfigValue& value) {
+    auto& member = field(config);
+    member.reset();
+    if (const auto* given = std::get_if<Stored>(&value)) member = *given;
+  };
+}
+
+template <typename E>
+std::string word_of(const Words<E>& words, E value) {
+  const auto found = std::find_if(words.begin(), words.end(), [&](const auto& word) { return word.second == value; });
+  SCANKNIT_CHECK(found != words.end());
+  return found->first;
+}
+
+template <typename E>
+E value_of(const Words<E>& words, const std::string& text) {
+  const auto found = std::find_if(words.begin(), words.end(), [&](const auto& word) { return word.first == text; });
+  SCANKNIT_CHECK(found != words.end());
+  return found->second;
+}
+
+template <typename E>
+ConfigKey describe_words(const Key& key, const Words<E>& words) {
+  ConfigKey described = describe(ConfigType::kEnum, key);
+  for (const auto& word : words) described.choices.push_back(word.first);
+  return described;
+}
+
+template <typename E, typename Field>
+ConfigKey choice(const Key& key, const Words<E>& words, Field field) {
+  ConfigKey described = describe_words(key, words);
+  described.get = [words, field](const Config& config) { return ConfigValue(word_of<E>(words, field(config))); };
+  described.set = [words, field](Config& config, const ConfigValue& value) {
+    field(config) = value_of(words, std::get<std::string>(value));
+  };
+  return described;
+}
+
+template <typename E, typename Field>
+ConfigKey optional_choice(const Key& key, const Words<E>& words, Field field) {
+  ConfigKey described = describe_words(key, words);
+  described.allows_auto = true;
+  described.get = [words, field](const Config& config) {
+    const auto& member = field(config);
+    return member ? ConfigValue(word_of<E>(words, *member)) : ConfigValue();
+  };
+  described.set = [words, field](Config& config, const ConfigValue& value) {
+    auto& member = field(config);
+    member.reset();
+    if (const auto* word = std::get_if<std::string>(&value)) member = value_of(words, *word);
+  };
+  return described;
+}
+
+template <typename Field>
+ConfigKey word_list(const Key& key, std::vector<std::string> choices, Field field) {
+  ConfigKey described = describe(ConfigType::kList, key);
+  described.choices = std::move(choices);
+  bind_plain<std::vector<std::string>>(described, field);
+  return described;
+}
+
+Words<UpAxis> axis_words() {
+  return {{"x", UpAxis::kX},       {"y", UpAxis::kY},       {"z", UpAxis::kZ},
+          {"-x", UpAxis::kMinusX}, {"-y", UpAxis::kMinusY}, {"-z", UpAxis::kMinusZ}};
+}
+
+std::vector<ConfigKey> acquire_keys() {
+  ConfigKey depth_scale = describe(ConfigType::kNumber,
+                                   {"acquire.depth_scale", "1/m",
+                                    "Raw units of the depth pictures per metre: 1000 for millimetres, 5000 for TUM "
+                                    "recordings. auto: as the recording says, else as its layout is known for."},
+                                   {1e-3, 1e7});
+  bind_optional<double>(
+      depth_scale, [](auto& c) -> auto& { return c.acquire.depth_scale; });
+
+  ConfigKey intrinsics = describe(ConfigType::kIntrinsics,
+                                  {"acquire.intrinsics", "pixels",
+                                   "The depth camera: [fx, fy, cx, cy], or a map of width, height, fx, fy, cx, cy and "
+                                   "distortion: [k1, k2, p1, p2, k3], or the name of a file that holds a 3x3 matrix, "
+                                   "an Open3D camera_intrinsic.json or such a map. auto: as the recording says."});
+  bind_optional<CameraModel>(
+      intrinsics, [](auto& c) -> auto& { return c.acquire.intrinsics; });
+
+  return {
+      choice<RecordingFormat>(
+          {"acquire.format", "", "Layout of the recording. auto: recognised by its content."},
+          {{"auto", RecordingFormat::kAuto},
+           {"7-scenes", RecordingFormat::kSevenScenes},
+           {"tum", RecordingFormat::kTum},
+           {"open3d", RecordingFormat::kOpen3d},
+           {"phone-lidar", RecordingFormat::kPhoneLidar},
+           {"pcd", RecordingFormat::kPcd},
+           {"pclzf", RecordingFormat::kPclzf}},
+          [](auto& c) -> auto& { return c.acquire.format; }),
+      std::move(depth_scale),
+      std::move(intrinsics),
+      choice<PoseMode>(
+          {"acquire.poses", "",
+           "Where poses come from. recording: from the recording, a frame without one is dropped; still: "
+           "the scanner did not move."},
+          {{"recording", PoseMode::kRecording}, {"still", PoseMode::kStill}},
+          [](auto& c) -> auto& { return c.acquire.poses; }),
+      integer(
+          {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},
+          {0, 2}, [](auto& c) -> auto& { return c.acquire.min_confidence; }),
+      length(
+          {"acquire.min_depth", "", "Nearer depth is dropped."}, {0, 100},
+          [](auto& c) -> auto& { return c.acquire.min_depth_m; }),
+      length(
+          {"acquire.max_depth", "", "Farther depth is dropped; 0: no limit."}, {0, 1000},
+          [](auto& c) -> auto& { return c.acquire.max_depth_m; }),
+      number(
+          {"acquire.edge_sigmas", "sigma",
+           "Depth beside a step of more than this many standard deviations of the noise is dropped: it is often "
+           "smeared between near and far; 0: keep it."},
+          {0, 1000}, [](auto& c) -> auto& { return c.acquire.edge_sigmas; }),
+      integer(
+          {"acquire.outlier_neighbours", "",
+           "Statistical outlier removal: how many nearest points each point is compared with; 0: off."},
+          {0, 1000}, [](auto& c) -> auto& { return c.acquire.outlier_neighbours; }),
+      number(
+          {"acquire.outlier_sigmas", "sigma",
+           "A point whose mean distance to its neighbours is this many standard deviations above the mean of all "
+           "points is dropped."},
+          {0.01, 1000}, [](auto& c) -> auto& { return c.acquire.outlier_sigmas; }),
+      boolean(
+          {"acquire.bilateral", "", "Smooth the depth and keep its edges."},
+          [](auto& c) -> auto& { return c.acquire.bilateral; }),
+  };
+}
+
+std::vector<ConfigKey> fusion_keys() {
+  return {
+      length(
+          {"fusion.voxel_size", "",
+           "Edge of a voxel: the finest detail of the mesh. Half of it takes up to four times the memory."},
+          {0.0002, 0.1}, [](auto& c) -> auto& { return c.fusion.voxel_size_m; }),
+      number(
+          {"fusion.truncation", "voxels",
+           "Half-width of the band around the surface in which distances are kept, at least so many voxels."},
+          {2, 64}, [](auto& c) -> auto& { return c.fusion.truncation_voxels; }),
+      number(
+          {"fusion.truncation_sigmas", "sigma",
+           "The band also is at least this many standard deviations of the noise wide, so that it grows with the "
+           "distance; 0: a band of fixed width."},
+          {0, 100}, [](auto& c) -> auto& { return c.fusion.truncation_sigmas; }),
+      length(
+          {"fusion.noise.floor", "",
+           "Depth noise of the sensor: sigma(z) = floor + growth (z - from)^2. This is its floor."},
+          {0, 1}, [](auto& c) -> auto& { return c.fusion.noise.floor_m; }),
+      number(
+          {"fusion.noise.growth", "1/m", "How the noise grows with the square of the distance."}, {0, 1},
+          [](auto& c) -> auto& { return c.fusion.noise.growth_per_m; }),
+      length(
+          {"fusion.noise.from", "", "The distance at which the noise is at its floor."}, {0, 100},
+          [](auto& c) -> auto& { return c.fusion.noise.from_m; }),
+      number(
+          {"fusion.max_weight", "",
+           "Observations beyond this weight replace old ones, so that the volume follows a scene that changes."},
+          {1, 1e6}, [](auto& c) -> auto& { return c.fusion.max_weight; }),
+      boolean(
+          {"fusion.carve_free_space", "",
+           "Frames that look through a known voxel push it towards free space; removes what moved away."},
+          [](auto& c) -> auto& { return c.fusion.carve_free_space; }),
+      memory(
+          {"fusion.memory_budget", "",
+           "Memory that the volume may take. A run that would need more is refused before it starts, with the "
+           "voxel size that would fit."},
+          {1, 1 << 24}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
+  };
+}
+
+std::vector<ConfigKey> extract_keys() {
+  return {
+      number(
+          {"extract.isovalue", "", "The value of the surface, in the volume's own unit (metres for a scan)."},
+          {-1e9, 1e9}, [](auto& c) -> auto& { return c.extract.isovalue; }),
+      choice<Decider>(
+          {"extract.decider", "",
+           "How the contours of ambiguous faces are joined. asymptotic: by the value at the face saddle "
+           "(Nielson & Hamann 1991)."},
+          {{"asymptotic", Decider::kAsymptotic}}, [](auto& c) -> auto& { return c.extract.decider; }),
+      choice<VertexPlacement>(
+          {"extract.placement", "",
+           "Where a vertex sits on its edge. linear: where the interpolated value is the isovalue; "
+           "mid_edge: in the middle."},
+          {{"linear", VertexPlacement::kLinear}, {"mid_edge", VertexPlacement::kMidEdge}},
+          [](auto& c) -> auto& { return c.extract.placement; }),
+      choice<InsideSide>(
+          {"extract.inside", "",
+           "Which side of the isovalue is matter. auto: low for signed distances, high for any other "
+           "volume."},
+          {{"auto", InsideSide::kAuto}, {"low", InsideSide::kLow}, {"high", InsideSide::kHigh}},
+          [](auto& c) -> auto& { return c.extract.inside; }),
+      boolean(
+          {"extract.normals", "", "Give every vertex a normal, from the gradient of the volume."},
+          [](auto& c) -> auto& { return c.extract.normals; }),
+      number(
+          {"extract.min_weight", "",
+           "Voxels observed with less weight count as unobserved. A frame that sees a voxel head-on, where the "
+           "sensor's "
+           "noise is least, counts 1; obliquely or from afar it counts less."},
+          {0, 1e6}, [](auto& c) -> auto& { return c.extract.min_weight; }),
+      integer(
+          {"extract.min_component_triangles", "triangles", "Smaller separate pieces are removed; 0: keep all."},
+          {0, 1e9}, [](auto& c) -> auto& { return c.extract.min_component_triangles; }),
+  };
+}
+
+std::vector<ConfigKey> export_keys() {
+  return {
+      word_list(
+          {"export.formats", "", "Mesh files that are written when the output is a folder."},
+          {"glb", "ply", "obj", "stl"}, [](auto& c) -> auto& { return c.output.formats; }),
+      optional_choice<UpAxis>(
+          {"export.world_up", "",
+           "Which axis of the recording's world points up, so that GLB, STL and the preview stand "
+           "upright. auto: as the recording's layout is known for."},
+          axis_words(), [](auto& c) -> auto& { return c.output.world_up; }),
+      optional_choice<UpAxis>(
+          {"export.up", "",
+           "Turn PLY and OBJ so that this axis points up. auto: leave them in the recording's "
+           "world."},
+          axis_words(), [](auto& c) -> auto& { return c.output.up; }),
+      choice<Material>(
+          {"export.material", "",
+           "GLB: lit is shaded by the viewer's light; unlit shows exactly the colours the camera saw."},
+          {{"lit", Material::kLit}, {"unlit", Material::kUnlit}}, [](auto& c) -> auto& { return c.output.material; }),
+      boolean(
+          {"export.preview", "", "Draw preview.png when the output is a folder."},
+          [](auto& c) -> auto& { return c.output.preview; }),
+  };
+}
+
+std::vector<ConfigKey> all_keys() {
+  std::vector<ConfigKey> keys;
+  for (auto section : {acquire_keys(), fusion_keys(), extract_keys(), export_keys()}) {
+    std::move(section.begin(), section.end(), std::back_inserter(keys));
+  }
+  return keys;
+}
+
+Error complaint(std::string message) {
+  return {ErrorCode::kConfig, std::move(message)};
+}
+
+std::string with_unit(const ConfigKey& key, double value) {
+  const bool says_unit = key.type == ConfigType::kLength || key.type == ConfigType::kMemory || key.unit == "1/m";
+  return format_number(value) + (says_unit ? " " + key.unit : "");
+}
+
+/// The hint for the most common mistake: millimetres written as metres.
+std::string millimetre_hint(const ConfigKey& key, double metres) {
+  const double as_mm = metres / 1000;
+  if (key.type != ConfigType::kLength || as_mm < key.minimum || as_mm > key.maximum) return "";
+  return fmt::format(" (did you mean millimetres? {} mm is {})", format_number(metres), format_number(as_mm));
+}
+
+Result<double> in_range(const ConfigKey& key, double value) {
+  if (value >= key.minimum && value <= key.maximum) return value;
+  return complaint(
+      fmt::format("{} is outside {}{}", with_unit(key, value), format_config_range(key), millimetre_hint(key, value)));
+}
+
+template <typename Stored>
+Result<ConfigValue> checked(const ConfigKey& key, const std::optional<Stored>& parsed, std::string_view expected,
+                            std::string_view word) {
+  if (!parsed) return complaint(fmt::format("expected {}, got '{}'", expected, word));
+  if (auto fits = in_range(key, static_cast<double>(*parsed)); !fits) return fits.error();
+  return ConfigValue(*parsed);
+}
+
+Result<ConfigValue> parse_choice(const ConfigKey& key, std::string_view word) {
+  if (std::find(key.choices.begin(), key.choices.end(), word) != key.choices.end()) {
+    if (key.type == ConfigType::kList) return ConfigValue(std::vector{std::string(word)});
+    return ConfigValue(std::string(word));
+  }
+  const auto near = nearest_word(word, key.choices);
+  return complaint(fmt::format("expected one of {}, got '{}'{}", format_config_range(key), word,
+                               near ? fmt::format("; did you mean '{}'?", *near) : ""));
+}
+
+}  // namespace
+
+std::span<const ConfigKey> config_schema() {
+  static const std::vector<ConfigKey> keys = all_keys();
+  return keys;
+}
+
+const ConfigKey* find_config_key(std::string_view name) {
+  const auto keys = config_schema();
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& key) { return key.name == name; });
+  return found == keys.end() ? nullptr : &*found;
+}
+
+Result<ConfigValue> parse_config_word(const ConfigKey& key, std::string_view word) {
+  if (key.allows_auto && word == "auto") return ConfigValue();
+  switch (key.type) {
+    case ConfigType::kBool:
+      if (word == "true" || word == "false") return ConfigValue(word == "true");
+      return complaint(fmt::format("expected true or false, got '{}'", word));
+    case ConfigType::kInteger: return checked(key, parse_integer(word), "a whole number", word);
+    case ConfigType::kNumber: return checked(key, parse_number(word), "a number", word);
+    case ConfigType::kLength: {
+      const auto parsed = parse_length(word);
+      const auto metres = parsed ? std::optional(parsed->metres) : std::nullopt;
+      return checked(key, metres, "a length such as 0.004, 4mm, 0.4 cm", word);
+    }
+    case ConfigType::kMemory: return checked(key, parse_memory_mib(word), "memory such as 4GiB, 512MiB", word);
+    case ConfigType::kEnum:
+    case ConfigType::kList: return parse_choice(key, word);
+    case ConfigType::kIntrinsics: break;
+  }
+  return complaint(fmt::format("expected [fx, fy, cx, cy], a map or a file, got '{}'", word));
+}
+
+std::string format_config_range(const ConfigKey& key) {
+  if (!key.choices.empty()) {
+    std::vector<std::string> words = key.choices;
+    if (key.allows_auto) words.insert(words.begin(), "auto");
+    return fmt::format("{}", fmt::join(words, ", "));
+  }
+  if (key.minimum == key.maximum) return "";
+  return fmt::format("{}..{}", format_number(key.minimum), with_unit(key, key.maximum));
+}
+
+}  // namespace scanknit

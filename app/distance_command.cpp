@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "acquire/synthetic/surface_error.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "export/read_mesh.h"
+
+namespace scanknit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json stats_json(const DistanceStats& stats) {
+  return {{"count", stats.count},
+          {"mean_m", stats.mean_m},
+          {"rms_m", stats.rms_m},
+          {"median_m", stats.median_m},
+          {"p95_m", stats.p95_m},
+          {"max_m", stats.max_m},
+          {"share_within_1mm", stats.share_within_1mm},
+          {"share_within_5mm", stats.share_within_5mm}};
+}
+
+Json error_json(const SurfaceError& error) {
+  return {{"vertices", stats_json(error.vertices)},
+          {"area", stats_json(error.area)},
+          {"completeness", stats_json(error.completeness)},
+          {"share_complete", error.share_complete},
+          {"threshold_m", error.threshold_m}};
+}
+
+std::string stats_line(const char* name, const DistanceStats& stats) {
+  constexpr double kMmPerM = 1000;
+  return fmt::format("{:13} mean {:.3f} mm, rms {:.3f}, median {:.3f}, 95 % {:.3f}, max {:.3f}; {:.1f} % within 1 mm\n",
+                     name, stats.mean_m * kMmPerM, stats.rms_m * kMmPerM, stats.median_m * kMmPerM,
+                     stats.p95_m * kMmPerM, stats.max_m * kMmPerM, stats.share_within_1mm * 100);
+}
+
+std::string error_lines(const SurfaceError& error) {
+  return stats_line("Vertices", error.vertices) + stats_line("Area", error.area) +
+         stats_line("Completeness", error.completeness) +
+         fmt::format("{:.2f} % of the visible surface is within {:.0f} mm of the mesh\n", error.share_complete * 100,
+                     error.threshold_m * 1000);
+}
+
+}  // namespace
+
+int distance_command(const std::filesystem::path& mesh_file, const std::filesystem::path& truth,
+                     const CommonArguments& common) {
+  const auto mesh = read_mesh(mesh_file);
+  if (!mesh) return fail(mesh.error(), common);
+  const auto error = measure_surface(*mesh, truth);
+  if (!error) return fail(error.error(), common);
+  fmt::print("{}", common.is_json ? error_json(*error).dump(2) + "\n" : error_lines(*error));
+  return kExitOk;
+}
+
+}  // namespace scanknit

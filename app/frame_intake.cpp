@@ -1,0 +1,123 @@
+#include "app/frame_intake.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "app/frame_count.h"
+#include "app/stage_timer.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::size_t kMessagesInReport = 100;
+constexpr std::size_t kMessagesOnConsole = 5;
+
+std::string reasons_text(const RunReport::Frames& frames) {
+  std::vector<std::string> parts;
+  for (const auto& [reason, count] : frames.dropped_by_reason) parts.push_back(fmt::format("{} {}", count, reason));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+Error no_usable_frame_error(const RunReport::Frames& frames) {
+  std::string why = "the frames asked for by --from, --to and --every are not there";
+  if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
+  const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
+  if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {
+    why += "; if the scanner did not move: --poses still";
+  }
+  return {ErrorCode::kInput, "no usable frame: " + why};
+}
+
+}  // namespace
+
+FrameIntake::FrameIntake(FrameSource& source, const AcquireConfig& config, std::stop_token stop, Console& console,
+                         RunReport& report)
+    : source_(source),
+      config_(config),
+      stop_(std::move(stop)),
+      console_(console),
+      report_(report),
+      expected_(selected_frames(source.info(), config)) {}
+
+std::optional<Frame> FrameIntake::next() {
+  while (true) {
+    FrameEvent event = timed(report_, "acquire", [&] { return source_.next(stop_); });
+    if (std::holds_alternative<EndOfStream>(event)) return std::nullopt;
+    if (auto* error = std::get_if<Error>(&event)) {
+      error_ = std::move(*error);
+      return std::nullopt;
+    }
+    ++report_.frames.read;
+    console_.progress("fusing", report_.frames.read, expected_);
+    if (auto* dropped = std::get_if<FrameDropped>(&event)) {
+      note_dropped(*dropped);
+      continue;
+    }
+    Frame& frame = std::get<Frame>(event);
+    if (config_.poses == PoseMode::kRecording && !frame.T_world_camera) {
+      note_dropped({frame.sequence, DropReason::kNoPose, {ErrorCode::kInput, "the recording has no pose for it"}});
+      continue;
+    }
+    return std::move(frame);
+  }
+}
+
+void FrameIntake::note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached) {
+  ++report_.frames.fused;
+  const double stamp =
+      frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
+  trajectory_.push_back({stamp, T_world_camera});
+  if (is_budget_reached && !report_.volume.is_budget_reached) {
+    report_.volume.is_budget_reached = true;
+    console_.warn(fmt::format(
+        "frame {}: the volume has reached fusion.memory_budget and grows no further; what it holds is still "
+        "refined",
+        frame.sequence));
+  }
+}
+
+void FrameIntake::note_dropped(const FrameDropped& dropped) {
+  RunReport::Frames& frames = report_.frames;
+  ++frames.dropped;
+  ++frames.dropped_by_reason[to_string(dropped.reason)];
+  std::string message = fmt::format("frame {}: {}", dropped.sequence, dropped.error.text());
+  console_.debug(message);
+  if (frames.drop_messages.size() < kMessagesInReport) frames.drop_messages.push_back(std::move(message));
+}
+
+void FrameIntake::say_dropped() {
+  const RunReport::Frames& frames = report_.frames;
+  if (frames.dropped == 0) return;
+  console_.warn(fmt::format("{} of {} frames dropped: {}", frames.dropped, frames.read, reasons_text(frames)));
+  for (std::size_t i = 0; i < std::min(frames.drop_messages.size(), kMessagesOnConsole); ++i) {
+    console_.warn("  " + frames.drop_messages[i]);
+  }
+  if (frames.dropped > kMessagesOnConsole) console_.warn("  ... the others are in the report");
+}
+
+Result<void> FrameIntake::result() {
+  say_dropped();
+  const RunReport::Frames& frames = report_.frames;
+  if (error_ && frames.fused == 0) return *error_;
+  if (error_) console_.warn(fmt::format("the recording ends early: {}", error_->text()));
+  if (frames.fused > 0) {
+    if (stop_.stop_requested()) {
+      console_.warn(fmt::format("interrupted: meshing the {} frames fused so far", frames.fused));
+    }
+    return {};
+  }
+  if (stop_.stop_requested()) return Error{ErrorCode::kInput, "interrupted before the first frame was fused"};
+  return no_usable_frame_error(frames);
+}
+
+Pose pose_of(const Frame& frame, const AcquireConfig& config) {
+  if (config.poses == PoseMode::kStill) return Pose::Identity();
+  SCANKNIT_CHECK(frame.T_world_camera.has_value());
+  return *frame.T_world_camera;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,51 @@
+// FrameIntake: usable frames one by one, with everything that happens on the way counted in the report.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "acquire/frame_source.h"
+#include "app/console.h"
+#include "core/frame.h"
+#include "core/result.h"
+#include "export/report.h"
+
+namespace scanknit {
+
+class FrameIntake {
+ public:
+  /// All references outlive it.
+  FrameIntake(FrameSource& source, const AcquireConfig& config, std::stop_token stop, Console& console,
+              RunReport& report);
+
+  /// The next frame that has depth and a pose; nothing at the end, after an error of the source, or when stopped.
+  /// Dropped frames are counted and passed over.
+  [[nodiscard]] std::optional<Frame> next();
+
+  void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
+
+  /// After the last frame: what was dropped is said on the console. Errors: the source's own; kInput when not one frame
+  /// was fused.
+  [[nodiscard]] Result<void> result();
+
+  [[nodiscard]] const std::vector<StampedPose>& trajectory() const { return trajectory_; }
+
+ private:
+  void note_dropped(const FrameDropped& dropped);
+  void say_dropped();
+
+  FrameSource& source_;
+  const AcquireConfig& config_;
+  std::stop_token stop_;
+  Console& console_;
+  RunReport& report_;
+  std::size_t expected_ = 0;
+  std::optional<Error> error_;
+  std::vector<StampedPose> trajectory_;
+};
+
+/// The recording's pose, or the world's origin for a scanner that stood still.
+[[nodiscard]] Pose pose_of(const Frame& frame, const AcquireConfig& config);
+
+}  // namespace scanknit

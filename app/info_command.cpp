@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <openvdb/openvdb.h>
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+#include "acquire/frame_source.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/quantity.h"
+#include "core/mesh.h"
+#include "export/mesh_stats.h"
+#include "export/read_mesh.h"
+#include "export/write_mesh.h"
+#include "fusion/tsdf_volume.h"
+
+namespace scanknit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json intrinsics_json(const std::optional<CameraIntrinsics>& camera) {
+  if (!camera) return nullptr;
+  return {{"width", camera->width}, {"height", camera->height}, {"fx", camera->fx},
+          {"fy", camera->fy},       {"cx", camera->cx},         {"cy", camera->cy}};
+}
+
+Json recording_json(const RecordingInfo& info) {
+  Json json = {{"kind", "recording"},
+               {"format", info.format},
+               {"frames", info.frames},
+               {"width", info.intrinsics ? Json(info.intrinsics->width) : Json(nullptr)},
+               {"height", info.intrinsics ? Json(info.intrinsics->height) : Json(nullptr)},
+               {"intrinsics", intrinsics_json(info.intrinsics)},
+               {"duration_s", info.duration_s ? Json(*info.duration_s) : Json(nullptr)},
+               {"has_poses", info.frames_with_pose > 0},
+               {"frames_with_pose", info.frames_with_pose},
+               {"has_colour", info.has_colour},
+               {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)}};
+  return json;
+}
+
+Json vector_json(const openvdb::Vec3d& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+
+Json volume_json(const LoadedVolume& volume) {
+  const openvdb::FloatGrid& field = *volume.field;
+  const openvdb::CoordBBox box = field.evalActiveVoxelBoundingBox();
+  Json grids = Json::array({field.getName()});
+  if (volume.weight) grids.push_back(volume.weight->getName());
+  if (volume.colour) grids.push_back(volume.colour->getName());
+  Json bounds = nullptr;
+  if (!box.empty()) {
+    bounds = Json::array({vector_json(field.indexToWorld(box.min())), vector_json(field.indexToWorld(box.max()))});
+  }
+  return {{"kind", "volume"},
+          {"grids", grids},
+          {"voxel_size_m", field.voxelSize().x()},
+          {"active_voxels", field.activeVoxelCount()},
+          {"bounds_m", bounds},
+          {"is_signed_distance", volume.is_signed_distance}};
+}
+
+Json mesh_json(const Mesh& mesh) {
+  Json json = {{"kind", "mesh"}, {"has_normals", !mesh.normals.empty()}, {"has_colours", !mesh.colours.empty()}};
+  json.update(Json::parse(mesh_check_json(check_mesh(mesh))));
+  return json;
+}
+
+Result<Json> describe(const std::filesystem::path& file, const AcquireConfig& acquire) {
+  std::error_code ignored;
+  const bool is_folder = std::filesystem::is_directory(file, ignored);
+  if (!is_folder && is_mesh_path(file)) {
+    const auto mesh = read_mesh(file);
+    return mesh ? Result<Json>(mesh_json(*mesh)) : mesh.error();
+  }
+  if (!is_folder && file.extension() == ".vdb") {
+    const auto volume = load_volume(file);
+    return volume ? Result<Json>(volume_json(*volume)) : volume.error();
+  }
+  const auto recording = open_recording(file, acquire);
+  return recording ? Result<Json>(recording_json((*recording)->info())) : recording.error();
+}
+
+/// One "name  value" line an entry.
+std::string lines_of(const Json& json) {
+  std::string text;
+  for (const auto& [name, value] : json.items()) {
+    const std::string shown = value.is_string() ? value.get<std::string>() : value.dump();
+    text += fmt::format("{:24} {}\n", name, value.is_null() ? "unknown" : shown);
+  }
+  return text;
+}
+
+}  // namespace
+
+int info_command(const std::filesystem::path& file, const CommonArguments& common) {
+  const auto config = load_config(common.config);
+  if (!config) return fail(config.error(), common);
+  const auto json = describe(file, config->acquire);
+  if (!json) return fail(json.error(), common);
+  constexpr auto kReplace = Json::error_handler_t::replace;  // names of grids need not be UTF-8
+  fmt::print("{}", common.is_json ? json->dump(2, ' ', false, kReplace) + "\n" : lines_of(*json));
+  return kExitOk;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,87 @@
+#include "app/pipeline.h"
+
+#include <fmt/format.h>
+
+#include "acquire/depth_filter.h"
+#include "acquire/frame_source.h"
+#include "app/budget_check.h"
+#include "app/frame_intake.h"
+#include "app/mesh_output.h"
+#include "app/stage_timer.h"
+#include "core/atomic_file.h"
+#include "extract/extract_surface.h"
+#include "fusion/integrate.h"
+#include "fusion/tsdf_volume.h"
+
+namespace scanknit {
+namespace {
+
+FieldView field_view(const TsdfVolume& volume) {
+  return {&volume.tsdf(), &volume.weight(), &volume.colour(), true};
+}
+
+FieldView field_view(const LoadedVolume& volume) {
+  return {volume.field.get(), volume.weight.get(), volume.colour.get(), volume.is_signed_distance};
+}
+
+Result<void> fuse_frames(FrameIntake& intake, const Config& config, TsdfVolume& volume, RunReport& report) {
+  while (auto frame = intake.next()) {
+    timed(report, "filter", [&] { filter_frame(*frame, config.acquire, config.fusion.noise); });
+    const Pose T_world_camera = pose_of(*frame, config.acquire);
+    const auto fused = timed(report, "integrate", [&] { return integrate(*frame, T_world_camera, volume); });
+    if (!fused) return fused.error();
+    intake.note_fused(*frame, T_world_camera, fused->is_budget_reached);
+  }
+  return intake.result();
+}
+
+Result<void> save_volume(const TsdfVolume& volume, const Outputs& outputs, RunReport& report) {
+  if (!outputs.volume) return {};
+  report.files["volume"] = outputs.volume->string();
+  return timed(report, "write", [&] { return volume.save(*outputs.volume); });
+}
+
+Result<void> save_trajectory(const FrameIntake& intake, const Outputs& outputs, RunReport& report) {
+  if (!outputs.trajectory) return {};
+  report.files["trajectory"] = outputs.trajectory->string();
+  const std::string text = to_tum_trajectory(intake.trajectory());
+  return timed(report, "write", [&] { return write_file_atomically(*outputs.trajectory, text); });
+}
+
+Result<void> mesh_volume(const FieldView& view, UpAxis world_up, const Job& job, RunReport& report) {
+  auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
+  if (!surface) return surface.error();
+  describe_surface(*surface, report);
+  if (surface->mesh.empty()) return empty_mesh_error(job);
+  return write_outputs(surface->mesh, world_up, job, report);
+}
+
+}  // namespace
+
+Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
+  if (auto writable = check_outputs(job.outputs); !writable) return writable;
+  const auto source = open_recording(job.input, job.config.acquire);
+  if (!source) return source.error();
+  if (auto fits = check_budget(job.input, job.config, stop); !fits) return fits;
+  auto volume = TsdfVolume::create(job.config.fusion);
+  if (!volume) return volume.error();
+
+  FrameIntake intake(**source, job.config.acquire, stop, console, report);
+  if (auto fused = fuse_frames(intake, job.config, *volume, report); !fused) return fused;
+  describe_volume(*volume, report);
+  if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
+  if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
+  return mesh_volume(field_view(*volume), (*source)->info().world_up, job, report);
+}
+
+Result<void> extract_volume(const Job& job, RunReport& report) {
+  if (auto writable = check_outputs(job.outputs); !writable) return writable;
+  const auto volume = timed(report, "read", [&] { return load_volume(job.input); });
+  if (!volume) return volume.error();
+  describe_volume(*volume, report);
+  // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
+  const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
+  return mesh_volume(field_view(*volume), world_up, job, report);
+}
+
+}  // namespace scanknit

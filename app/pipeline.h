@@ -1,0 +1,29 @@
+// The main job: a recording becomes a mesh.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+
+#include "app/config.h"
+#include "app/console.h"
+#include "app/outputs.h"
+#include "core/result.h"
+#include "export/report.h"
+
+namespace scanknit {
+
+struct Job {
+  std::filesystem::path input;
+  Config config;
+  Outputs outputs;
+};
+
+/// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
+/// after an error. A stop request ends the fusing; what has been fused becomes the mesh. Errors: kOutput before any
+/// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
+[[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report);
+
+/// Volume file -> mesh -> files.
+[[nodiscard]] Result<void> extract_volume(const Job& job, RunReport& report);
+
+}  // namespace scanknit

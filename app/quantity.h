@@ -1,0 +1,37 @@
+// Quantities as people write them: numbers with a unit, and back.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace scanknit {
+
+/// A finite decimal number, the whole of `text`: "4", "-0.5", "1e-3". Nothing for anything else, NaN and infinity too.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
+/// A whole number in decimal digits with an optional sign.
+[[nodiscard]] std::optional<std::int64_t> parse_integer(std::string_view text);
+
+struct Length {
+  double metres = 0;
+  bool has_unit = false;
+};
+
+/// "2mm", "0.4 cm", "3 m", or plain metres.
+[[nodiscard]] std::optional<Length> parse_length(std::string_view text);
+
+/// "512MiB", "2 GiB", or plain mebibytes. In mebibytes; at least 1 unless the text says 0.
+[[nodiscard]] std::optional<std::int64_t> parse_memory_mib(std::string_view text);
+
+/// The shortest text that parse_number() turns back into the same bits.
+[[nodiscard]] std::string format_number(double value);
+
+/// "4 mm" below 10 cm, "3 m" from there on, "0" for zero: the text that parse_length() turns back into the same bits.
+[[nodiscard]] std::string format_length(double metres);
+
+/// "4 GiB" or "600 MiB".
+[[nodiscard]] std::string format_memory_mib(std::int64_t mebibytes);
+
+}  // namespace scanknit

@@ -1,0 +1,43 @@
+#include "app/signals.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "app/exit_codes.h"
+
+namespace scanknit {
+namespace {
+
+constexpr int kWakeUp = SIGUSR1;  // sent to the waiting thread alone, to end it
+
+sigset_t awaited_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, kWakeUp);
+  return signals;
+}
+
+void wait_for_signals(std::stop_source source) {
+  const sigset_t signals = awaited_signals();
+  for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kWakeUp;) {
+    // Nothing half-written has its final name (core/atomic_file.h), so leaving here is safe.
+    if (!source.request_stop()) ::_exit(kExitInterrupted);
+  }
+}
+
+}  // namespace
+
+StopOnSignal::StopOnSignal() {
+  const sigset_t signals = awaited_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  waiter_ = std::jthread([source = source_] { wait_for_signals(source); });
+}
+
+StopOnSignal::~StopOnSignal() {
+  pthread_kill(waiter_.native_handle(), kWakeUp);
+}
+
+}  // namespace scanknit

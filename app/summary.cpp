@@ -1,0 +1,82 @@
+#include "app/summary.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <vector>
+
+#include "app/quantity.h"
+
+namespace scanknit {
+namespace {
+
+/// "1,234,567"
+std::string grouped(std::size_t count) {
+  std::string digits = std::to_string(count);
+  for (std::size_t place = digits.size(); place > 3; place -= 3) digits.insert(place - 3, ",");
+  return digits;
+}
+
+std::string frames_line(const RunReport& report) {
+  const RunReport::Frames& frames = report.frames;
+  if (frames.read == 0) return "";  // a volume was meshed
+  const std::string dropped = frames.dropped == 0 ? "" : fmt::format(", {} dropped", frames.dropped);
+  return fmt::format("Frames   {} of {} fused{}\n", frames.fused, frames.read, dropped);
+}
+
+std::string volume_line(const RunReport& report) {
+  const RunReport::Volume& volume = report.volume;
+  return fmt::format("Volume   {} voxels of {}, {:.0f} MiB{}\n", grouped(volume.active_voxels),
+                     format_length(volume.voxel_size_m), volume.memory_mib,
+                     volume.is_budget_reached ? " (the memory budget was reached: incomplete)" : "");
+}
+
+std::string mesh_line(const MeshCheck& mesh) {
+  const Eigen::Vector3f size_mm = (mesh.max_m - mesh.min_m) * 1000.0f;
+  return fmt::format("Mesh     {} triangles, {} vertices, {} piece{}; {:.0f} x {:.0f} x {:.0f} mm\n",
+                     grouped(mesh.triangles), grouped(mesh.vertices), grouped(mesh.components),
+                     mesh.components == 1 ? "" : "s", size_mm.x(), size_mm.y(), size_mm.z());
+}
+
+std::string time_line(const RunReport& report) {
+  std::vector<std::string> parts;
+  for (const char* stage :
+       {"read", "acquire", "filter", "track", "raycast", "integrate", "extract", "export", "write"}) {
+    const auto found = report.stages.find(stage);
+    if (found == report.stages.end() || found->second.samples_ms.empty()) continue;
+    parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
+  }
+  return fmt::format("Seconds  {:.2f} ({}), at most {:.0f} MiB of memory\n", report.total_ms / 1000,
+                     fmt::join(parts, ", "), report.peak_rss_mib);
+}
+
+std::string files_line(const RunReport& report) {
+  std::vector<std::string> paths;
+  for (const auto& [kind, path] : report.files) paths.push_back(path);
+  return fmt::format("Written  {}\n", fmt::join(paths, "\n         "));
+}
+
+/// One suggestion that fits what was seen.
+std::string next_line(const RunReport& report) {
+  std::vector<std::string> ideas;
+  if (report.files.contains("glb"))
+    ideas.push_back(fmt::format("open {} in Blender or any glTF viewer", report.files.at("glb")));
+  if (report.volume.is_budget_reached) {
+    ideas.push_back("complete it: a larger fusion.voxel_size or fusion.memory_budget");
+  } else if (report.frames.read > 0) {
+    ideas.push_back(
+        fmt::format("finer: --set fusion.voxel_size={}mm", format_number(report.volume.voxel_size_m * 500)));
+  }
+  return ideas.empty() ? "" : fmt::format("Next     {}\n", fmt::join(ideas, "\n         "));
+}
+
+}  // namespace
+
+std::string summary_text(const RunReport& report) {
+  std::string text = frames_line(report) + volume_line(report);
+  if (report.mesh) text += mesh_line(*report.mesh);
+  return text + time_line(report) + files_line(report) + next_line(report);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "acquire/synthetic/scene.h"
+#include "acquire/synthetic/write_recording.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/signals.h"
+#include "export/read_mesh.h"
+#include "export/write_mesh.h"
+
+namespace scanknit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& arguments) {
+  if (!is_mesh_path(arguments.scene)) return make_scene(arguments.scene);
+  auto mesh = read_mesh(arguments.scene);
+  if (!mesh) return mesh.error();
+  return make_mesh_scene(std::move(*mesh), arguments.size_m);
+}
+
+/// The default camera's field of view across the width, square pixels, the optical axis in the middle.
+CameraIntrinsics camera_of(int width, int height) {
+  const SynthConfig standard;
+  const double focal = standard.intrinsics.fx * width / standard.intrinsics.width;
+  return {width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0};
+}
+
+SynthConfig synth_config(const SynthArguments& arguments) {
+  SynthConfig config;
+  config.frames = arguments.frames;
+  config.intrinsics = camera_of(arguments.width, arguments.height);
+  config.noise = arguments.has_noise;
+  config.seed = arguments.seed;
+  config.jpeg_colour = arguments.has_jpeg_colour;
+  return config;
+}
+
+int list_scenes(const CommonArguments& common) {
+  const std::vector<std::string> names = scene_names();
+  if (common.is_json) {
+    fmt::print("{}\n", Json(names).dump());
+  } else {
+    for (const std::string& name : names) fmt::print("{}\n", name);
+  }
+  return kExitOk;
+}
+
+void print_summary(const SynthSummary& summary, const SynthArguments& arguments, const CommonArguments& common) {
+  const std::string folder = arguments.output.string();
+  if (common.is_json) {
+    const Json json = {{"folder", folder},
+                       {"frames", summary.frames},
+                       {"truth_points", summary.truth_points},
+                       {"visible_points", summary.visible_points}};
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else if (common.verbosity != Verbosity::kQuiet) {
+    fmt::print("Written  {}: {} frames; {} of {} truth points are seen\n", folder, summary.frames,
+               summary.visible_points, summary.truth_points);
+    fmt::print("Next     scanknit run {} -o OUT && scanknit distance OUT/model.ply {}\n", folder, folder);
+  }
+}
+
+}  // namespace
+
+int synth_command(const SynthArguments& arguments, const CommonArguments& common) {
+  if (arguments.only_list) return list_scenes(common);
+  const StopOnSignal stop_on_signal;  // before any other thread
+  const auto scene = open_scene(arguments);
+  if (!scene) return fail(scene.error(), common);
+  Console console(common.verbosity);
+  const auto progress = [&](std::size_t done, std::size_t total) { console.progress("rendering", done, total); };
+  const auto summary =
+      write_synthetic_recording(**scene, synth_config(arguments), arguments.output, progress, stop_on_signal.token());
+  if (!summary) return fail(summary.error(), common);
+  print_summary(*summary, arguments, common);
+  return summary->was_stopped ? kExitInterrupted : kExitOk;
+}
+
+}  // namespace scanknit

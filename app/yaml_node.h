@@ -1,0 +1,30 @@
+// A YAML document as a plain tree with the place of every node, repeated keys included.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace scanknit {
+
+struct YamlNode {
+  enum class Kind { kNull, kScalar, kSequence, kMap };
+  Kind kind = Kind::kNull;
+  int line = 1;                    ///< counting from 1
+  int column = 1;                  ///< counting from 1, in bytes
+  std::string text;                ///< of a scalar
+  std::vector<YamlNode> children;  ///< of a sequence: the items; of a map: key, value, key, value ...
+};
+
+struct YamlError {
+  int line = 1;
+  int column = 1;
+  std::string message;
+};
+
+/// One document. Refused: anchors and aliases (they can unfold a few bytes into gigabytes), nesting deeper than 16, a
+/// second document, tabs as indentation, and whatever is no YAML. Never throws. An empty text is a kNull node.
+[[nodiscard]] std::variant<YamlNode, YamlError> parse_yaml(std::string_view text);
+
+}  // namespace scanknit

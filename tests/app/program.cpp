@@ -1,0 +1,95 @@
+#include "tests/app/program.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+namespace scanknit {
+namespace {
+
+void redirect(int descriptor, const std::filesystem::path& file) {
+  const int opened = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (opened < 0 || ::dup2(opened, descriptor) < 0) ::_exit(127);
+}
+
+[[noreturn]] void become_scanknit(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                                  std::optional<std::uintmax_t> max_file_bytes) {
+  redirect(STDOUT_FILENO, folder / "out");
+  redirect(STDERR_FILENO, folder / "err");
+  if (max_file_bytes) {
+    const rlimit limit{*max_file_bytes, *max_file_bytes};
+    ::signal(SIGXFSZ, SIG_IGN);  // write() then fails with EFBIG instead
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  std::vector<char*> argv = {const_cast<char*>(SCANKNIT_PROGRAM)};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  ::execv(SCANKNIT_PROGRAM, argv.data());
+  ::_exit(127);
+}
+
+}  // namespace
+
+TempFolder::TempFolder() {
+  std::string pattern = (std::filesystem::path(::testing::TempDir()) / "scanknit_test.XXXXXX").string();
+  path_ = ::mkdtemp(pattern.data());
+}
+
+TempFolder::~TempFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+Program::Program(const std::vector<std::string>& arguments, std::optional<std::uintmax_t> max_file_bytes) {
+  process_ = ::fork();
+  if (process_ == 0) become_scanknit(arguments, folder_.path(), max_file_bytes);
+}
+
+Program::~Program() {
+  if (!is_running()) return;
+  send(SIGKILL);
+  (void)wait();
+}
+
+std::string Program::err_so_far() const {
+  return read_text(folder_ / "err");
+}
+
+bool Program::is_running() {
+  if (status_) return false;
+  int status = 0;
+  if (::waitpid(process_, &status, WNOHANG) == process_) status_ = status;
+  return !status_;
+}
+
+void Program::send(int signal) const {
+  ::kill(process_, signal);
+}
+
+Outcome Program::wait() {
+  if (!status_) {
+    int status = 0;
+    ::waitpid(process_, &status, 0);
+    status_ = status;
+  }
+  const int exit_code = WIFEXITED(*status_) ? WEXITSTATUS(*status_) : 128 + WTERMSIG(*status_);
+  return {exit_code, read_text(folder_ / "out"), read_text(folder_ / "err")};
+}
+
+Outcome scanknit_command(const std::vector<std::string>& arguments, std::optional<std::uintmax_t> max_file_bytes) {
+  return Program(arguments, max_file_bytes).wait();
+}
+
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace scanknit

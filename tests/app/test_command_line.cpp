@@ -1,0 +1,113 @@
+// What needs no recording: usage, help, configuration commands, exit codes.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/version.h"
+#include "tests/app/program.h"
+
+namespace scanknit {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(CommandLine, AloneItPrintsHelp) {
+  const Outcome outcome = scanknit_command({});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.out, "run"));
+  EXPECT_TRUE(contains(outcome.out, "Exit codes"));
+}
+
+TEST(CommandLine, HelpAndVersionGoToStdout) {
+  EXPECT_EQ(scanknit_command({"--version"}).out, std::string("scanknit ") + kVersion + "\n");
+  const Outcome help = scanknit_command({"run", "--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_TRUE(contains(help.out, "--save-volume"));
+}
+
+TEST(CommandLine, UsageErrorsExitWith2AndSayWhatWasMeant) {
+  const Outcome typo = scanknit_command({"rnu", "somewhere"});
+  EXPECT_EQ(typo.exit_code, 2);
+  EXPECT_TRUE(contains(typo.err, "Did you mean scanknit run?")) << typo.err;
+  EXPECT_EQ(typo.out, "");
+  EXPECT_EQ(scanknit_command({"run"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"run", "rec"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--every", "0"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--from", "-1"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--threads", "0"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--nonsense"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"synth", "sphere"}).exit_code, 2);
+  EXPECT_EQ(scanknit_command({"config"}).exit_code, 2);
+}
+
+TEST(CommandLine, RefusesAnOutputOfAnUnknownKind) {
+  const Outcome outcome = scanknit_command({"run", "rec", "-o", "model.fbx"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, ".glb, .ply, .obj or .stl")) << outcome.err;
+}
+
+TEST(CommandLine, ConfigErrorsExitWith3OnePerLine) {
+  const TempFolder folder;
+  const std::string file = (folder / "a.yaml").string();
+  std::ofstream(file) << "fusion:\n  voxel_size: 2 m\nexprot: {}\n";
+  const Outcome outcome = scanknit_command({"config", "check", file});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(outcome.err, file +
+                             ":2:15: error: fusion.voxel_size: 2 m is outside 0.0002..0.1 m (did you mean millimetres? "
+                             "2 mm is 0.002)\n" +
+                             file + ":3:1: error: unknown key 'exprot'; did you mean 'export'?\n");
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--set", "fusion.voxel_size=0"}).exit_code, 3);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--poses", "guess"}).exit_code, 3);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--preset", "nope"}).exit_code, 3);
+  EXPECT_EQ(scanknit_command({"run", "rec", "-o", "out", "--config", "/nowhere.yaml"}).exit_code, 3);
+}
+
+TEST(CommandLine, EveryCommittedConfigurationPassesConfigCheck) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(SCANKNIT_SOURCE_DIR) / "configs")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const Outcome outcome = scanknit_command({"config", "check", entry.path().string()});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+}
+
+TEST(CommandLine, ThePrintedConfigurationPassesConfigCheck) {
+  const TempFolder folder;
+  const std::string file = (folder / "printed.yaml").string();
+  for (const char* defaults : {"", "--defaults"}) {
+    std::vector<std::string> arguments = {"config", "print", "--set", "fusion.voxel_size=3mm"};
+    if (*defaults != '\0') arguments.emplace_back(defaults);
+    const Outcome printed = scanknit_command(arguments);
+    EXPECT_TRUE(contains(printed.out, "voxel_size: 3 mm"));
+    std::ofstream(file) << printed.out;
+    EXPECT_EQ(scanknit_command({"config", "check", file}).exit_code, 0);
+  }
+}
+
+TEST(CommandLine, SchemaAndJsonConfigurationAreJson) {
+  EXPECT_TRUE(nlohmann::json::accept(scanknit_command({"config", "schema"}).out));
+  EXPECT_TRUE(nlohmann::json::accept(scanknit_command({"config", "print", "--json"}).out));
+}
+
+TEST(CommandLine, UnreadableInputsExitWith4) {
+  const TempFolder folder;
+  const std::string out = (folder / "out").string();
+  EXPECT_EQ(scanknit_command({"run", "/nowhere", "-o", out}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"info", "/nowhere"}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"info", "/nowhere.ply"}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"extract", "/nowhere.vdb", "-o", out}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"distance", "/nowhere.ply", "/nowhere"}).exit_code, 4);
+}
+
+TEST(CommandLine, SynthListsItsScenes) {
+  const Outcome outcome = scanknit_command({"synth", "--list"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.out, "sphere\n"));
+  EXPECT_EQ(scanknit_command({"synth", "no_such_scene", "-o", "/tmp/never"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace scanknit

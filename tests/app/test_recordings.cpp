@@ -1,0 +1,76 @@
+// The main job on real recordings of ../shared/data (or SCANKNIT_TEST_DATA); skipped where they are not.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+fs::path data_folder() {
+  const char* given = std::getenv("SCANKNIT_TEST_DATA");
+  return given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
+}
+
+struct Recording {
+  const char* name;    ///< of the test
+  const char* folder;  ///< in the data
+  std::vector<std::string> arguments;
+  int frames;                    ///< that must be fused
+  std::size_t triangles;         ///< at least; about half of what came out when this was written
+  double smallest_m, largest_m;  ///< bounds of the mesh's longest side
+};
+
+std::ostream& operator<<(std::ostream& out, const Recording& recording) {
+  return out << recording.name;
+}
+
+class RealRecording : public ::testing::TestWithParam<Recording> {};
+
+TEST_P(RealRecording, BecomesAMesh) {
+  const Recording& recording = GetParam();
+  const fs::path folder = data_folder() / recording.folder;
+  if (!fs::exists(folder)) GTEST_SKIP() << "SKIPPED: no recording at " << folder;
+  const TempFolder out;
+  std::vector<std::string> arguments = {"run", folder.string(), "-o", out.path().string(), "--json"};
+  arguments.insert(arguments.end(), recording.arguments.begin(), recording.arguments.end());
+  const Outcome outcome = scanknit_command(arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+
+  const Json report = Json::parse(outcome.out, nullptr, false);
+  ASSERT_TRUE(report.is_object());
+  const Json& mesh = report["mesh"];
+  EXPECT_EQ(report["frames"]["fused"], recording.frames);
+  EXPECT_GT(mesh["triangles"].get<std::size_t>(), recording.triangles);
+  EXPECT_EQ(mesh["non_manifold_edges"], 0);
+  EXPECT_EQ(mesh["non_manifold_vertices"], 0);
+  double longest_m = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    longest_m = std::max(longest_m, mesh["bounds_m"][1][axis].get<double>() - mesh["bounds_m"][0][axis].get<double>());
+  }
+  EXPECT_GT(longest_m, recording.smallest_m);
+  EXPECT_LT(longest_m, recording.largest_m);
+  for (const char* name : {"model.glb", "model.ply", "preview.png", "report.json", "trajectory.txt"}) {
+    EXPECT_TRUE(fs::exists(out / name)) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Main, RealRecording,
+    ::testing::Values(
+        Recording{"box_f200", "rgbd_box_f200", {"--set", "fusion.voxel_size=2mm"}, 50, 50'000, 0.3, 3},
+        Recording{
+            "phone_corridor", "rgbd_iphone_lidar_corridor_73", {"--set", "fusion.voxel_size=3cm"}, 73, 20'000, 10, 60},
+        Recording{"redwood", "rgbd_redwood_lr1_211", {"--set", "fusion.voxel_size=1cm"}, 211, 200'000, 3, 12},
+        Recording{
+            "icl", "rgbd_icl_3/dataset", {"--preset", "icl_nuim", "--set", "fusion.voxel_size=1cm"}, 3, 20'000, 1, 10},
+        Recording{"sun3d", "rgbd_sun3d_studyroom_5/3dmatch", {"--set", "fusion.voxel_size=1cm"}, 5, 10'000, 1, 12}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace scanknit

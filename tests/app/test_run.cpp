@@ -1,0 +1,239 @@
+// The main job on a synthetic recording: what comes out.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "tests/app/scan.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+TEST(Run, LeavesTheFilesThatTheHelpPromises) {
+  const Scan scan;
+  const Outcome outcome = scan.run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name : {"model.glb", "model.ply", "preview.png", "report.json", "trajectory.txt"}) {
+    EXPECT_TRUE(fs::is_regular_file(scan.output() / name)) << name;
+    EXPECT_GT(fs::file_size(scan.output() / name), 0u) << name;
+  }
+}
+
+TEST(Run, PrintsAFewReadableLines) {
+  const Scan scan;
+  const std::string out = scan.run().out;
+  for (const char* word : {"Frames", "Volume", "voxels of 8 mm", "Mesh", "triangles", "Seconds", "Written", "Next"}) {
+    EXPECT_NE(out.find(word), std::string::npos) << word << " in\n" << out;
+  }
+  EXPECT_LT(std::count(out.begin(), out.end(), '\n'), 20);
+}
+
+TEST(Run, ASphereComesOutClosedManifoldAndOfTheRightSize) {
+  const Scan scan;
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const Json mesh = scan.report()["mesh"];
+  EXPECT_EQ(mesh["non_manifold_edges"], 0);
+  EXPECT_EQ(mesh["non_manifold_vertices"], 0);
+  EXPECT_EQ(mesh["components"], 1);
+  constexpr double kDiameterM = 0.2;
+  constexpr double kToleranceM = 0.008;  // one voxel
+  for (int axis = 0; axis < 3; ++axis) {
+    const double side = mesh["bounds_m"][1][axis].get<double>() - mesh["bounds_m"][0][axis].get<double>();
+    EXPECT_NEAR(side, kDiameterM, kToleranceM);
+  }
+}
+
+TEST(Run, TheReportHasEveryKeyOfItsSchema) {
+  const Scan scan;
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const Json report = scan.report();
+  for (const char* pointer : {"/frames/read",
+                              "/frames/fused",
+                              "/frames/dropped",
+                              "/frames/lost",
+                              "/frames/dropped_by_reason",
+                              "/stages/acquire/total_ms",
+                              "/stages/filter/median_ms",
+                              "/stages/track/p95_ms",
+                              "/stages/raycast/total_ms",
+                              "/stages/integrate/total_ms",
+                              "/stages/extract/total_ms",
+                              "/stages/export/total_ms",
+                              "/total_ms",
+                              "/peak_rss_mib",
+                              "/volume/active_voxels",
+                              "/volume/blocks",
+                              "/volume/memory_mib",
+                              "/mesh/vertices",
+                              "/mesh/triangles",
+                              "/mesh/components",
+                              "/mesh/boundary_edges",
+                              "/mesh/non_manifold_edges",
+                              "/mesh/non_manifold_vertices",
+                              "/mesh/euler",
+                              "/mesh/bounds_m",
+                              "/extract/cases",
+                              "/config/fusion/voxel_size",
+                              "/version"}) {
+    EXPECT_TRUE(report.contains(Json::json_pointer(pointer))) << pointer;
+  }
+  EXPECT_EQ(report["frames"]["fused"], kScanFrames);
+  EXPECT_EQ(report["status"], "ok");
+  EXPECT_GT(report["peak_rss_mib"].get<double>(), 0);
+  EXPECT_GT(report["stages"]["integrate"]["total_ms"].get<double>(), 0);
+  EXPECT_EQ(report["config"]["fusion"]["voxel_size"], 0.008);
+}
+
+TEST(Run, JsonGoesToStdoutAndNothingElseDoes) {
+  const Scan scan;
+  const Outcome outcome = scan.run({"--json"});
+  const Json printed = Json::parse(outcome.out, nullptr, false);
+  ASSERT_TRUE(printed.is_object()) << outcome.out;
+  EXPECT_EQ(printed["mesh"], scan.report()["mesh"]);
+}
+
+TEST(Run, QuietSaysNothingWhenAllIsWell) {
+  const Scan scan;
+  const Outcome outcome = scan.run({"--quiet"});
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST(Run, OneFileIsOneFile) {
+  const Scan scan;
+  for (const char* name : {"a.glb", "a.ply", "a.obj", "a.STL"}) {
+    ASSERT_EQ(scan.run({"-o", (scan / name).string()}).exit_code, 0) << name;
+    EXPECT_TRUE(fs::exists(scan / name)) << name;
+  }
+  EXPECT_FALSE(fs::exists(scan.output()));
+  EXPECT_FALSE(fs::exists(scan / "report.json"));
+}
+
+TEST(Run, ReportTrajectoryAndVolumeGoWhereTheyAreNamed) {
+  const Scan scan;
+  const Outcome outcome =
+      scan.run({"-o", (scan / "a.ply").string(), "--report", (scan / "r.json").string(), "--trajectory",
+                (scan / "t.txt").string(), "--save-volume", (scan / "v.vdb").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Json::accept(read_text(scan / "r.json")));
+  const std::string trajectory = read_text(scan / "t.txt");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), kScanFrames);
+  EXPECT_GT(fs::file_size(scan / "v.vdb"), 0u);
+}
+
+TEST(Run, SelectsFrames) {
+  const Scan scan;
+  ASSERT_EQ(scan.run({"--from", "2", "--to", "9", "--every", "3"}).exit_code, 0);
+  EXPECT_EQ(scan.report()["frames"]["fused"], 3);  // 2, 5, 8
+}
+
+TEST(Run, TheMeshIsTheSameBytesForAnyNumberOfThreads) {
+  const Scan scan;
+  std::vector<std::string> glb, ply;
+  for (const char* threads : {"1", "2", "8"}) {
+    ASSERT_EQ(scan.run({"--threads", threads}).exit_code, 0);
+    glb.push_back(read_text(scan.output() / "model.glb"));
+    ply.push_back(read_text(scan.output() / "model.ply"));
+  }
+  EXPECT_FALSE(glb[0].empty());
+  EXPECT_EQ(glb[0], glb[1]);
+  EXPECT_EQ(glb[0], glb[2]);
+  EXPECT_EQ(ply[0], ply[1]);
+  EXPECT_EQ(ply[0], ply[2]);
+}
+
+TEST(Extract, ContinuesFromASavedVolume) {
+  const Scan scan;
+  const fs::path volume = scan / "v.vdb";
+  ASSERT_EQ(scan.run({"--save-volume", volume.string(), "--set", "extract.min_component_triangles=0", "--set",
+                      "extract.min_weight=0"})
+                .exit_code,
+            0);
+  const Outcome outcome = scanknit_command({"extract", volume.string(), "-o", (scan / "again.ply").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read_text(scan / "again.ply"), read_text(scan.output() / "model.ply"));
+}
+
+TEST(Extract, AnIsovalueThatNothingMeetsExitsWith7AndWritesNoMesh) {
+  const Scan scan;
+  const fs::path volume = scan / "v.vdb";
+  ASSERT_EQ(scan.run({"--save-volume", volume.string()}).exit_code, 0);
+  const Outcome outcome =
+      scanknit_command({"extract", volume.string(), "-o", (scan / "empty").string(), "--isovalue", "7"});
+  EXPECT_EQ(outcome.exit_code, 7);
+  EXPECT_FALSE(fs::exists(scan / "empty" / "model.glb"));
+  const Json report = Json::parse(read_text(scan / "empty" / "report.json"), nullptr, false);
+  EXPECT_EQ(report["exit_code"], 7);
+}
+
+TEST(Info, DescribesRecordingsVolumesAndMeshes) {
+  const Scan scan;
+  ASSERT_EQ(scan.run({"--save-volume", (scan / "v.vdb").string()}).exit_code, 0);
+  const auto info = [](const fs::path& file) {
+    return Json::parse(scanknit_command({"info", "--json", file.string()}).out, nullptr, false);
+  };
+  const Json recording = info(scan.recording());
+  EXPECT_EQ(recording["kind"], "recording");
+  EXPECT_EQ(recording["frames"], kScanFrames);
+  EXPECT_EQ(recording["width"], 96);
+  EXPECT_EQ(recording["has_poses"], true);
+  const Json volume = info(scan / "v.vdb");
+  EXPECT_EQ(volume["kind"], "volume");
+  EXPECT_NEAR(volume["voxel_size_m"].get<double>(), 0.008, 1e-9);
+  const Json mesh = info(scan.output() / "model.ply");
+  EXPECT_EQ(mesh["kind"], "mesh");
+  EXPECT_EQ(mesh["triangles"], scan.report()["mesh"]["triangles"]);
+}
+
+TEST(Distance, OfANoiselessSphereIsFarBelowAVoxel) {
+  const Scan scan({.width = 320, .height = 240});  // pixels of 2 mm, a quarter of a voxel
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const Outcome outcome =
+      scanknit_command({"distance", "--json", (scan.output() / "model.ply").string(), scan.recording().string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json error = Json::parse(outcome.out, nullptr, false);
+  constexpr double kMeanM = 0.001;  // an eighth of a voxel
+  EXPECT_LT(error["area"]["mean_m"].get<double>(), kMeanM);
+  EXPECT_GT(error["share_complete"].get<double>(), 0.9);
+}
+
+/// A run that takes long enough to be interrupted: fine voxels.
+std::vector<std::string> slow_run(const Scan& scan) {
+  return {"run", scan.recording().string(), "-o", scan.output().string(), "--set", "fusion.voxel_size=0.5mm"};
+}
+
+void wait_until_fusing(Program& program) {
+  while (program.is_running() && program.err_so_far().find("fusing") == std::string::npos) {
+    std::this_thread::yield();
+  }
+}
+
+TEST(Interrupt, CtrlCMeshesWhatThereIsAndExitsWith130) {
+  const Scan scan({.frames = 60});
+  Program program(slow_run(scan));
+  wait_until_fusing(program);
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_NE(outcome.err.find("interrupted"), std::string::npos);
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
+  const Json report = scan.report();
+  EXPECT_EQ(report["exit_code"], 130);
+  EXPECT_LT(report["frames"]["fused"].get<int>(), 60);
+  EXPECT_GT(report["frames"]["fused"].get<int>(), 0);
+}
+
+TEST(Interrupt, ASecondCtrlCLeavesAtOnce) {
+  const Scan scan({.frames = 60});
+  Program program(slow_run(scan));
+  wait_until_fusing(program);
+  while (program.is_running()) program.send(SIGINT);
+  EXPECT_EQ(program.wait().exit_code, 130);
+}
+
+}  // namespace
+}  // namespace scanknit
