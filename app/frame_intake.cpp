@@ -80,6 +80,10 @@ void FrameIntake::note_fused(const Frame& frame, const Pose& T_world_camera, boo
   }
 }
 
+void FrameIntake::note_refused(const Frame& frame, const Error& error) {
+  note_dropped({frame.sequence, DropReason::kBadPose, error});
+}
+
 void FrameIntake::note_dropped(const FrameDropped& dropped) {
   RunReport::Frames& frames = report_.frames;
   ++frames.dropped;

@@ -25,6 +25,9 @@ class FrameIntake {
 
   void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
 
+  /// The volume would not have the frame because of its pose: counted as dropped.
+  void note_refused(const Frame& frame, const Error& error);
+
   /// After the last frame: what was dropped is said on the console. Errors: the source's own; kInput when not one frame
   /// was fused.
   [[nodiscard]] Result<void> result();

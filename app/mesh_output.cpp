@@ -59,16 +59,17 @@ Error empty_mesh_error(const Job& job) {
   return {ErrorCode::kMesh, std::move(message), job.input.string()};
 }
 
-Result<void> write_outputs(const Mesh& mesh, UpAxis world_up, const Job& job, RunReport& report) {
+Result<void> write_outputs(const Mesh& mesh, const Viewpoint& viewpoint, const Job& job, RunReport& report) {
   const ExportConfig& config = job.config.output;
   for (const std::filesystem::path& path : job.outputs.meshes) {
-    const auto written = timed(report, "export", [&] { return write_mesh(mesh, path, config, world_up); });
+    const auto written = timed(report, "export", [&] { return write_mesh(mesh, path, config, viewpoint.world_up); });
     if (!written) return written.error();
     report.files[path.extension().string().substr(1)] = path.string();
   }
   if (!job.outputs.preview) return {};
-  const ColourImage picture =
-      timed(report, "export", [&] { return render_preview(mesh, config.world_up.value_or(world_up)); });
+  const ColourImage picture = timed(report, "export", [&] {
+    return render_preview(mesh, config.world_up.value_or(viewpoint.world_up), viewpoint.T_world_scanner);
+  });
   report.files["preview"] = job.outputs.preview->string();
   return timed(report, "write", [&] { return write_png(picture, *job.outputs.preview); });
 }

@@ -1,8 +1,11 @@
 // From a surface to files, and what the report says of both.
 #pragma once
 
+#include <optional>
+
 #include "app/pipeline.h"
 #include "core/axes.h"
+#include "core/pose.h"
 #include "core/result.h"
 #include "export/report.h"
 #include "extract/extract_surface.h"
@@ -17,7 +20,14 @@ void describe_surface(const Surface& surface, RunReport& report);
 /// kMesh, with what most often is the reason.
 [[nodiscard]] Error empty_mesh_error(const Job& job);
 
+/// From where a person would look at the mesh.
+struct Viewpoint {
+  UpAxis world_up;
+  std::optional<Pose> T_world_scanner;  ///< of a frame in the middle of the scan
+};
+
 /// Writes every mesh file, then the preview.
-[[nodiscard]] Result<void> write_outputs(const Mesh& mesh, UpAxis world_up, const Job& job, RunReport& report);
+[[nodiscard]] Result<void> write_outputs(const Mesh& mesh, const Viewpoint& viewpoint, const Job& job,
+                                         RunReport& report);
 
 }  // namespace scanknit

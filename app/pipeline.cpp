@@ -29,6 +29,10 @@ Result<void> fuse_frames(FrameIntake& intake, const Config& config, TsdfVolume& 
     timed(report, "filter", [&] { filter_frame(*frame, config.acquire, config.fusion.noise); });
     const Pose T_world_camera = pose_of(*frame, config.acquire);
     const auto fused = timed(report, "integrate", [&] { return integrate(*frame, T_world_camera, volume); });
+    if (!fused && fused.error().code == ErrorCode::kInput) {
+      intake.note_refused(*frame, fused.error());
+      continue;
+    }
     if (!fused) return fused.error();
     intake.note_fused(*frame, T_world_camera, fused->is_budget_reached);
   }
@@ -48,12 +52,17 @@ Result<void> save_trajectory(const FrameIntake& intake, const Outputs& outputs, 
   return timed(report, "write", [&] { return write_file_atomically(*outputs.trajectory, text); });
 }
 
-Result<void> mesh_volume(const FieldView& view, UpAxis world_up, const Job& job, RunReport& report) {
+/// Where the scanner stood half way through the scan.
+Viewpoint viewpoint_of(const RecordingInfo& info, const FrameIntake& intake) {
+  return {info.world_up, intake.trajectory()[intake.trajectory().size() / 2].T_world_camera};
+}
+
+Result<void> mesh_volume(const FieldView& view, const Viewpoint& viewpoint, const Job& job, RunReport& report) {
   auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
   describe_surface(*surface, report);
   if (surface->mesh.empty()) return empty_mesh_error(job);
-  return write_outputs(surface->mesh, world_up, job, report);
+  return write_outputs(surface->mesh, viewpoint, job, report);
 }
 
 }  // namespace
@@ -71,7 +80,7 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  return mesh_volume(field_view(*volume), (*source)->info().world_up, job, report);
+  return mesh_volume(field_view(*volume), viewpoint_of((*source)->info(), intake), job, report);
 }
 
 Result<void> extract_volume(const Job& job, RunReport& report) {
@@ -81,7 +90,7 @@ Result<void> extract_volume(const Job& job, RunReport& report) {
   describe_volume(*volume, report);
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
   const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-  return mesh_volume(field_view(*volume), world_up, job, report);
+  return mesh_volume(field_view(*volume), {world_up, std::nullopt}, job, report);
 }
 
 }  // namespace scanknit

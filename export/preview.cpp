@@ -22,16 +22,23 @@ void copy_into(const ColourImage& part, int left, int top, ColourImage& whole) {
 
 }  // namespace
 
-ColourImage render_preview(const Mesh& mesh, UpAxis world_up, int width, int height) {
+ColourImage render_preview(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int width,
+                           int height) {
   ColourImage picture(width, height, kBackground);
   if (mesh.empty()) return picture;
-  const Framing frame = framing(mesh);
-  const std::array<View, 4> views = choose_views(mesh, world_up);
+  std::array<View, 4> views = choose_views(mesh, world_up);
+  std::array<Framing, 4> frames;
+  frames.fill(framing(mesh));
+  if (T_world_scanner) {
+    views[0] = views[3] = scanner_view(*T_world_scanner, world_up);
+    views[3].in_colour = false;
+    frames[0] = frames[3] = framing_seen_from(mesh, *T_world_scanner);
+  }
   std::array<ColourImage, 4> parts;
   // A view belongs to one thread: the same picture for every number of threads.
   tbb::parallel_for(0, 4, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    parts[k] = render_view(mesh, frame, views[k], width / 2, height / 2);
+    parts[k] = render_view(mesh, frames[k], views[k], width / 2, height / 2);
   });
   for (int i = 0; i < 4; ++i) {
     copy_into(parts[static_cast<std::size_t>(i)], (i % 2) * (width / 2), (i / 2) * (height / 2), picture);

@@ -2,17 +2,22 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "core/axes.h"
 #include "core/image.h"
 #include "core/mesh.h"
+#include "core/pose.h"
 #include "core/result.h"
 
 namespace scanknit {
 
 /// Four views in a 2 x 2 picture: three in colour from different sides, one shaded in grey. `world_up` stands upright.
-/// A mesh without colours is shaded in all four.
-[[nodiscard]] ColourImage render_preview(const Mesh& mesh, UpAxis world_up, int width = 1280, int height = 960);
+/// With the pose of a scanner the first view and the grey one are what it saw, from where it looked. A mesh without
+/// colours is shaded in all four.
+[[nodiscard]] ColourImage render_preview(const Mesh& mesh, UpAxis world_up,
+                                         const std::optional<Pose>& T_world_scanner = std::nullopt, int width = 1280,
+                                         int height = 960);
 
 /// Encodes as PNG and writes all or nothing.
 [[nodiscard]] Result<void> write_png(const ColourImage& image, const std::filesystem::path& path);

@@ -71,4 +71,37 @@ std::array<View, 4> choose_views(const Mesh& mesh, UpAxis world_up) {
           view(front, kElevation, false)};
 }
 
+View scanner_view(const Pose& T_world_scanner, UpAxis world_up) {
+  View view;
+  view.forward = T_world_scanner.linear().col(2);
+  view.up = -T_world_scanner.linear().col(1);
+  if (view.up.dot(direction(world_up).cast<double>()) < 0) view.up = -view.up;
+  return view;
+}
+
+Framing framing_seen_from(const Mesh& mesh, const Pose& T_world_scanner) {
+  constexpr double kTangent = 0.577;  // of 30 degrees, half the field of view of a common depth camera
+  constexpr float kForeground = 1.5f;
+  constexpr std::size_t kEnough = 100;
+  const Pose T_scanner_world = T_world_scanner.inverse();
+  Mesh seen;
+  std::vector<float> depths_m;
+  for (const Eigen::Vector3f& p_world : mesh.positions_m) {
+    const Eigen::Vector3d p = T_scanner_world * p_world.cast<double>();
+    if (p.z() <= 0 || p.head<2>().norm() > kTangent * p.z()) continue;
+    seen.positions_m.push_back(p_world);
+    depths_m.push_back(static_cast<float>(p.z()));
+  }
+  if (depths_m.size() < kEnough) return framing(mesh);
+  std::vector<float> sorted_m = depths_m;
+  const auto middle = sorted_m.begin() + static_cast<std::ptrdiff_t>(sorted_m.size() / 2);
+  std::nth_element(sorted_m.begin(), middle, sorted_m.end());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < depths_m.size(); ++i) {
+    if (depths_m[i] <= kForeground * *middle) seen.positions_m[kept++] = seen.positions_m[i];
+  }
+  seen.positions_m.resize(kept);
+  return framing(seen);
+}
+
 }  // namespace scanknit

@@ -102,6 +102,14 @@ TEST(BadFrame, APoseThatIsNotRigidIsDropped) {
   expect_one_dropped(scan, "bad_pose", "trajectory.log");
 }
 
+TEST(BadFrame, APoseBeyondTheReachOfTheVolumeIsDropped) {
+  const Scan scan;
+  replace_line(scan.recording() / "trajectory.log", 3 * 5 + 1, "1 0 0 1e15");
+  replace_line(scan.recording() / "trajectory.log", 3 * 5 + 2, "0 1 0 0");
+  replace_line(scan.recording() / "trajectory.log", 3 * 5 + 3, "0 0 1 0");
+  expect_one_dropped(scan, "bad_pose", "too far");
+}
+
 TEST(BadRecording, NoUsableFrameExitsWith4) {
   const Scan scan;
   for (std::size_t i = 1; i < kScanFrames; ++i) write_text(scan.depth_picture(i), "");

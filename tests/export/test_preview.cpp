@@ -105,7 +105,7 @@ TEST(RenderView, ClosedSurfaceHasNoHoles) {
 
 TEST(RenderView, EmptyMeshIsAnEmptyBackground) {
   EXPECT_EQ(drawn_pixels(render(Mesh{})), 0u);
-  EXPECT_EQ(drawn_pixels(render_preview(Mesh{}, UpAxis::kZ, 64, 48)), 0u);
+  EXPECT_EQ(drawn_pixels(render_preview(Mesh{}, UpAxis::kZ, std::nullopt, 64, 48)), 0u);
 }
 
 TEST(RenderView, OnePointAndAStrayVertexFarAwayAreAnswered) {
@@ -150,13 +150,25 @@ TEST(ChooseViews, EveryViewIsUprightAndUnit) {
 
 TEST(RenderPreview, IsTheSamePictureEveryTime) {
   const Mesh mesh = test::marked_sphere();
-  EXPECT_EQ(render_preview(mesh, UpAxis::kZ, 320, 240), render_preview(mesh, UpAxis::kZ, 320, 240));
+  EXPECT_EQ(render_preview(mesh, UpAxis::kZ, std::nullopt, 320, 240),
+            render_preview(mesh, UpAxis::kZ, std::nullopt, 320, 240));
 }
 
 TEST(RenderPreview, FillsAllFourQuarters) {
-  const ColourImage picture = render_preview(test::marked_sphere(), UpAxis::kZ, 320, 240);
+  const ColourImage picture = render_preview(test::marked_sphere(), UpAxis::kZ, std::nullopt, 320, 240);
   for (const auto& [x, y] : {std::pair{80, 60}, {240, 60}, {80, 180}, {240, 180}})
     EXPECT_TRUE(is_drawn(picture.at(x, y)));
+}
+
+TEST(RenderPreview, ShowsFirstWhatTheScannerSaw) {
+  // Red is on +x, blue on +z: a scanner on the +z axis looks at the blue side.
+  Pose T_world_scanner = Pose::Identity();
+  T_world_scanner.linear() = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  T_world_scanner.translation() = Eigen::Vector3d(0, 0, 5);
+  const ColourImage picture = render_preview(test::marked_sphere(), UpAxis::kY, T_world_scanner, 320, 240);
+  const Rgb8 middle = picture.at(80, 60);
+  EXPECT_GT(middle.b, 2 * middle.r);
+  EXPECT_GT(middle.b, 2 * middle.g);
 }
 
 TEST(WritePng, WritesASignedPng) {
