@@ -48,7 +48,7 @@ case "$job" in
     build -DSCANKNIT_BUILD_TESTS=OFF
     if [ ! -f out/sample_recording/trajectory.log ]; then
       echo "Rendering the sample recording with the synthetic scanner ..."
-      "$build_dir/bin/scanknit" synth turntable --frames 60 --noise --seed 1 -o out/sample_recording --quiet
+      "$build_dir/bin/scanknit" synth turntable --frames 120 --noise --seed 1 -o out/sample_recording --quiet
     fi
     "$build_dir/bin/scanknit" run out/sample_recording --preset object -o out/sample
     ;;

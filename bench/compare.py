@@ -22,7 +22,7 @@ def parse_arguments():
     parser.add_argument("--work", type=Path, default=Path("out/compare"), help="folder for recordings and meshes")
     parser.add_argument("--voxel-mm", type=float, default=4)
     parser.add_argument("--truncation", type=float, default=4, help="voxels")
-    parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scenes", nargs="*", help="only these scenes")
     return parser.parse_args()

@@ -43,6 +43,11 @@ class UnionFind {
     b = root(b);
     if (a != b) parent_[std::max(a, b)] = std::min(a, b);
   }
+  [[nodiscard]] std::size_t sets() const {
+    std::size_t roots = 0;
+    for (Index v = 0; v < parent_.size(); ++v) roots += parent_[v] == v ? 1 : 0;
+    return roots;
+  }
 
  private:
   std::vector<Index> parent_;
@@ -107,30 +112,25 @@ std::size_t check_edges(const Mesh& mesh, MeshCheck& check) {
 
 /// The number of fans (connected sets of triangles sharing edges at v) among the triangles round one vertex.
 std::size_t count_fans(const Mesh& mesh, Index v, std::span<const Index> triangles) {
-  std::vector<std::pair<Index, Index>> links;  // the edge opposite v in each triangle
-  links.reserve(triangles.size());
-  for (const Index index : triangles) {
-    const Triangle& t = mesh.triangles[index];
-    const std::size_t at = t[0] == v ? 0 : t[1] == v ? 1 : 2;
-    links.emplace_back(t[(at + 1) % 3], t[(at + 2) % 3]);
-  }
-  std::vector<Index> fan(links.size());
-  std::iota(fan.begin(), fan.end(), Index{0});
-  const auto root = [&fan](Index i) {
-    while (fan[i] != i) i = fan[i];
-    return i;
+  struct Spoke {  // the edge from v to `other`, and which of the triangles has it
+    Index other;
+    Index triangle;
   };
-  std::size_t fans = links.size();
-  for (Index i = 0; i < links.size(); ++i) {
-    for (Index j = 0; j < i; ++j) {
-      const bool touch = links[i].first == links[j].first || links[i].first == links[j].second ||
-                         links[i].second == links[j].first || links[i].second == links[j].second;
-      if (!touch || root(i) == root(j)) continue;
-      fan[root(i)] = root(j);
-      --fans;
-    }
+  std::vector<Spoke> spokes;
+  spokes.reserve(2 * triangles.size());
+  for (Index i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[triangles[i]];
+    const std::size_t at = t[0] == v ? 0 : t[1] == v ? 1 : 2;
+    spokes.push_back({t[(at + 1) % 3], i});
+    spokes.push_back({t[(at + 2) % 3], i});
   }
-  return fans;
+  // Sorted rather than compared pair by pair: the hub of a cone has as many triangles as a file cares to give it.
+  std::sort(spokes.begin(), spokes.end(), [](const Spoke& a, const Spoke& b) { return a.other < b.other; });
+  UnionFind fans(triangles.size());
+  for (std::size_t i = 1; i < spokes.size(); ++i) {
+    if (spokes[i].other == spokes[i - 1].other) fans.join(spokes[i].triangle, spokes[i - 1].triangle);
+  }
+  return fans.sets();
 }
 
 void check_vertices(const Mesh& mesh, MeshCheck& check) {
@@ -215,9 +215,7 @@ MeshCheck check_mesh(const Mesh& mesh) {
 
   const std::size_t used = check.vertices - check.unreferenced_vertices;
   check.euler = static_cast<long long>(used) - static_cast<long long>(edges) + static_cast<long long>(check.triangles);
-  UnionFind sets = connect(mesh);
-  for (Index v = 0; v < mesh.positions_m.size(); ++v) check.components += sets.root(v) == v ? 1 : 0;
-  check.components -= check.unreferenced_vertices;
+  check.components = connect(mesh).sets() - check.unreferenced_vertices;
   return check;
 }
 

@@ -77,7 +77,7 @@ class ObjReader {
     return {};
   }
 
-  std::optional<Corner> parse_corner(std::string_view word) const {
+  [[nodiscard]] std::optional<Corner> parse_corner(std::string_view word) const {
     const std::size_t slash = word.find('/');
     const auto vertex = resolve(word.substr(0, slash), mesh_.positions_m.size());
     if (!vertex) return std::nullopt;

@@ -22,13 +22,14 @@ struct SoupCorner {
   std::uint32_t place;
 };
 
-/// Joins bit-equal corners. Vertices are numbered in the order of their first corner. Sorting, not hashing: no input
+/// Joins equal corners. Vertices are numbered in the order of their first corner. Sorting, not hashing: no input
 /// makes it slow.
 Mesh weld(std::span<const Eigen::Vector3f> soup) {
   std::vector<SoupCorner> corners(soup.size());
   for (std::uint32_t i = 0; i < soup.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      corners[i].bits[static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(soup[i][axis]);
+      const float coordinate = soup[i][axis] + 0.0f;  // -0 becomes 0: the one pair of equal numbers with other bits
+      corners[i].bits[static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(coordinate);
     }
     corners[i].place = i;
   }

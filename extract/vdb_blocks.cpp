@@ -39,6 +39,13 @@ std::optional<GridToWorld> uniform_map(const openvdb::math::Transform& transform
   return GridToWorld{scale, translation};
 }
 
+/// Whether the coordinates of the leaves round the one at `origin`, and of their voxels, fit an int.
+bool has_room_around(const Eigen::Vector3i& origin) {
+  constexpr int kReach = 2 * kBlockCells;
+  return origin.minCoeff() >= std::numeric_limits<int>::min() + kReach &&
+         origin.maxCoeff() <= std::numeric_limits<int>::max() - kReach;
+}
+
 Error config_error(const char* message) {
   return {ErrorCode::kConfig, message, "volume"};
 }
@@ -113,6 +120,8 @@ Result<VdbBlocks> VdbBlocks::open(const FieldView& view, double min_weight) {
     const Coord origin = leaf->origin();
     blocks.origins_.emplace_back(origin.x(), origin.y(), origin.z());
   }
+  if (!std::all_of(blocks.origins_.begin(), blocks.origins_.end(), has_room_around))
+    return config_error("it reaches the end of OpenVDB's 32-bit coordinates; move it towards the origin first");
   std::sort(blocks.origins_.begin(), blocks.origins_.end(), is_before);
   return blocks;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/check.h"
 
@@ -59,10 +60,10 @@ int floor_to_multiple(double value, int unit) {
   return static_cast<int>(std::floor(value / unit)) * unit;
 }
 
-/// The smallest cube of 2^n blocks, aligned to its task size, round the part of the frustum that holds the bands.
-Node root_of(const Observation& observation, const Pose& T_world_camera, double voxel_size_m) {
+/// The box, in the world, of the camera and all that its picture can show up to the end of the farthest band.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> frustum_bounds(const Observation& observation, const Pose& T_world_camera) {
   const CameraIntrinsics& k = observation.intrinsics();
-  const double far_m = static_cast<double>(observation.bands().hull().far_m);
+  const double far_m = std::max(0.0, static_cast<double>(observation.bands().hull().far_m));
   Eigen::Vector3d low = T_world_camera.translation();
   Eigen::Vector3d high = low;
   for (int corner = 0; corner < 4; ++corner) {
@@ -72,6 +73,12 @@ Node root_of(const Observation& observation, const Pose& T_world_camera, double 
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  return {low, high};
+}
+
+/// The smallest cube of 2^n blocks, aligned to its task size, round the part of the frustum that holds the bands.
+Node root_of(const Observation& observation, const Pose& T_world_camera, double voxel_size_m) {
+  const auto [low, high] = frustum_bounds(observation, T_world_camera);
   constexpr int kUnit = kBlock * kTaskBlocks;
   const Eigen::Vector3d index = low / voxel_size_m;
   const Coord origin(floor_to_multiple(index.x(), kUnit), floor_to_multiple(index.y(), kUnit),
@@ -85,11 +92,9 @@ Node root_of(const Observation& observation, const Pose& T_world_camera, double 
 }  // namespace
 
 bool is_indexable(const Observation& observation, const Pose& T_world_camera, double voxel_size_m) {
-  const CameraIntrinsics& k = observation.intrinsics();
-  const double far_m = static_cast<double>(observation.bands().hull().far_m);
-  const double reach_m = far_m * (1 + k.width / std::abs(k.fx) + k.height / std::abs(k.fy));
-  const double farthest_m = T_world_camera.translation().cwiseAbs().maxCoeff() + reach_m;
-  // A quarter of the range leaves room for the octree's root, up to twice the frustum.
+  const auto [low, high] = frustum_bounds(observation, T_world_camera);
+  const double farthest_m = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  // A quarter of the range leaves room for the octree's root, up to twice the frustum. False for NaN.
   return farthest_m / voxel_size_m < std::numeric_limits<int>::max() / 4;
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "acquire/replay/layouts.h"
+#include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/byte_reader.h"
@@ -169,19 +170,26 @@ void read_parameters(const fs::path& path, FrameEntry& entry) {
 std::optional<std::int64_t> time_in_name(std::string_view stem) {
   const std::size_t t = stem.find_last_of('T');
   if (t == std::string_view::npos || t < 8 || stem.size() < t + 7) return std::nullopt;
-  const auto number = [&](std::size_t begin, std::size_t length) {
-    return parse_number(stem.substr(begin, length)).value_or(-1);
+  const auto number = [&](std::size_t begin, std::size_t digits) {
+    return numbered_name(stem.substr(begin, digits), "", "");
   };
-  const std::chrono::year_month_day day(std::chrono::year(static_cast<int>(number(t - 8, 4))),
-                                        std::chrono::month(static_cast<unsigned>(std::max(0.0, number(t - 4, 2)))),
-                                        std::chrono::day(static_cast<unsigned>(std::max(0.0, number(t - 2, 2)))));
-  const double hours = number(t + 1, 2);
-  const double minutes = number(t + 3, 2);
+  const auto year = number(t - 8, 4);
+  const auto month = number(t - 4, 2);
+  const auto day = number(t - 2, 2);
+  const auto hour = number(t + 1, 2);
+  const auto minute = number(t + 3, 2);
   const auto seconds_ns = parse_seconds_ns(stem.substr(t + 5));
-  if (!day.ok() || hours < 0 || minutes < 0 || !seconds_ns) return std::nullopt;
-  const auto midnight = std::chrono::sys_days(day).time_since_epoch();
-  const auto whole = std::chrono::duration_cast<std::chrono::nanoseconds>(midnight) +
-                     std::chrono::hours(static_cast<int>(hours)) + std::chrono::minutes(static_cast<int>(minutes));
+  if (!year || !month || !day || !hour || !minute || !seconds_ns) return std::nullopt;
+  constexpr std::uint64_t kFirstYear = 1970, kLastYear = 2261;  // whole years whose nanoseconds fit 64 bits
+  constexpr std::int64_t kMinute_ns = 61'000'000'000;           // with a leap second
+  if (*year < kFirstYear || *year > kLastYear || *hour > 23 || *minute > 59) return std::nullopt;
+  if (*seconds_ns < 0 || *seconds_ns >= kMinute_ns) return std::nullopt;
+  const std::chrono::year_month_day date(std::chrono::year(static_cast<int>(*year)),
+                                         std::chrono::month(static_cast<unsigned>(*month)),
+                                         std::chrono::day(static_cast<unsigned>(*day)));
+  if (!date.ok()) return std::nullopt;
+  const std::chrono::nanoseconds midnight = std::chrono::sys_days(date).time_since_epoch();
+  const auto whole = midnight + std::chrono::hours(*hour) + std::chrono::minutes(*minute);
   return whole.count() + *seconds_ns;
 }
 

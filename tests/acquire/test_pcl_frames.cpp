@@ -172,8 +172,28 @@ class PclzfFrame : public ::testing::Test {
     config.poses = PoseMode::kStill;
     return config;
   }
+  // The frame under another name, without its colour.
+  [[nodiscard]] Frame play_as(const std::string& stem) const {
+    const TemporaryFolder renamed;
+    fs::copy_file(folder_ / "f_depth.pclzf", renamed / (stem + "_depth.pclzf"));
+    fs::copy_file(folder_ / "f.xml", renamed / (stem + ".xml"));
+    return play(renamed.path(), still()).frames.at(0);
+  }
   TemporaryFolder folder_;
 };
+
+TEST_F(PclzfFrame, TakesItsTimeFromItsName) {
+  const Frame frame = play_as("frame_20121214T142255.814212");
+  EXPECT_TRUE(frame.has_clock);
+  EXPECT_EQ(frame.timestamp_ns, 1'355'494'975'814'212'000);  // date -u -d '2012-12-14 14:22:55' +%s
+}
+
+TEST_F(PclzfFrame, HasNoClockWhenItsNameIsNoTimeThatFits) {
+  for (const char* stem : {"f_99991231T235959.5", "f_00010101T000000.5", "f_+inf0101T000000.5", "f_9e990101T000000.5",
+                           "f_20121301T000000.5", "f_20120101T240000.5", "f_20120101T00009000000000"}) {
+    EXPECT_FALSE(play_as(stem).has_clock) << stem;
+  }
+}
 
 TEST_F(PclzfFrame, IsReadWithBothCameras) {
   const Frame frame = play(folder_.path(), still()).frames.at(0);

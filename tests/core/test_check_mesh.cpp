@@ -86,6 +86,16 @@ TEST(CheckMesh, TwoClosedFansAtAVertexAreNotManifold) {
   EXPECT_TRUE(check.is_closed());
 }
 
+TEST(CheckMesh, HubOfVeryManyTrianglesIsOneFanFoundInTime) {
+  constexpr std::uint32_t kTriangles = 200'000;  // comparing them pair by pair would take minutes
+  Mesh mesh;
+  mesh.positions_m.assign(kTriangles + 2, Eigen::Vector3f::Zero());
+  for (std::uint32_t i = 0; i < kTriangles; ++i) mesh.triangles.push_back({0, i + 1, i + 2});
+  const MeshCheck check = check_mesh(mesh);
+  EXPECT_EQ(check.non_manifold_vertices, 0u);
+  EXPECT_EQ(check.boundary_edges, kTriangles + 2u);
+}
+
 TEST(CheckMesh, FlippedTriangleIsMisorientedAlongItsEdges) {
   Mesh mesh = test::tetrahedron();
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);

@@ -170,6 +170,13 @@ TEST(ReadStl, WeldsBitEqualCornersOfAscii) {
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}));
 }
 
+TEST(ReadStl, WeldsMinusZeroToZero) {
+  const Mesh mesh =
+      parsed("solid\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nvertex -0 1 0\nvertex 1 -0 0\nvertex 1 1 0\nendsolid\n",
+             MeshFormat::kStl);
+  EXPECT_EQ(mesh.positions_m.size(), 4u);
+}
+
 TEST(ReadStl, TakesABinaryFileThatBeginsWithSolid) {
   const test::TemporaryFolder folder;
   std::string bytes(84 + 50, '\0');

@@ -131,6 +131,14 @@ TEST(Volume, FrustumTransformIsRefused) {
   EXPECT_EQ(error_of(test::view_of(*grid)), ErrorCode::kConfig);
 }
 
+TEST(Volume, VoxelsAtTheEndOfTheCoordinatesAreRefused) {
+  for (const int end : {std::numeric_limits<int>::min(), std::numeric_limits<int>::max()}) {
+    const auto grid = test::make_grid(half_space(4));
+    grid->tree().setValue({0, end, 0}, 1);
+    EXPECT_EQ(error_of(test::view_of(*grid)), ErrorCode::kConfig) << end;
+  }
+}
+
 TEST(Volume, GridsOfDifferentTransformsAreRefused) {
   const auto field = test::make_grid(half_space(4));
   const auto weight = test::make_grid(Dense(4, 1), {{0, 0, 0}, 0.5, {}});

@@ -196,6 +196,14 @@ TEST(Integrate, RefusesAPoseBeyondTheIndexRange) {
   EXPECT_EQ(volume.blocks(), 0u);
 }
 
+TEST(Integrate, RefusesACameraThatLooksBeyondTheIndexRange) {
+  TsdfVolume volume = make_volume(fixed_band());
+  Frame frame = plane_frame(small_camera(), {0, 0, -1}, -0.8);
+  frame.intrinsics.cx = 1e15;
+  EXPECT_FALSE(integrate(frame, Pose::Identity(), volume));
+  EXPECT_EQ(volume.blocks(), 0u);
+}
+
 TEST(Integrate, AcceptsAFrameWithoutAnyReturn) {
   Frame frame;
   frame.intrinsics = small_camera();
