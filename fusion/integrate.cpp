@@ -117,7 +117,7 @@ class BlockUpdate {
       row.distance_m[k] = 0;
       row.takes_colour[k] = false;
       if (!(row.z[k] > 0) || !camera.sees(u[k], v[k])) continue;
-      const Sighting sighting = observation_.sight(Eigen::Vector4f(row.x[k], row.y[k], row.z[k], -1), u[k], v[k]);
+      const Sighting sighting = observation_.sight(row.x[k], row.y[k], row.z[k], u[k], v[k]);
       if (sighting.pixel == nullptr) continue;
       const float truncation_m = sighting.pixel->truncation_m;
       row.weight[k] = weight_at(sighting, row.z[k]);

@@ -116,7 +116,7 @@ Sighting Observation::sight(const Eigen::Vector3f& p_camera) const {
   if (!(p_camera.z() > 0)) return {};
   const float u = camera_.fx * p_camera.x() / p_camera.z() + camera_.cx;
   const float v = camera_.fy * p_camera.y() / p_camera.z() + camera_.cy;
-  return camera_.sees(u, v) ? sight(Eigen::Vector4f(p_camera.x(), p_camera.y(), p_camera.z(), -1), u, v) : Sighting{};
+  return camera_.sees(u, v) ? sight(p_camera.x(), p_camera.y(), p_camera.z(), u, v) : Sighting{};
 }
 
 }  // namespace scanknit

@@ -90,11 +90,11 @@ class Observation {
 
   [[nodiscard]] const PictureCamera& camera() const { return camera_; }
 
-  /// What the frame says of a point of the camera frame with z > 0 that projects to (u, v), which the camera sees.
+  /// What the frame says of the point (x, y, z > 0) of the camera frame that projects to (u, v), which the camera sees.
   /// The distance is the mean of the distances to the planes of the up to four pixels round the projection, with
   /// bilinear weights: exact on planes even where some of the four are missing. Pixels that show another surface than
   /// the nearest are left out.
-  [[nodiscard]] Sighting sight(const Eigen::Vector4f& p, float u, float v) const;
+  [[nodiscard]] Sighting sight(float x, float y, float z, float u, float v) const;
   /// The same for any point of the camera frame.
   [[nodiscard]] Sighting sight(const Eigen::Vector3f& p_camera) const;
 
@@ -127,23 +127,24 @@ class Observation {
 };
 
 // The inner loop of integration, hence inline.
-[[gnu::always_inline]] inline Sighting Observation::sight(const Eigen::Vector4f& p, float u, float v) const {
+[[gnu::always_inline]] inline Sighting Observation::sight(float x, float y, float z, float u, float v) const {
   const Bilinear quad(u, v);
   const int nearest = quad.nearest();
   const SurfacePixel& pixel = pixels_.at(quad.x + (nearest & 1), quad.y + (nearest >> 1));
 
   // In the outer half of the band a distance counts little (see weight_at): the nearest pixel alone will do.
-  const float nearest_m = pixel.plane.dot(p);
+  const float nearest_m = pixel.plane.x() * x + pixel.plane.y() * y + pixel.plane.z() * z - pixel.plane.w();
   if (pixel.has_return() && std::abs(nearest_m) > kInnerBand * pixel.truncation_m) {
     return {nearest_m, pixel.plane.w(), &pixel};
   }
-  if (!smooth_.contains(quad.x, quad.y) || smooth_.at(quad.x, quad.y) == 0) return sight_rough(p, quad);
+  if (!smooth_.contains(quad.x, quad.y) || smooth_.at(quad.x, quad.y) == 0)
+    return sight_rough(Eigen::Vector4f(x, y, z, -1), quad);
 
   // The mean of four distances to planes is the distance to the mean plane.
   const SurfacePixel* row = &pixels_.at(quad.x, quad.y);
   const SurfacePixel* below = row + pixels_.width();
   const PixelPlane plane = mean_of(quad, row[0].plane, row[1].plane, below[0].plane, below[1].plane);
-  return {plane.dot(p), plane.w(), &pixel};
+  return {plane.x() * x + plane.y() * y + plane.z() * z - plane.w(), plane.w(), &pixel};
 }
 
 [[gnu::always_inline]] inline Eigen::Vector4f Observation::colour_at(const Eigen::Vector3f& p_camera) const {
