@@ -57,7 +57,12 @@ void add_common(CLI::App& app, CommandLine& line) {
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->group("Configuration");
-  app.add_option("--set", config.assignments, "One value, may be repeated: --set fusion.voxel_size=2mm")
+  // Appended, not assigned: the shorthands above put theirs into the same list.
+  const auto append = [&config](const std::vector<std::string>& values) {
+    config.assignments.insert(config.assignments.end(), values.begin(), values.end());
+  };
+  app.add_option_function<std::vector<std::string>>("--set", append,
+                                                    "One value, may be repeated: --set fusion.voxel_size=2mm")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false)
       ->group("Configuration");

@@ -1,3 +1,7 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
 #include "app/commands.h"
 #include "app/exit_codes.h"
 
@@ -17,6 +21,13 @@ int fail(const Error& error, const CommonArguments& common) {
 ConfigSources with_run_defaults(ConfigSources sources) {
   sources.presets.insert(sources.presets.begin(), "default");
   return sources;
+}
+
+int print_result(std::string_view text, const CommonArguments& common) {
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (is_written) return kExitOk;
+  return fail({ErrorCode::kOutput, std::string("the result cannot be written: ") + std::strerror(errno), "stdout"},
+              common);
 }
 
 }  // namespace scanknit

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/config_load.h"
@@ -63,6 +64,9 @@ struct ConfigArguments {
 
 /// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
 [[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
+
+/// Writes a result to stdout. Gives kExitOk, or says that stdout would not take it and gives the exit code of kOutput.
+[[nodiscard]] int print_result(std::string_view text, const CommonArguments& common);
 
 /// Says the error on stderr and gives its exit code.
 [[nodiscard]] int fail(const Error& error, const CommonArguments& common);

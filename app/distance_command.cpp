@@ -6,6 +6,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "export/read_mesh.h"
+#include "export/up_rotation.h"
 
 namespace scanknit {
 namespace {
@@ -23,11 +24,25 @@ Json stats_json(const DistanceStats& stats) {
           {"share_within_5mm", stats.share_within_5mm}};
 }
 
+bool is_seen(const SurfaceError& error) {
+  return error.completeness.count > 0;
+}
+
+/// GLB and STL files are written in axes and units of their own (export/write_mesh.h); the truth is in the recording's.
+void to_recording_world(Mesh& mesh, const std::filesystem::path& file) {
+  const std::string format = file.extension().string();
+  const bool is_stl = format == ".stl";
+  if (!is_stl && format != ".glb") return;
+  const Eigen::Matrix3f turn = up_rotation(is_stl ? UpAxis::kZ : UpAxis::kY, UpAxis::kMinusY);
+  const float scale = is_stl ? 0.001f : 1.0f;
+  for (Eigen::Vector3f& p : mesh.positions_m) p = scale * (turn * p);
+}
+
 Json error_json(const SurfaceError& error) {
   return {{"vertices", stats_json(error.vertices)},
           {"area", stats_json(error.area)},
-          {"completeness", stats_json(error.completeness)},
-          {"share_complete", error.share_complete},
+          {"completeness", is_seen(error) ? stats_json(error.completeness) : Json()},
+          {"share_complete", is_seen(error) ? Json(error.share_complete) : Json()},
           {"threshold_m", error.threshold_m}};
 }
 
@@ -39,8 +54,9 @@ std::string stats_line(const char* name, const DistanceStats& stats) {
 }
 
 std::string error_lines(const SurfaceError& error) {
-  return stats_line("Vertices", error.vertices) + stats_line("Area", error.area) +
-         stats_line("Completeness", error.completeness) +
+  const std::string accuracy = stats_line("Vertices", error.vertices) + stats_line("Area", error.area);
+  if (!is_seen(error)) return accuracy + "Completeness  unknown: no point of the surface was seen by enough frames\n";
+  return accuracy + stats_line("Completeness", error.completeness) +
          fmt::format("{:.2f} % of the visible surface is within {:.0f} mm of the mesh\n", error.share_complete * 100,
                      error.threshold_m * 1000);
 }
@@ -49,12 +65,12 @@ std::string error_lines(const SurfaceError& error) {
 
 int distance_command(const std::filesystem::path& mesh_file, const std::filesystem::path& truth,
                      const CommonArguments& common) {
-  const auto mesh = read_mesh(mesh_file);
+  auto mesh = read_mesh(mesh_file);
   if (!mesh) return fail(mesh.error(), common);
+  to_recording_world(*mesh, mesh_file);
   const auto error = measure_surface(*mesh, truth);
   if (!error) return fail(error.error(), common);
-  fmt::print("{}", common.is_json ? error_json(*error).dump(2) + "\n" : error_lines(*error));
-  return kExitOk;
+  return print_result(common.is_json ? error_json(*error).dump(2) + "\n" : error_lines(*error), common);
 }
 
 }  // namespace scanknit

@@ -102,8 +102,7 @@ int info_command(const std::filesystem::path& file, const CommonArguments& commo
   const auto json = describe(file, config->acquire);
   if (!json) return fail(json.error(), common);
   constexpr auto kReplace = Json::error_handler_t::replace;  // names of grids need not be UTF-8
-  fmt::print("{}", common.is_json ? json->dump(2, ' ', false, kReplace) + "\n" : lines_of(*json));
-  return kExitOk;
+  return print_result(common.is_json ? json->dump(2, ' ', false, kReplace) + "\n" : lines_of(*json), common);
 }
 
 }  // namespace scanknit

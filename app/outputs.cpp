@@ -48,6 +48,7 @@ Result<void> refuse_repeated(const Outputs& outputs) {
 
 Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& config) {
   const Path& output = request.output;
+  if (output.empty()) return Error{ErrorCode::kUsage, "-o is empty: give a folder, or a file such as model.glb"};
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(output, ignored);
   const bool is_file = is_mesh_path(output) && !is_folder;

@@ -1,8 +1,6 @@
-#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <chrono>
-#include <cstdio>
 
 #include "app/commands.h"
 #include "app/config_print.h"
@@ -39,7 +37,7 @@ void close_report(RunReport& report, const Result<void>& result, bool was_interr
   report.exit_code = result ? kExitOk : exit_code_of(result.error().code);
   if (!was_interrupted) return;
   report.exit_code = kExitInterrupted;
-  if (result) report.status = "interrupted: the mesh is of the frames fused until then";
+  if (result) report.status = "interrupted: what there was has been meshed and written";
 }
 
 /// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
@@ -64,14 +62,14 @@ int conclude(RunReport& report, Result<void> result, const Job& job, const Commo
     report.status = written.error().text();
     report.exit_code = exit_code_of(written.error().code);
   }
+  int printed = kExitOk;
   if (common.is_json) {
-    fmt::print("{}", to_json(report));
+    printed = print_result(to_json(report), common);
   } else if (result && common.verbosity != Verbosity::kQuiet) {
-    fmt::print("{}", summary_text(report));
+    printed = print_result(summary_text(report), common);
   }
-  std::fflush(stdout);
   if (!result) (void)fail(result.error(), common);
-  return report.exit_code;
+  return report.exit_code != kExitOk ? report.exit_code : printed;
 }
 
 }  // namespace
@@ -100,6 +98,8 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
 }
 
 int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal
+      stop_on_signal;  // before any other thread; a volume is meshed whole or, at a second signal, not at all
   const auto begin = std::chrono::steady_clock::now();
   auto config = load_config(common.config);
   if (!config) return fail(config.error(), common);
@@ -111,7 +111,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   const Job job{arguments.volume, std::move(*config), *outputs};
   RunReport report = begin_report(job);
   const Result<void> result = extract_volume(job, report);
-  close_report(report, result, false, begin);
+  close_report(report, result, stop_on_signal.token().stop_requested(), begin);
   return conclude(report, result, job, common);
 }
 

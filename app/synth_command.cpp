@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -42,27 +43,24 @@ SynthConfig synth_config(const SynthArguments& arguments) {
 
 int list_scenes(const CommonArguments& common) {
   const std::vector<std::string> names = scene_names();
-  if (common.is_json) {
-    fmt::print("{}\n", Json(names).dump());
-  } else {
-    for (const std::string& name : names) fmt::print("{}\n", name);
-  }
-  return kExitOk;
+  if (common.is_json) return print_result(Json(names).dump() + "\n", common);
+  return print_result(fmt::format("{}\n", fmt::join(names, "\n")), common);
 }
 
-void print_summary(const SynthSummary& summary, const SynthArguments& arguments, const CommonArguments& common) {
+int print_summary(const SynthSummary& summary, const SynthArguments& arguments, const CommonArguments& common) {
   const std::string folder = arguments.output.string();
   if (common.is_json) {
     const Json json = {{"folder", folder},
                        {"frames", summary.frames},
                        {"truth_points", summary.truth_points},
                        {"visible_points", summary.visible_points}};
-    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
-  } else if (common.verbosity != Verbosity::kQuiet) {
-    fmt::print("Written  {}: {} frames; {} of {} truth points are seen\n", folder, summary.frames,
-               summary.visible_points, summary.truth_points);
-    fmt::print("Next     scanknit run {} -o OUT && scanknit distance OUT/model.ply {}\n", folder, folder);
+    return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
+  if (common.verbosity == Verbosity::kQuiet) return kExitOk;
+  return print_result(fmt::format("Written  {0}: {1} frames; {2} of {3} truth points are seen\n"
+                                  "Next     scanknit run {0} -o OUT && scanknit distance OUT/model.ply {0}\n",
+                                  folder, summary.frames, summary.visible_points, summary.truth_points),
+                      common);
 }
 
 }  // namespace
@@ -77,8 +75,8 @@ int synth_command(const SynthArguments& arguments, const CommonArguments& common
   const auto summary =
       write_synthetic_recording(**scene, synth_config(arguments), arguments.output, progress, stop_on_signal.token());
   if (!summary) return fail(summary.error(), common);
-  print_summary(*summary, arguments, common);
-  return summary->was_stopped ? kExitInterrupted : kExitOk;
+  const int printed = print_summary(*summary, arguments, common);
+  return summary->was_stopped ? kExitInterrupted : printed;
 }
 
 }  // namespace scanknit

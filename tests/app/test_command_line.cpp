@@ -1,11 +1,15 @@
-// What needs no recording: usage, help, configuration commands, exit codes.
+// Usage, help, configuration commands, exit codes.
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/version.h"
 #include "tests/app/program.h"
+#include "tests/app/scan.h"
 
 namespace scanknit {
 namespace {
@@ -107,6 +111,37 @@ TEST(CommandLine, SynthListsItsScenes) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_TRUE(contains(outcome.out, "sphere\n"));
   EXPECT_EQ(scanknit_command({"synth", "no_such_scene", "-o", "/tmp/never"}).exit_code, 2);
+}
+
+TEST(CommandLine, ShorthandsStandBesideSet) {
+  const Scan scan;
+  const Outcome outcome = scan.run({"--poses", "nonsense"});  // run() itself says --set
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_NE(outcome.err.find("acquire.poses"), std::string::npos) << outcome.err;
+}
+
+TEST(CommandLine, AnEmptyOutputIsAUsageError) {
+  EXPECT_EQ(scanknit_command({"run", "anything", "-o", ""}).exit_code, 2);
+}
+
+TEST(CommandLine, AResultThatStdoutWillNotTakeExitsWith8) {
+  for (const std::string command : {"config schema", "config print", "synth --list"}) {
+    const int status = std::system((SCANKNIT_PROGRAM " " + command + " > /dev/full 2> /dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 8) << command;
+  }
+}
+
+TEST(CommandLine, DistanceMeasuresGlbAndStlAsItDoesPly) {
+  const Scan scan;
+  ASSERT_EQ(scan.run({"--set", "export.formats=[glb,ply,stl]"}).exit_code, 0);
+  const auto mean_m = [&](const std::string& name) {
+    const Outcome outcome =
+        scanknit_command({"distance", (scan.output() / name).string(), scan.recording().string(), "--json"});
+    return nlohmann::json::parse(outcome.out)["area"]["mean_m"].get<double>();
+  };
+  constexpr double kSampling = 1e-5;  // the order of triangles decides where the samples lie
+  EXPECT_NEAR(mean_m("model.glb"), mean_m("model.ply"), kSampling);
+  EXPECT_NEAR(mean_m("model.stl"), mean_m("model.ply"), kSampling);
 }
 
 }  // namespace
