@@ -48,16 +48,17 @@ bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::siz
   return true;
 }
 
-/// The finest round voxel size that fits, with room for the frames that were not looked at.
+/// The finest round voxel size that fits: with a quarter of room for the frames that were not looked at, else just so.
 std::optional<double> fitting_voxel_size_m(const std::vector<Frame>& frames, const FusionConfig& fusion,
                                            std::size_t max_blocks) {
   constexpr double kRoundSizesM[] = {0.0005, 0.00075, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.005, 0.0075,
                                      0.01,   0.015,   0.02,  0.03,   0.04,  0.05,  0.075, 0.1};
-  const std::size_t with_room = max_blocks - max_blocks / 4;
-  for (const double size_m : kRoundSizesM) {
-    FusionConfig coarser = fusion;
-    coarser.voxel_size_m = size_m;
-    if (size_m > fusion.voxel_size_m && fits(frames, coarser, with_room)) return size_m;
+  for (const std::size_t blocks : {max_blocks - max_blocks / 4, max_blocks}) {
+    for (const double size_m : kRoundSizesM) {
+      FusionConfig coarser = fusion;
+      coarser.voxel_size_m = size_m;
+      if (size_m > fusion.voxel_size_m && fits(frames, coarser, blocks)) return size_m;
+    }
   }
   return std::nullopt;
 }
