@@ -3,6 +3,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -168,6 +169,19 @@ TEST(Extract, AnIsovalueThatNothingMeetsExitsWith7AndWritesNoMesh) {
   EXPECT_FALSE(fs::exists(scan / "empty" / "model.glb"));
   const Json report = Json::parse(read_text(scan / "empty" / "report.json"), nullptr, false);
   EXPECT_EQ(report["exit_code"], 7);
+}
+
+TEST(Run, SavesAVolumeThatOpenVdbsOwnToolLists) {
+  if (std::system("command -v vdb_print > /dev/null") != 0) {
+    GTEST_SKIP() << "SKIPPED: vdb_print is not installed (Debian package libopenvdb-tools)";
+  }
+  const Scan scan;
+  const std::string volume = (scan / "v.vdb").string();
+  ASSERT_EQ(scan.run({"--save-volume", volume}).exit_code, 0);
+  const std::string listing = (scan / "listing.txt").string();
+  ASSERT_EQ(std::system(("vdb_print '" + volume + "' > '" + listing + "'").c_str()), 0);
+  const std::string text = read_text(listing);
+  for (const char* grid : {"tsdf", "weight", "colour"}) EXPECT_NE(text.find(grid), std::string::npos) << text;
 }
 
 TEST(Info, DescribesRecordingsVolumesAndMeshes) {
