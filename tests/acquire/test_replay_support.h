@@ -65,7 +65,7 @@ struct Played {
 /// The message of open_recording's error, or "" when it opens.
 [[nodiscard]] std::string open_error(const std::filesystem::path& path, const AcquireConfig& config = {});
 
-/// /work/shared/data or what SCANKNIT_TEST_DATA names; empty when it is not there.
+/// ../shared/data beside the sources, or what SCANKNIT_TEST_DATA names; empty when it is not there.
 [[nodiscard]] std::filesystem::path data_folder();
 
 }  // namespace scanknit::test
