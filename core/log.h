@@ -1,4 +1,4 @@
-// Log: where rooms say what a person may want to know. Silent unless the application plugs a sink in.
+// Log: where rooms say what a person may want to know. The application plugs a sink in.
 #pragma once
 
 #include <string_view>
@@ -14,12 +14,6 @@ class Log {
 
   void info(std::string_view message) { write(LogLevel::kInfo, message); }
   void warn(std::string_view message) { write(LogLevel::kWarning, message); }
-};
-
-/// Says nothing.
-class SilentLog final : public Log {
- public:
-  void write(LogLevel, std::string_view) override {}
 };
 
 }  // namespace scanknit

@@ -44,13 +44,13 @@ float depth_behind(const Sighting& sighting, float z_m) {
   return along_normal < 0 ? z_m * sighting.distance_m / along_normal : z_m;
 }
 
-/// How much a sighting counts at a voxel. A distance measured along one view's normal is never less than the true
-/// distance to the nearest surface, and the farther from the surface it is taken, the more it may overstate it: near
-/// edges and behind thin parts views would outvote the one that sees the surface itself. So the weight falls with the
-/// cube of 1 - |distance| / truncation, on both sides alike so that noise has no preferred direction. Free space keeps
-/// kFreeSpaceShare: enough to carve. Behind the surface nothing is known beyond the truncation along the ray.
-/// The cube was chosen among powers 1 to 4 with bench/compare.py: 1 doubles the error of noise-free objects, 4 adds a
-/// tenth to that of noisy rooms.
+/// How much a sighting counts at a voxel. A view measures to the surface that it sees; another part of the surface may
+/// be nearer, and the larger the distance, the likelier that is: near edges and behind thin parts such views would
+/// outvote the one that sees the nearest part. So the weight falls with the cube of 1 - |distance| / truncation, on
+/// both sides alike so that noise has no preferred direction. Free space keeps kFreeSpaceShare: enough to carve. Behind
+/// the surface nothing is known beyond the truncation along the ray. Why the cube: ScanKnit's rows of bench/compare.py,
+/// with other powers here. On the turntable the first power doubles the error; in the noisy desk scene the fourth adds
+/// a tenth.
 float weight_at(const Sighting& sighting, float z_m) {
   const SurfacePixel& pixel = *sighting.pixel;
   const float nearness = std::max(0.0f, 1 - std::abs(sighting.distance_m) * pixel.per_truncation);
