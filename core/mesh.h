@@ -12,7 +12,23 @@
 
 namespace scanknit {
 
-using Triangle = std::array<std::uint32_t, 3>;
+/// Three vertices of a mesh. Unlike std::array's, its elements are left as they are unless given: millions are made
+/// room for before they are written.
+struct Triangle : std::array<std::uint32_t, 3> {
+  Triangle() {}  // NOLINT: not defaulted, so that vector::resize does not write zeros
+  Triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) : std::array<std::uint32_t, 3>{a, b, c} {}
+};
+static_assert(sizeof(Triangle) == 12);
+
+}  // namespace scanknit
+
+// const auto& [a, b, c] = triangle
+template <>
+struct std::tuple_size<scanknit::Triangle> : std::tuple_size<std::array<std::uint32_t, 3>> {};
+template <std::size_t I>
+struct std::tuple_element<I, scanknit::Triangle> : std::tuple_element<I, std::array<std::uint32_t, 3>> {};
+
+namespace scanknit {
 
 /// Positions in metres in the world frame; triangles counter-clockwise seen from outside. `normals` (unit) and
 /// `colours` (sRGB) are either empty or as long as `positions_m`. Every index is below positions_m.size().
