@@ -1,58 +1,115 @@
-// Block: the samples that 8 x 8 x 8 cells need, and BlockSource: where blocks come from.
+// Blocks of 8 x 8 x 8 samples: their signs, the values around them, and BlockSource: where blocks come from.
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <span>
 
 namespace scanknit {
 
-/// Samples of one kind at (x, y, z), each from -1 to 9 relative to the block's origin. The block's 512 cells need the
-/// 9^3 samples from 0 to 8; the layer around them serves gradients and the cells of neighbouring blocks at a shared
-/// grid edge.
-template <typename Sample>
-class BlockOf {
+inline constexpr int kBlockCells = 8;  ///< along each axis; also samples that a block owns
+/// Samples round a block that a ValueBlock shows: for gradients and for the cells of neighbouring blocks.
+inline constexpr int kBlockFirst = -1;
+inline constexpr int kBlockLast = 9;
+inline constexpr int kBlockSide = kBlockLast - kBlockFirst + 1;
+inline constexpr std::size_t kBlockSamples = std::size_t{kBlockSide} * kBlockSide * kBlockSide;
+
+/// In the volume's unit. Samples that are not finite are unobserved.
+inline constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
+[[nodiscard]] inline bool is_observed(float value) {
+  return std::isfinite(value);
+}
+
+/// One bit for each voxel (or cell, or grid edge) of a block: word x, bit 8 y + z.
+using VoxelBits = std::array<std::uint64_t, kBlockCells>;
+
+/// What topology needs of a block's 512 samples.
+struct BlockSigns {
+  VoxelBits high{};     ///< observed and >= isovalue
+  VoxelBits missing{};  ///< unobserved
+
+  bool operator==(const BlockSigns&) const = default;
+};
+
+/// Samples at (x, y, z), each from -1 to 9 relative to the block's origin. Either a window on the source's own memory,
+/// or a copy in the buffer that each ValueBlock carries.
+class ValueBlock {
  public:
-  static constexpr int kFirst = -1;
-  static constexpr int kLast = 9;
-  static constexpr int kSide = kLast - kFirst + 1;
+  ValueBlock() = default;
+  ValueBlock(const ValueBlock&) = delete;
+  ValueBlock& operator=(const ValueBlock&) = delete;
 
-  [[nodiscard]] const Sample& at(int x, int y, int z) const { return samples_[index(x, y, z)]; }
-  [[nodiscard]] const Sample& at(const Eigen::Vector3i& p) const { return at(p.x(), p.y(), p.z()); }
-  /// The samples (x, y, z) to (x, y, kLast), contiguous.
-  [[nodiscard]] std::span<const Sample> row(int x, int y, int z = kFirst) const {
-    return std::span(samples_).subspan(index(x, y, z), static_cast<std::size_t>(kLast - z + 1));
-  }
-  [[nodiscard]] std::span<Sample> row(int x, int y, int z = kFirst) {
-    return std::span(samples_).subspan(index(x, y, z), static_cast<std::size_t>(kLast - z + 1));
+  [[nodiscard]] float at(int x, int y, int z) const { return origin_[x * stride_x_ + y * stride_y_ + z]; }
+  [[nodiscard]] float at(const Eigen::Vector3i& p) const { return at(p.x(), p.y(), p.z()); }
+
+  /// `origin` points at sample (0, 0, 0); rows along z are contiguous. The memory must outlive the block.
+  void show(const float* origin, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
+    origin_ = origin;
+    stride_x_ = stride_x;
+    stride_y_ = stride_y;
   }
 
-  [[nodiscard]] static bool contains(const Eigen::Vector3i& p) {
-    return p.minCoeff() >= kFirst && p.maxCoeff() <= kLast;
+  /// Copies what is shown to the buffer: all, or only the samples from 0 to 8, those of the block's own cells. Worth it
+  /// where most samples are read more than once: rows of a large array lie far apart in memory, often at the same
+  /// distance modulo a power of two, and would drive one another from the cache.
+  void keep(bool only_own_cells) {
+    if (origin_ == buffer_origin()) return;
+    const int first = only_own_cells ? 0 : kBlockFirst;
+    const int last = only_own_cells ? kBlockCells : kBlockLast;
+    for (int x = first; x <= last; ++x) {
+      for (int y = first; y <= last; ++y)
+        std::memcpy(row(x, y).data(), origin_ + x * stride_x_ + y * stride_y_ + kBlockFirst,
+                    kBlockSide * sizeof(float));
+    }
+    show_buffer();
+  }
+
+  /// Shows the buffer, whose samples are to be written through row().
+  void show_buffer() { show(buffer_origin(), kBlockSide * kBlockSide, kBlockSide); }
+
+  /// The samples (x, y, -1) to (x, y, 9) of the buffer.
+  [[nodiscard]] std::span<float, kBlockSide> row(int x, int y) {
+    return std::span<float, kBlockSide>(buffer_.data() + row_start(x, y), kBlockSide);
   }
 
  private:
-  [[nodiscard]] static std::size_t index(int x, int y, int z) {
-    return static_cast<std::size_t>(((x - kFirst) * kSide + (y - kFirst)) * kSide + (z - kFirst));
+  [[nodiscard]] static std::size_t row_start(int x, int y) {
+    return static_cast<std::size_t>(((x - kBlockFirst) * kBlockSide + (y - kBlockFirst)) * kBlockSide);
   }
-  std::array<Sample, static_cast<std::size_t>(kSide* kSide* kSide)> samples_;
+  [[nodiscard]] const float* buffer_origin() const { return buffer_.data() + row_start(0, 0) - kBlockFirst; }
+
+  const float* origin_ = nullptr;
+  std::ptrdiff_t stride_x_ = 0;
+  std::ptrdiff_t stride_y_ = 0;
+  std::array<float, kBlockSamples> buffer_;  // not initialised: most blocks never need it
 };
 
-inline constexpr int kBlockCells = 8;  ///< along each axis
+/// sRGB-encoded, 0 to 1; no_colour() where none was seen. The same samples as a ValueBlock.
+class ColourBlock {
+ public:
+  [[nodiscard]] const Eigen::Vector3f& at(const Eigen::Vector3i& p) const {
+    return samples_[row_start(p.x(), p.y()) + static_cast<std::size_t>(p.z() - kBlockFirst)];
+  }
+  [[nodiscard]] std::span<Eigen::Vector3f, kBlockSide> row(int x, int y) {
+    return std::span<Eigen::Vector3f, kBlockSide>(samples_.data() + row_start(x, y), kBlockSide);
+  }
+  [[nodiscard]] static bool contains(const Eigen::Vector3i& p) {
+    return p.minCoeff() >= kBlockFirst && p.maxCoeff() <= kBlockLast;
+  }
 
-/// Values in the volume's unit; kUnobserved where nothing is known. Never infinite.
-using ValueBlock = BlockOf<float>;
-inline constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
-[[nodiscard]] inline bool is_observed(float value) {
-  return !std::isnan(value);
-}
+ private:
+  [[nodiscard]] static std::size_t row_start(int x, int y) {
+    return static_cast<std::size_t>(((x - kBlockFirst) * kBlockSide + (y - kBlockFirst)) * kBlockSide);
+  }
+  std::array<Eigen::Vector3f, kBlockSamples> samples_;
+};
 
-/// sRGB-encoded, 0 to 1; no_colour() where none was seen.
-using ColourBlock = BlockOf<Eigen::Vector3f>;
 [[nodiscard]] inline Eigen::Vector3f no_colour() {
   return Eigen::Vector3f::Constant(-1);
 }
@@ -62,24 +119,31 @@ using ColourBlock = BlockOf<Eigen::Vector3f>;
 
 /// The order of blocks: lexicographic.
 [[nodiscard]] inline bool is_before(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  if (a.x() != b.x()) return a.x() < b.x();
+  return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
 }
 
-/// A volume as blocks. Its samples lie at world points voxel_size_m * index + translation_m. Observed samples lie in
-/// blocks of the list only. Calls from several threads are safe.
+/// A volume as blocks. Observed samples lie in blocks of the list only. Calls from several threads are safe.
 class BlockSource {
  public:
   virtual ~BlockSource() = default;
 
   /// Index coordinates of each block's first voxel, multiples of 8, sorted by is_before.
   [[nodiscard]] virtual std::span<const Eigen::Vector3i> origins() const = 0;
+  /// Signs of the blocks from `first` on, one for each element of `signs`. `isovalue` as of float_isovalue().
+  virtual void classify(std::size_t first, float isovalue, std::span<BlockSigns> signs) const = 0;
   virtual void load_values(std::size_t block, ValueBlock& values) const = 0;
-  [[nodiscard]] virtual bool has_colours() const = 0;
+  [[nodiscard]] virtual bool has_colours() const { return false; }
   /// Only where has_colours().
-  virtual void load_colours(std::size_t block, ColourBlock& colours) const = 0;
+  virtual void load_colours(std::size_t /*block*/, ColourBlock& /*colours*/) const {}
 
-  [[nodiscard]] virtual double voxel_size_m() const = 0;
-  [[nodiscard]] virtual Eigen::Vector3d translation_m() const = 0;
+  /// From index coordinates to the world, metres for a scan; invertible. May be anisotropic, turned and mirrored.
+  [[nodiscard]] virtual const Eigen::Affine3d& T_world_index() const = 0;
 };
+
+/// Its index coordinates are left-handed in the world.
+[[nodiscard]] inline bool is_mirrored(const BlockSource& source) {
+  return source.T_world_index().linear().determinant() < 0;
+}
 
 }  // namespace scanknit

@@ -2,26 +2,39 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "extract/block.h"
 #include "extract/cell.h"
+#include "extract/neighbours.h"
 
 namespace scanknit {
 
-/// One bit for each of a block's 512 voxels (or cells): word x, bit 8 y + z.
-using VoxelBits = std::array<std::uint64_t, kBlockCells>;
 /// One bit for each grid edge that a block owns, that is whose low end is one of its voxels; [axis].
 using EdgeBits = std::array<VoxelBits, 3>;
 
-/// The smallest float not below `isovalue`: for a float v, v >= isovalue iff v >= this.
-[[nodiscard]] float float_isovalue(double isovalue);
+/// Neither the block's cells nor its grid edges meet the surface, because the block and its seven neighbours towards
+/// +x, +y, +z are all High or all Low.
+[[nodiscard]] bool is_plain(std::span<const BlockSigns> signs, const Neighbours& neighbours);
+
+/// Swaps rows and columns of an 8 x 8 matrix of bits, one row a byte (Warren, Hacker's Delight, section 7-3).
+constexpr std::uint64_t transposed(std::uint64_t m) {
+  std::uint64_t t = (m ^ (m >> 7)) & 0x00AA00AA00AA00AAu;
+  m ^= t ^ (t << 7);
+  t = (m ^ (m >> 14)) & 0x0000CCCC0000CCCCu;
+  m ^= t ^ (t << 14);
+  t = (m ^ (m >> 28)) & 0x00000000F0F0F0F0u;
+  return m ^ t ^ (t << 28);
+}
 
 /// A cell is valid iff its eight corners are observed, active iff it is valid and has a High and a Low corner.
 class BlockTopology {
  public:
-  BlockTopology(const ValueBlock& values, float isovalue);
+  /// `signs` of all blocks.
+  BlockTopology(std::span<const BlockSigns> signs, const Neighbours& neighbours);
 
   [[nodiscard]] const VoxelBits& active_cells() const { return active_cells_; }
 
@@ -32,34 +45,57 @@ class BlockTopology {
   /// touches itself there, and each of the two cells gets a vertex of its own (is_second_fan).
   [[nodiscard]] const EdgeBits& pinched() const { return pinched_; }
 
-  [[nodiscard]] CornerMask highs(int x, int y, int z) const;
+  /// Calls visit(x, y, z, highs) for each active cell in order of x, y, z; `highs` is its CornerMask.
+  template <typename Visit>
+  void for_each_active_cell(const Visit& visit) const;
 
   [[nodiscard]] std::size_t cells_without_surface() const { return cells_without_surface_; }
   [[nodiscard]] std::size_t skipped_cells() const { return skipped_cells_; }
 
  private:
-  // One bit for each sample z from -1 to 8 (bit z + 1) of a row.
-  using RowBits = std::uint16_t;
-  static constexpr int kRows = kBlockCells + 2;  // x and y from -1 to 8
-  using Rows = std::array<std::array<RowBits, kRows>, kRows>;
-  [[nodiscard]] static RowBits row(const Rows& rows, int x, int y) {
-    return rows[static_cast<std::size_t>(x + 1)][static_cast<std::size_t>(y + 1)];
+  /// For each x from 0 to 8 the signs of the voxels at (x, y + dy, z + dz), [x][dy + 2 dz].
+  using CornerPlanes = std::array<std::array<std::uint64_t, 4>, kBlockCells + 1>;
+  /// For each x the cells at (x + dx, y + dy, z + dz), dx dy dz each -1 or 0; [x][(dx + 1) + 2 (dy + 1) + 4 (dz + 1)].
+  using CellsAround = std::array<std::array<std::uint64_t, 8>, kBlockCells>;
+
+  /// The eight cells (x, y, 0) to (x, y, 7): byte z is the cell's CornerMask.
+  [[nodiscard]] std::uint64_t highs_of_row(int x, int y) const {
+    std::uint64_t corners = 0;
+    for (unsigned corner = 0; corner < kCorners; ++corner) {
+      const std::uint64_t plane = high_[static_cast<std::size_t>(x) + (corner & 1)][corner >> 1];
+      corners |= ((plane >> (8 * y)) & 0xFFu) << (8 * corner);
+    }
+    return transposed(corners);
   }
 
-  void classify_samples(const ValueBlock& values, float isovalue);
-  void classify_cells();
-  void find_vertices();
-  void add_vertices(int axis, int x, int y, unsigned crossed, const std::array<unsigned, 4>& valid_around);
+  void find_active_cells(const CellsAround& valid);
+  void find_vertices(const CellsAround& valid);
 
-  Rows high_{};
-  Rows observed_{};
-  Rows valid_{};  // by cell
+  CornerPlanes high_{};
+  CornerPlanes missing_{};
   VoxelBits active_cells_{};
   EdgeBits vertices_{};
   EdgeBits pinched_{};
   std::size_t cells_without_surface_ = 0;
   std::size_t skipped_cells_ = 0;
 };
+
+template <typename Visit>
+void BlockTopology::for_each_active_cell(const Visit& visit) const {
+  for (int x = 0; x < kBlockCells; ++x) {
+    const std::uint64_t cells = active_cells_[static_cast<std::size_t>(x)];
+    if (cells == 0) continue;
+    for (int y = 0; y < kBlockCells; ++y) {
+      auto row = static_cast<unsigned>((cells >> (kBlockCells * y)) & 0xFFu);
+      if (row == 0) continue;
+      const std::uint64_t highs = highs_of_row(x, y);
+      for (; row != 0; row &= row - 1) {
+        const int z = std::countr_zero(row);
+        visit(x, y, z, static_cast<CornerMask>(highs >> (8 * z)));
+      }
+    }
+  }
+}
 
 /// Of the four cells round a pinched edge two opposite ones are left; which of them a cell is follows from where the
 /// edge lies in it: the second is the cell in which the edge has 1 for the last of its two fixed coordinates.

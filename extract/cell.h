@@ -16,6 +16,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace scanknit {
 
@@ -81,6 +82,14 @@ inline constexpr auto kFaceCorners = [] {
                                                         : std::array{origin, origin + v, origin + u + v, origin + u};
   }
   return corners;
+}();
+
+/// The four corners of each face in cyclic order, the same for the two cells that share it: their values in this order
+/// give both cells the same bits.
+inline constexpr auto kFaceRing = [] {
+  auto ring = kFaceCorners;
+  for (std::size_t face = 0; face < kFaces; face += 2) std::swap(ring[face][1], ring[face][3]);
+  return ring;
 }();
 
 /// The two faces that an edge lies in.

@@ -1,35 +1,39 @@
 // The stage that turns a volume into a mesh.
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "core/mesh.h"
 #include "core/result.h"
+#include "extract/case_counts.h"
+#include "extract/dense_blocks.h"
 #include "extract/extract_config.h"
 #include "extract/field_view.h"
 
 namespace scanknit {
-
-/// How often each of the 15 configurations (0 to 14, the lecture's numbers) was met, and how ambiguous faces fell.
-struct CaseCounts {
-  std::array<std::size_t, 15> configuration{};  ///< [0] counts cells without surface in visited leaves
-  std::size_t ambiguous_faces_joined = 0;       ///< the Highs are joined; a face of two cells counts twice
-  std::size_t ambiguous_faces_separated = 0;
-  std::size_t skipped_cells = 0;       ///< cells with observed High and Low corners and an unobserved one
-  std::size_t components_removed = 0;  ///< by min_component_triangles
-};
 
 struct Surface {
   Mesh mesh;  ///< may be empty: the isovalue meets no observed cell
   CaseCounts cases;
 };
 
-/// Disambiguated marching cubes (Lorensen & Cline 1987; Nielson & Hamann 1991). The mesh is manifold, consistently
-/// oriented (counter-clockwise seen from outside), in metres in the world frame, and the same bits for any number of
-/// threads. Cells with an unobserved or NaN corner are skipped and leave a boundary.
+/// Disambiguated marching cubes (Lorensen & Cline 1987; the deciders of ExtractConfig). The mesh is manifold (but for
+/// Decider::kLorensen), consistently oriented (counter-clockwise seen from outside), in world coordinates, and the same
+/// bits for any number of threads. Cells with an unobserved or NaN corner are skipped and leave a boundary.
 /// Errors: kMesh when the mesh would pass 2^32 - 2 vertices; kBudget when memory runs out; kConfig for a transform that
-/// is not uniform scale plus translation.
+/// cannot be used.
 [[nodiscard]] Result<Surface> extract_surface(const FieldView& view, const ExtractConfig& config);
+
+/// The same for an array of samples. `min_weight` of the configuration has no meaning here.
+[[nodiscard]] Result<Surface> extract_surface(const DenseView& volume, const ExtractConfig& config);
+
+/// kConfig: a value that extraction cannot work with, and why.
+[[nodiscard]] Result<void> check_extract_config(const ExtractConfig& config);
+
+[[nodiscard]] bool is_inside_high(InsideSide inside, bool is_signed_distance);
+
+/// Indices are 32-bit, and GLB keeps the last value for itself.
+inline constexpr std::size_t kMaxMeshVertices = 0xFFFFFFFEu;
+[[nodiscard]] Error too_many_vertices();
 
 }  // namespace scanknit

@@ -1,213 +1,265 @@
 #include "extract/marching_cubes.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <optional>
-#include <vector>
 
-#include "extract/block_topology.h"
-#include "extract/face_decider.h"
-#include "extract/smooth_normals.h"
-#include "extract/triangulate_cell.h"
-#include "extract/vertex_numbering.h"
-#include "extract/vertex_sampler.h"
+#include "extract/prefault.h"
+#include "extract/resolve_cell.h"
+#include "extract/sign_bytes.h"
 
 namespace scanknit {
 namespace {
 
-/// The ambiguous faces of the cell at (x, y, z) whose Highs are joined.
-FaceMask joined_faces(const ValueBlock& values, int x, int y, int z, FaceMask ambiguous, double isovalue) {
-  unsigned joined = 0;
-  for (unsigned faces = ambiguous; faces != 0; faces &= faces - 1) {
-    const auto face = static_cast<std::size_t>(std::countr_zero(faces));
-    std::array<double, 4> value{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const int corner = kFaceCorners[face][i];
-      value[i] = static_cast<double>(values.at(x + corner_coordinate(corner, 0), y + corner_coordinate(corner, 1),
-                                               z + corner_coordinate(corner, 2))) -
-                 isovalue;
-    }
-    if (decide_face(value) == FaceDecision::kHighsJoined) joined |= 1u << face;
-  }
-  return static_cast<FaceMask>(joined);
-}
+/// Blocks that one task takes: enough that the walk over neighbours pays, few enough to balance.
+constexpr std::size_t kBlocksPerTask = 128;
 
-/// An active cell and how its faces are resolved.
-struct ActiveCell {
-  int x, y, z;
-  CornerMask highs;
-  FaceMask joined;
-};
-
-/// Calls visit(ActiveCell) for a block's active cells in order.
-template <typename Visit>
-void for_each_active_cell(const ValueBlock& values, const BlockTopology& topology, double isovalue,
-                          const Visit& visit) {
-  for (int x = 0; x < kBlockCells; ++x) {
-    for (std::uint64_t bits = topology.active_cells()[static_cast<std::size_t>(x)]; bits != 0; bits &= bits - 1) {
-      const int y = std::countr_zero(bits) / kBlockCells;
-      const int z = std::countr_zero(bits) % kBlockCells;
-      const CornerMask highs = topology.highs(x, y, z);
-      visit(ActiveCell{x, y, z, highs, joined_faces(values, x, y, z, kAmbiguousFaces[highs], isovalue)});
-    }
-  }
-}
-
-/// Calls work(i) for each block, in parallel.
+/// Calls work(task, range) for each run of kBlocksPerTask blocks, in parallel.
 template <typename Work>
-void for_each_block(std::size_t count, const Work& work) {
-  constexpr std::size_t kGrain = 16;  // blocks; some hundred microseconds
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) work(i);
+void for_each_task(BlockRange blocks, const Work& work) {
+  const std::size_t tasks = (blocks.size() + kBlocksPerTask - 1) / kBlocksPerTask;
+  tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
+    const std::size_t begin = blocks.begin + task * kBlocksPerTask;
+    work(task, BlockRange{begin, std::min(blocks.end, begin + kBlocksPerTask)});
   });
-}
-
-BlockRecord count_block(const ValueBlock& values, const ExtractConfig& config, CaseCounts& counts) {
-  const BlockTopology topology(values, float_isovalue(config.isovalue));
-  BlockRecord record;
-  record.set_edges(topology);
-  for_each_active_cell(values, topology, config.isovalue, [&](const ActiveCell& cell) {
-    const CellTriangles triangles = triangulate_cell(cell.highs, cell.joined);
-    record.triangles += static_cast<std::uint32_t>(triangles.size());
-    record.interior_vertices += triangles.interior_contour().empty() ? 0 : 1;
-
-    const auto ambiguous = static_cast<std::size_t>(std::popcount(kAmbiguousFaces[cell.highs]));
-    const auto joined = static_cast<std::size_t>(std::popcount(cell.joined));
-    ++counts.configuration[kCaseTable.configuration[cell.highs]];
-    counts.ambiguous_faces_joined += joined;
-    counts.ambiguous_faces_separated += ambiguous - joined;
-  });
-  counts.configuration[0] += topology.cells_without_surface();
-  counts.skipped_cells += topology.skipped_cells();
-  return record;
-}
-
-void add(CaseCounts& sum, const CaseCounts& part) {
-  for (std::size_t i = 0; i < sum.configuration.size(); ++i) sum.configuration[i] += part.configuration[i];
-  sum.ambiguous_faces_joined += part.ambiguous_faces_joined;
-  sum.ambiguous_faces_separated += part.ambiguous_faces_separated;
-  sum.skipped_cells += part.skipped_cells;
-}
-
-std::vector<BlockRecord> count_blocks(const BlockSource& source, const ExtractConfig& config, CaseCounts& counts) {
-  std::vector<BlockRecord> records(source.origins().size());
-  tbb::enumerable_thread_specific<CaseCounts> parts;  // sums of integers: their order does not matter
-  for_each_block(records.size(), [&](std::size_t i) {
-    ValueBlock values;
-    source.load_values(i, values);
-    records[i] = count_block(values, config, parts.local());
-  });
-  for (const CaseCounts& part : parts) add(counts, part);
-  return records;
 }
 
 /// Writes one block's part of the mesh into its places.
 class BlockWriter {
  public:
-  BlockWriter(const BlockRecord& record, const VertexNumbering& numbering, const VertexSampler& sampler,
-              bool inside_is_high, Mesh& mesh)
-      : record_(record), numbering_(numbering), sampler_(sampler), inside_is_high_(inside_is_high), mesh_(mesh) {
-    next_interior_vertex_ = record.first_interior_vertex();
-    next_triangle_ = record.first_triangle;
-  }
+  BlockWriter(const BlockRecord& record, const BlockRecord& first, const VertexIds& ids, const VertexSampler& sampler,
+              bool turns_triangles, Mesh& mesh)
+      : record_(record),
+        ids_(ids),
+        sampler_(sampler),
+        table_(CellTable::get()),
+        mesh_(mesh),
+        next_vertex_(record.first_vertex - first.first_vertex),
+        next_interior_vertex_(static_cast<std::uint32_t>(record.first_interior_vertex())),
+        vertices_before_(first.first_vertex),
+        second_(turns_triangles ? 2 : 1),
+        third_(3 - second_),
+        next_triangle_(mesh.triangles.data() + (record.first_triangle - first.first_triangle)) {}
 
   void write_edge_vertices() {
-    std::size_t index = record_.first_vertex;
+    const bool is_bare = mesh_.normals.empty() && mesh_.colours.empty();
     for (int axis = 0; axis < 3; ++axis) {
+      const VoxelBits& edges = record_.vertices[static_cast<std::size_t>(axis)];
+      if (is_bare) {
+        next_vertex_ += sampler_.write_positions(axis, edges, mesh_.positions_m.data() + next_vertex_);
+        continue;
+      }
       for (int x = 0; x < kBlockCells; ++x) {
-        std::uint64_t bits = record_.vertices[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)];
-        for (; bits != 0; bits &= bits - 1) {
+        for (std::uint64_t bits = edges[static_cast<std::size_t>(x)]; bits != 0; bits &= bits - 1) {
           const int bit = std::countr_zero(bits);
-          write_vertex(index++, sampler_.on_edge({{x, bit / kBlockCells, bit % kBlockCells}, axis}));
+          write_vertex(next_vertex_++, sampler_.on_edge({{x, bit / kBlockCells, bit % kBlockCells}, axis}));
         }
       }
     }
-    for (const std::uint16_t slot : record_.pinched) {
-      const Eigen::Vector3i low((slot >> 6) & 7, (slot >> 3) & 7, slot & 7);
-      write_vertex(index++, sampler_.on_edge({low, slot >> 9}));
-    }
+    for (const std::uint16_t slot : record_.pinched)
+      write_vertex(next_vertex_++, sampler_.on_edge({{(slot >> 6) & 7, (slot >> 3) & 7, slot & 7}, slot >> 9}));
   }
 
-  void write_cell(const ActiveCell& cell) {
-    const CellTriangles triangles = triangulate_cell(cell.highs, cell.joined);
-    std::array<std::uint32_t, kEdges + 1> vertex{};
-    for (int edge = 0; edge < kEdges; ++edge) {
-      if (is_crossed(cell.highs, edge))
-        vertex[static_cast<std::size_t>(edge)] =
-            static_cast<std::uint32_t>(numbering_.index_of(cell.x, cell.y, cell.z, edge));
-    }
-    if (const auto contour = triangles.interior_contour(); !contour.empty()) {
-      vertex[kFirstInteriorVertex] = static_cast<std::uint32_t>(next_interior_vertex_);
-      write_vertex(next_interior_vertex_++, sampler_.inside_cell({cell.x, cell.y, cell.z}, contour));
-    }
-    for (const CellTriangle& t : triangles) {  // counter-clockwise seen from the Lows
-      mesh_.triangles[next_triangle_++] = inside_is_high_ ? Triangle{vertex[t[0]], vertex[t[1]], vertex[t[2]]}
-                                                          : Triangle{vertex[t[0]], vertex[t[2]], vertex[t[1]]};
+  /// A cell that the signs of its corners decide.
+  void write_simple(int x, int y, int z, const CellTable::Simple& simple) {
+    write_triangles(x, y, z, table_.triangles(simple));
+  }
+
+  void write_resolved(int x, int y, int z, CellEntry entry) {
+    const auto interior = table_.interior_vertices(entry);
+    if (interior.empty()) return write_triangles(x, y, z, table_.triangles(entry));
+    const std::uint32_t first_interior = next_interior_vertex_;
+    for (const EdgeMask edges : interior)
+      write_vertex(next_interior_vertex_++ - vertices_before_, sampler_.inside_cell({x, y, z}, edges));
+    for (const CellTriangle& t : table_.triangles(entry)) {
+      const auto id = [&](EdgeIndex vertex) {
+        return vertex < kFirstInteriorVertex ? ids_.of(x, y, z, vertex)
+                                             : first_interior + vertex - kFirstInteriorVertex;
+      };
+      *next_triangle_++ = {id(t[0]), id(t[second_]), id(t[third_])};
     }
   }
 
  private:
-  void write_vertex(std::size_t index, const SurfaceVertex& vertex) {
-    mesh_.positions_m[index] = vertex.p_world.cast<float>();
-    if (!mesh_.normals.empty()) mesh_.normals[index] = vertex.outward.cast<float>();
-    if (mesh_.colours.empty()) return;
-    const auto byte = [](double channel) {
-      return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(channel, 0.0, 1.0)));
-    };
-    mesh_.colours[index] = {byte(vertex.colour.x()), byte(vertex.colour.y()), byte(vertex.colour.z())};
+  void write_triangles(int x, int y, int z, std::span<const CellTriangle> triangles) {
+    if (ids_.has_pinched()) {
+      const auto id = [&](EdgeIndex edge) { return ids_.of(x, y, z, edge); };
+      for (const CellTriangle& t : triangles) *next_triangle_++ = {id(t[0]), id(t[second_]), id(t[third_])};
+      return;
+    }
+    const std::uint32_t* const ids = ids_.of_cell(x, y, z);
+    for (const CellTriangle& t : triangles)
+      *next_triangle_++ = {ids[kEdgePlace[t[0]]], ids[kEdgePlace[t[second_]]], ids[kEdgePlace[t[third_]]]};
+  }
+
+  void write_vertex(std::size_t place, const SurfaceVertex& vertex) {
+    mesh_.positions_m[place] = vertex.p_world.cast<float>();
+    if (!mesh_.normals.empty()) mesh_.normals[place] = vertex.outward.cast<float>();
+    if (!mesh_.colours.empty()) mesh_.colours[place] = vertex.rgb();
   }
 
   const BlockRecord& record_;
-  const VertexNumbering& numbering_;
+  const VertexIds& ids_;
   const VertexSampler& sampler_;
-  bool inside_is_high_;
+  const CellTable& table_;
   Mesh& mesh_;
-  std::size_t next_interior_vertex_;
-  std::size_t next_triangle_;
+  std::size_t next_vertex_;
+  std::uint32_t next_interior_vertex_;
+  std::size_t vertices_before_;
+  std::size_t second_, third_;  ///< of a triangle's corners as the table has them
+  Triangle* next_triangle_;
 };
-
-void write_blocks(const BlockSource& source, const ExtractConfig& config, std::span<const BlockRecord> records,
-                  bool inside_is_high, Mesh& mesh) {
-  const VertexSampler::Frame frame{source.voxel_size_m(), source.translation_m(), inside_is_high};
-  for_each_block(records.size(), [&](std::size_t i) {
-    if (records[i].vertex_count() == 0 && records[i].triangles == 0) return;
-    ValueBlock values;
-    source.load_values(i, values);
-    std::optional<ColourBlock> colours;
-    if (source.has_colours()) source.load_colours(i, colours.emplace());
-
-    const VertexNumbering numbering(source.origins(), records, i);
-    const VertexSampler sampler(values, colours ? &*colours : nullptr, source.origins()[i], frame, config);
-    BlockWriter writer(records[i], numbering, sampler, inside_is_high, mesh);
-    writer.write_edge_vertices();
-    const BlockTopology topology(values, float_isovalue(config.isovalue));
-    for_each_active_cell(values, topology, config.isovalue, [&](const ActiveCell& cell) { writer.write_cell(cell); });
-  });
-}
 
 }  // namespace
 
-Result<Surface> march_cubes(const BlockSource& source, const ExtractConfig& config, bool inside_is_high) {
-  Surface surface;
-  std::vector<BlockRecord> records = count_blocks(source, config, surface.cases);
-  const MeshSize size = number_vertices(records);
-  constexpr std::size_t kMaxVertices = 0xFFFFFFFEu;
-  if (size.vertices > kMaxVertices)
-    return Error{ErrorCode::kMesh, "the mesh would have more than 2^32 - 2 vertices; use larger voxels", "extract"};
+// Counter-clockwise seen from the Lows is right when the Highs are matter; a mirror turns that round.
+MarchingCubes::MarchingCubes(const BlockSource& source, const ExtractConfig& config, bool is_inside_high)
+    : source_(source),
+      config_(config),
+      turns_triangles_(is_inside_high == is_mirrored(source)),
+      frame_(source.T_world_index(), is_inside_high),
+      signs_(source.origins().size()),
+      record_of_(source.origins().size(), nullptr) {
+  const float isovalue = float_isovalue(config.isovalue);
+  for_each_task({0, signs_.size()}, [&](std::size_t, BlockRange range) {
+    source_.classify(range.begin, isovalue, std::span(signs_).subspan(range.begin, range.size()));
+  });
+}
 
-  Mesh& mesh = surface.mesh;
+void MarchingCubes::count(BlockRange blocks, CaseHistogram& histogram) {
+  const std::size_t first_list = records_.size();
+  records_.resize(first_list + (blocks.size() + kBlocksPerTask - 1) / kBlocksPerTask);
+  tbb::enumerable_thread_specific<CaseHistogram> parts;  // sums of integers: their order does not matter
+  for_each_task(blocks, [&](std::size_t task, BlockRange range) {
+    NeighbourWalk walk(source_.origins());
+    CaseHistogram& part = parts.local();
+    std::vector<BlockRecord>& records = records_[first_list + task];
+    for (std::size_t block = range.begin; block < range.end; ++block) {
+      const Neighbours neighbours = walk.of(block);
+      if (is_plain(signs_, neighbours)) {
+        part.add_without_surface(std::size_t{kBlockCells} * kBlockCells * kBlockCells);
+        continue;
+      }
+      BlockRecord record = count_block(block, neighbours, part);
+      if (record.vertex_count() > 0 || record.triangles > 0) records.push_back(std::move(record));
+    }
+    for (const BlockRecord& record : records) record_of_[record.block] = &record;
+  });
+  for (const CaseHistogram& part : parts) histogram.add(part);
+}
+
+BlockRecord MarchingCubes::count_block(std::size_t block, const Neighbours& neighbours,
+                                       CaseHistogram& histogram) const {
+  const CellTable& table = CellTable::get();
+  const BlockTopology topology(signs_, neighbours);
+  BlockRecord record;
+  record.block = block;
+  record.set_edges(topology);
+  std::uint32_t triangles = 0;
+  std::optional<ValueBlock> values;  // few blocks of a smooth surface need them
+  topology.for_each_active_cell([&](int x, int y, int z, CornerMask highs) {
+    const CellTable::Simple& simple = table.simple(highs);
+    if (!simple.needs_values) {
+      triangles += simple.triangle_count;
+      return histogram.add_simple(highs);
+    }
+    if (!values) source_.load_values(block, values.emplace());
+    const CellEntry entry = resolve_cell(*values, x, y, z, highs, config_.isovalue, config_.decider);
+    record.resolved.push_back(entry);
+    triangles += table.triangle_count(entry);
+    record.interior_vertices += table.interior_count(entry);
+    histogram.add(entry);
+  });
+  record.triangles = triangles;
+  histogram.add_without_surface(topology.cells_without_surface());
+  histogram.add_skipped(topology.skipped_cells());
+  return record;
+}
+
+void MarchingCubes::number(std::size_t first_vertex) {
+  std::size_t first_triangle = 0;
+  for (auto& list : records_) {
+    for (BlockRecord& record : list) {
+      record.first_vertex = first_vertex;
+      record.first_triangle = first_triangle;
+      first_vertex += record.vertex_count();
+      first_triangle += record.triangles;
+    }
+  }
+}
+
+MeshSize MarchingCubes::size_of(BlockRange blocks) const {
+  MeshSize size;
+  for (std::size_t block = blocks.begin; block < blocks.end; ++block) {
+    if (record_of_[block] == nullptr) continue;
+    size.vertices += record_of_[block]->vertex_count();
+    size.triangles += record_of_[block]->triangles;
+  }
+  return size;
+}
+
+void MarchingCubes::write(BlockRange blocks, Mesh& mesh) const {
+  const MeshSize size = size_of(blocks);
   mesh.positions_m.resize(size.vertices);
   mesh.triangles.resize(size.triangles);
-  if (config.normals) mesh.normals.resize(size.vertices);
-  if (source.has_colours()) mesh.colours.resize(size.vertices);
-  write_blocks(source, config, records, inside_is_high, mesh);
-  if (config.normals) fill_missing_normals(mesh);
-  return surface;
+  mesh.normals.resize(config_.normals ? size.vertices : 0);
+  mesh.colours.resize(source_.has_colours() ? size.vertices : 0);
+  const auto first = std::find_if(record_of_.begin() + static_cast<std::ptrdiff_t>(blocks.begin), record_of_.end(),
+                                  [](const BlockRecord* record) { return record != nullptr; });
+  for_each_task(blocks, [&](std::size_t, BlockRange range) {
+    prefault_part(range, **first, mesh);
+    NeighbourWalk walk(source_.origins());
+    for (std::size_t block = range.begin; block < range.end; ++block) {
+      if (record_of_[block] != nullptr) write_block(*record_of_[block], walk.of(block), **first, mesh);
+    }
+  });
+}
+
+/// Memory is fresh from the system when the arrays are large.
+void MarchingCubes::prefault_part(BlockRange blocks, const BlockRecord& first, Mesh& mesh) const {
+  const MeshSize size = size_of(blocks);
+  for (std::size_t block = blocks.begin; block < blocks.end; ++block) {
+    const BlockRecord* const record = record_of_[block];
+    if (record == nullptr) continue;
+    prefault(mesh.positions_m.data() + (record->first_vertex - first.first_vertex),
+             size.vertices * sizeof(Eigen::Vector3f));
+    prefault(mesh.triangles.data() + (record->first_triangle - first.first_triangle),
+             size.triangles * sizeof(Triangle));
+    return;
+  }
+}
+
+void MarchingCubes::write_block(const BlockRecord& record, const Neighbours& neighbours, const BlockRecord& first,
+                                Mesh& mesh) const {
+  VertexIds::Records records{};
+  for (int upper = 0; upper < 8; ++upper) {
+    const std::size_t block = neighbours.at(upper & 1, (upper >> 1) & 1, upper >> 2);
+    if (block != kNoBlock) records[static_cast<std::size_t>(upper)] = record_of_[block];
+  }
+  const VertexIds ids(records);
+  ValueBlock values;
+  source_.load_values(record.block, values);
+  values.keep(!config_.normals);
+  std::optional<ColourBlock> colours;
+  if (source_.has_colours()) source_.load_colours(record.block, colours.emplace());
+  const VertexSampler sampler(values, colours ? &*colours : nullptr, source_.origins()[record.block], frame_, config_);
+
+  BlockWriter writer(record, first, ids, sampler, turns_triangles_, mesh);
+  writer.write_edge_vertices();
+  const CellTable& table = CellTable::get();
+  auto resolved = record.resolved.begin();
+  const BlockTopology topology(signs_, neighbours);
+  topology.for_each_active_cell([&](int x, int y, int z, CornerMask highs) {
+    const CellTable::Simple& simple = table.simple(highs);
+    if (simple.needs_values) {
+      writer.write_resolved(x, y, z, *resolved++);
+    } else {
+      writer.write_simple(x, y, z, simple);
+    }
+  });
 }
 
 }  // namespace scanknit

@@ -1,17 +1,67 @@
 // Marching cubes over blocks.
 #pragma once
 
-#include "core/result.h"
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/mesh.h"
 #include "extract/block.h"
+#include "extract/case_counts.h"
 #include "extract/extract_config.h"
-#include "extract/extract_surface.h"
+#include "extract/vertex_numbering.h"
+#include "extract/vertex_sampler.h"
 
 namespace scanknit {
 
+struct MeshSize {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+};
+
+/// A run of blocks in a source's list.
+struct BlockRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  [[nodiscard]] std::size_t size() const { return end - begin; }
+};
+
 /// Two passes, each parallel over the blocks: the first counts every block's vertices and triangles, a prefix sum in
 /// the order of the blocks gives each its place, the second writes. Nothing is shared while writing, so the mesh has
-/// the same bits for any number of threads. Between the passes each block keeps a BlockRecord of some 300 bytes. Does
-/// not remove components. Error: kMesh past 2^32 - 2 vertices. Throws std::bad_alloc.
-[[nodiscard]] Result<Surface> march_cubes(const BlockSource& source, const ExtractConfig& config, bool inside_is_high);
+/// the same bits for any number of threads. Between the passes a block keeps two bits for each voxel, and some 350
+/// bytes more where it meets the surface. The source and the configuration must outlive it; the decider is not a
+/// tetrahedral one. Throws std::bad_alloc.
+class MarchingCubes {
+ public:
+  /// Classifies all samples of the source.
+  MarchingCubes(const BlockSource& source, const ExtractConfig& config, bool is_inside_high);
+
+  /// The first pass over some blocks; `histogram` gets their cells.
+  void count(BlockRange blocks, CaseHistogram& histogram);
+
+  /// Numbers the vertices of all counted blocks in order, the first with `first_vertex`.
+  void number(std::size_t first_vertex);
+
+  /// Of counted and numbered blocks.
+  [[nodiscard]] MeshSize size_of(BlockRange blocks) const;
+
+  /// The second pass over some blocks. `mesh` gets their vertices and triangles, and nothing else; indices count from
+  /// the first vertex of all. Blocks that begin where these end, towards +x, +y, +z, must have been counted too.
+  void write(BlockRange blocks, Mesh& mesh) const;
+
+ private:
+  [[nodiscard]] BlockRecord count_block(std::size_t block, const Neighbours& neighbours,
+                                        CaseHistogram& histogram) const;
+  void prefault_part(BlockRange blocks, const BlockRecord& first, Mesh& mesh) const;
+  void write_block(const BlockRecord& record, const Neighbours& neighbours, const BlockRecord& first, Mesh& mesh) const;
+
+  const BlockSource& source_;
+  const ExtractConfig& config_;
+  bool turns_triangles_;
+  SamplingFrame frame_;
+  std::vector<BlockSigns> signs_;
+  std::vector<std::vector<BlockRecord>> records_;  ///< one list for each task of the first pass
+  std::vector<const BlockRecord*> record_of_;      ///< by block; null where it does not meet the surface
+};
 
 }  // namespace scanknit

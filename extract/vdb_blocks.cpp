@@ -1,11 +1,14 @@
 #include "extract/vdb_blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <utility>
+
+#include "extract/sign_bytes.h"
 
 namespace scanknit {
 namespace {
@@ -14,29 +17,23 @@ using openvdb::Coord;
 using FieldLeaf = openvdb::FloatTree::LeafNodeType;
 static_assert(FieldLeaf::DIM == kBlockCells, "a block is a leaf");
 
-struct GridToWorld {
-  double voxel_size_m;
-  Eigen::Vector3d translation_m;
-};
-
-/// Nothing, unless the map is p -> s p + t with a positive s and every world point fits a float.
-std::optional<GridToWorld> uniform_map(const openvdb::math::Transform& transform) {
+/// Nothing, unless the map is linear, can be inverted, and every world point fits a float.
+std::optional<Eigen::Affine3d> linear_map(const openvdb::math::Transform& transform) {
   if (!transform.isLinear()) return std::nullopt;
   const openvdb::Mat4d m = transform.baseMap()->getAffineMap()->getMat4();  // acts on row vectors
-  const double scale = m[0][0];
-  constexpr double kRoundingOfScale = 1e-9;  // a file may store each axis rounded by itself
+  Eigen::Affine3d T_world_index = Eigen::Affine3d::Identity();
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      const double expected = row == column ? scale : 0.0;
-      if (!(std::abs(m[row][column] - expected) <= kRoundingOfScale * scale)) return std::nullopt;
-    }
+    for (int column = 0; column < 3; ++column) T_world_index.linear()(column, row) = m[row][column];
+    T_world_index.translation()[row] = m[3][row];
   }
-  const Eigen::Vector3d translation(m[3][0], m[3][1], m[3][2]);
   constexpr double kMaxIndex = 2147483648.0;  // OpenVDB's coordinates are 32-bit
-  const double reach = scale * kMaxIndex + translation.cwiseAbs().maxCoeff();
-  const bool fits = scale >= std::numeric_limits<float>::min() && reach <= std::numeric_limits<float>::max();
-  if (!fits || !translation.allFinite()) return std::nullopt;
-  return GridToWorld{scale, translation};
+  const double reach =
+      T_world_index.linear().cwiseAbs().maxCoeff() * 3 * kMaxIndex + T_world_index.translation().cwiseAbs().maxCoeff();
+  const double shortest = T_world_index.linear().colwise().norm().minCoeff();
+  const double volume = std::abs(T_world_index.linear().determinant());
+  const bool fits = shortest >= std::numeric_limits<float>::min() && reach <= std::numeric_limits<float>::max();
+  if (!fits || !T_world_index.matrix().allFinite() || !(volume > 0)) return std::nullopt;
+  return T_world_index;
 }
 
 /// Whether the coordinates of the leaves round the one at `origin`, and of their voxels, fit an int.
@@ -76,12 +73,18 @@ void for_each_row(const LeafAt& leaf_at, const Eigen::Vector3i& origin, Block& b
     for (int x = 0; x < along_x.length; ++x) {
       for (int y = 0; y < along_y.length; ++y) {
         const int leaf_row = kBlockCells * (along_x.in_leaf + x) + along_y.in_leaf + y;
-        auto to = block.row(along_x.in_block + x, along_y.in_block + y, along_z.in_block);
+        const auto row = block.row(along_x.in_block + x, along_y.in_block + y);
         copy_row(leaf, static_cast<unsigned>(leaf_row), static_cast<unsigned>(along_z.in_leaf),
-                 to.first(static_cast<std::size_t>(along_z.length)));
+                 row.subspan(static_cast<std::size_t>(along_z.in_block - kBlockFirst),
+                             static_cast<std::size_t>(along_z.length)));
       }
     }
   }
+}
+
+/// A weight above 0 that is at least min_weight, as one comparison.
+float observed_weight(double min_weight) {
+  return std::max(float_isovalue(min_weight), std::numeric_limits<float>::denorm_min());
 }
 
 /// A leaf of the field, and the leaf of weights that says which of its voxels were observed; where the weight is
@@ -91,21 +94,42 @@ struct ObservedLeaf {
   const FieldLeaf* weight = nullptr;
 };
 
+/// Finds observed leaves; for one thread.
+class LeafFinder {
+ public:
+  LeafFinder(const FieldView& view, float min_weight) : fields_(view.field->tree()), min_weight_(min_weight) {
+    if (view.weight != nullptr) weights_.emplace(view.weight->tree());
+  }
+
+  [[nodiscard]] ObservedLeaf operator()(const Coord& origin) const {
+    ObservedLeaf leaf{fields_.probeConstLeaf(origin)};
+    if (!weights_ || leaf.field == nullptr) return leaf;
+    leaf.weight = weights_->probeConstLeaf(origin);
+    const bool is_constant_and_light = leaf.weight == nullptr && !(weights_->getValue(origin) >= min_weight_);
+    return is_constant_and_light ? ObservedLeaf{} : leaf;
+  }
+
+ private:
+  openvdb::FloatGrid::ConstAccessor fields_;
+  std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
+  float min_weight_;
+};
+
 }  // namespace
 
-VdbBlocks::VdbBlocks(const FieldView& view, double min_weight, double voxel_size_m,
-                     const Eigen::Vector3d& translation_m)
-    : view_(view), min_weight_(min_weight), voxel_size_m_(voxel_size_m), translation_m_(translation_m) {}
+VdbBlocks::VdbBlocks(const FieldView& view, double min_weight, const Eigen::Affine3d& T_world_index)
+    : view_(view), min_weight_(observed_weight(min_weight)), T_world_index_(T_world_index) {}
 
 Result<VdbBlocks> VdbBlocks::open(const FieldView& view, double min_weight) {
-  const auto map = uniform_map(view.field->transform());
-  if (!map) return config_error("its transform must be a uniform scale and a translation; resample it first");
+  const auto map = linear_map(view.field->transform());
+  if (!map)
+    return config_error("its transform must be linear and invertible, within reach of floats; resample it first");
   if ((view.weight != nullptr && view.weight->transform() != view.field->transform()) ||
       (view.colour != nullptr && view.colour->transform() != view.field->transform())) {
     return config_error("the field, weight and colour grids must have the same transform");
   }
 
-  VdbBlocks blocks(view, min_weight, map->voxel_size_m, map->translation_m);
+  VdbBlocks blocks(view, min_weight, *map);
   if (view.field->tree().activeTileCount() > 0) {
     constexpr openvdb::Index64 kMaxUnfoldedVoxels = openvdb::Index64{1} << 31;  // 8 GiB of floats
     if (view.field->activeVoxelCount() > kMaxUnfoldedVoxels)
@@ -126,30 +150,62 @@ Result<VdbBlocks> VdbBlocks::open(const FieldView& view, double min_weight) {
   return blocks;
 }
 
-void VdbBlocks::load_values(std::size_t block, ValueBlock& values) const {
-  const auto fields = view_.field->getConstAccessor();
-  std::optional<openvdb::FloatGrid::ConstAccessor> weights;
-  if (view_.weight != nullptr) weights.emplace(view_.weight->getConstAccessor());
-  const auto is_heavy = [this](float weight) { return weight > 0 && static_cast<double>(weight) >= min_weight_; };
+VdbBlocks VdbBlocks::restricted_to(std::vector<Eigen::Vector3i> origins) const {
+  VdbBlocks blocks(view_, static_cast<double>(min_weight_), T_world_index_);
+  blocks.unfolded_ = unfolded_;
+  const auto accessor = view_.field->getConstAccessor();
+  std::erase_if(origins, [&](const Eigen::Vector3i& at) {
+    return accessor.probeConstLeaf(Coord(at.x(), at.y(), at.z())) == nullptr;
+  });
+  blocks.origins_ = std::move(origins);
+  return blocks;
+}
 
-  const auto leaf_at = [&](const Coord& origin) {
-    ObservedLeaf leaf{fields.probeConstLeaf(origin)};
-    if (!weights || leaf.field == nullptr) return leaf;
-    leaf.weight = weights->probeConstLeaf(origin);
-    const bool is_constant_and_light = leaf.weight == nullptr && !is_heavy(weights->getValue(origin));
-    return is_constant_and_light ? ObservedLeaf{} : leaf;
-  };
+void VdbBlocks::classify(std::size_t first, float isovalue, std::span<BlockSigns> signs) const {
+  const LeafFinder leaf_at(view_, min_weight_);
+  constexpr std::size_t kRows = FieldLeaf::SIZE / kBlockCells;
+  std::array<std::uint8_t, kRows> high{};
+  std::array<std::uint8_t, kRows> missing{};
+  std::array<std::uint8_t, kRows> heavy{};
+  std::array<std::uint8_t, kRows> without_weight{};
+  for (std::size_t i = 0; i < signs.size(); ++i) {
+    const Eigen::Vector3i& origin = origins_[first + i];
+    const ObservedLeaf leaf = leaf_at(Coord(origin.x(), origin.y(), origin.z()));
+    signs[i].missing.fill(~std::uint64_t{0});
+    if (leaf.field == nullptr) continue;
+    sign_bytes(leaf.field->buffer().data(), kRows, isovalue, high.data(), missing.data());
+    if (leaf.weight != nullptr)
+      sign_bytes(leaf.weight->buffer().data(), kRows, min_weight_, heavy.data(), without_weight.data());
+    for (std::size_t x = 0; x < kBlockCells; ++x) {
+      std::uint64_t is_high = 0;
+      std::uint64_t is_missing = 0;
+      for (std::size_t y = 0; y < kBlockCells; ++y) {
+        const std::size_t row = kBlockCells * x + y;
+        const unsigned observed =
+            leaf.weight != nullptr ? heavy[row] : leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row));
+        const unsigned unobserved = (~observed | missing[row]) & 0xFFu;
+        is_missing |= std::uint64_t{unobserved} << (kBlockCells * y);
+        is_high |= std::uint64_t{high[row] & ~unobserved} << (kBlockCells * y);
+      }
+      signs[i].high[x] = is_high;
+      signs[i].missing[x] = is_missing;
+    }
+  }
+}
+
+void VdbBlocks::load_values(std::size_t block, ValueBlock& values) const {
   const auto copy_row = [&](const ObservedLeaf& leaf, unsigned row, unsigned z, std::span<float> to) {
     if (leaf.field == nullptr) return std::fill(to.begin(), to.end(), kUnobserved);
     const float* value = leaf.field->buffer().data() + kBlockCells * row + z;
     const float* weight = leaf.weight != nullptr ? leaf.weight->buffer().data() + kBlockCells * row + z : nullptr;
     const unsigned active = unsigned{leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row))} >> z;
     for (std::size_t i = 0; i < to.size(); ++i) {
-      const bool observed = weight != nullptr ? is_heavy(weight[i]) : ((active >> i) & 1) != 0;
-      to[i] = observed && std::isfinite(value[i]) ? value[i] : kUnobserved;
+      const bool observed = weight != nullptr ? weight[i] >= min_weight_ : ((active >> i) & 1) != 0;
+      to[i] = observed ? value[i] : kUnobserved;
     }
   };
-  for_each_row(leaf_at, origins_[block], values, copy_row);
+  for_each_row(LeafFinder(view_, min_weight_), origins_[block], values, copy_row);
+  values.show_buffer();
 }
 
 void VdbBlocks::load_colours(std::size_t block, ColourBlock& colours) const {

@@ -1,23 +1,25 @@
-// VertexNumbering: the mesh's index of every vertex, without a hash map.
+// The mesh's index of every vertex, without a hash map.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <vector>
 
 #include "extract/block_topology.h"
+#include "extract/cell_table.h"
 
 namespace scanknit {
 
-/// What the counting pass keeps of a block. Its vertices are numbered in this order: those on its grid edges by axis,
-/// x, y, z; the second vertices of its pinched edges in the same order; interior vertices by cell.
+/// What the counting pass keeps of a block that meets the surface. Its vertices are numbered in this order: those on
+/// its grid edges by axis, x, y, z; the second vertices of its pinched edges in the same order; interior vertices by
+/// cell.
 struct BlockRecord {
+  std::size_t block = 0;  ///< in the source's list
   EdgeBits vertices{};
   std::array<std::array<std::uint16_t, kBlockCells>, 3> rank{};  ///< vertices before each word of `vertices`
-  std::vector<std::uint16_t> pinched;                            ///< slots (edge_slot) in ascending order
+  std::vector<std::uint16_t> pinched;                            ///< edge_slot of each, ascending
+  std::vector<CellEntry> resolved;                               ///< of the cells that needs_values, in order
   std::uint32_t edge_vertices = 0;
   std::uint32_t interior_vertices = 0;
   std::uint32_t triangles = 0;
@@ -25,30 +27,61 @@ struct BlockRecord {
   std::size_t first_triangle = 0;
 
   void set_edges(const BlockTopology& topology);
-  [[nodiscard]] std::size_t vertex_count() const { return edge_vertices + pinched.size() + interior_vertices; }
-  [[nodiscard]] std::size_t first_interior_vertex() const { return first_vertex + edge_vertices + pinched.size(); }
-  [[nodiscard]] std::size_t index_of(int axis, int x, int y, int z, bool second_fan) const;
+  [[nodiscard]] std::uint32_t vertex_count() const {
+    return edge_vertices + static_cast<std::uint32_t>(pinched.size()) + interior_vertices;
+  }
+  [[nodiscard]] std::size_t first_interior_vertex() const { return first_vertex + vertex_count() - interior_vertices; }
 };
 
-/// Sets first_vertex and first_triangle of every record, in order. Returns the numbers of vertices and triangles.
-struct MeshSize {
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-};
-MeshSize number_vertices(std::span<BlockRecord> records);
+/// A block's grid edge as a number.
+[[nodiscard]] constexpr std::uint16_t edge_slot(int axis, int x, int y, int z) {
+  return static_cast<std::uint16_t>(((axis * kBlockCells + x) * kBlockCells + y) * kBlockCells + z);
+}
 
-/// The records that the cells of one block refer to: its own and those of its seven neighbours towards +x, +y, +z,
-/// which own the grid edges that start in the block's upper faces.
-class VertexNumbering {
+/// Grid edges whose low end is in a block's closure, 9^3 for each axis, as a place in an array.
+inline constexpr int kClosureSide = kBlockCells + 1;
+[[nodiscard]] constexpr int closure_place(int axis, int x, int y, int z) {
+  return ((axis * kClosureSide + x) * kClosureSide + y) * kClosureSide + z;
+}
+/// That of a cell's edge, less that of (0, x, y, z) for the cell at (x, y, z).
+inline constexpr auto kEdgePlace = [] {
+  std::array<int, kEdges> places{};
+  for (int edge = 0; edge < kEdges; ++edge) {
+    const int low = edge_low_corner(edge);
+    places[static_cast<std::size_t>(edge)] =
+        closure_place(edge_axis(edge), corner_coordinate(low, 0), corner_coordinate(low, 1), corner_coordinate(low, 2));
+  }
+  return places;
+}();
+
+/// The indices of all vertices on grid edges that the cells of one block use: its own, and those of its neighbours
+/// towards +x, +y, +z, which own the grid edges that start in the block's upper faces.
+class VertexIds {
  public:
-  /// `origins` sorted by is_before, one for each record.
-  VertexNumbering(std::span<const Eigen::Vector3i> origins, std::span<const BlockRecord> records, std::size_t block);
+  /// The block itself and its seven neighbours, by a bit each for +x, +y, +z; null where there is no record.
+  using Records = std::array<const BlockRecord*, 8>;
+  explicit VertexIds(const Records& records);
 
-  /// The vertex on edge `edge` of the cell at (x, y, z); it exists when the cell is active and the edge is crossed.
-  [[nodiscard]] std::size_t index_of(int x, int y, int z, int edge) const;
+  /// The vertices of the cell at (x, y, z): that on edge e, which exists when the cell is active and the edge is
+  /// crossed, is at kEdgePlace[e]; unless has_pinched().
+  [[nodiscard]] const std::uint32_t* of_cell(int x, int y, int z) const {
+    return ids_.data() + closure_place(0, x, y, z);
+  }
+
+  /// One of the blocks has pinched edges; only of() tells their two vertices apart.
+  [[nodiscard]] bool has_pinched() const { return has_pinched_; }
+  [[nodiscard]] std::uint32_t of(int x, int y, int z, EdgeIndex edge) const {
+    return has_pinched_ && is_second_fan(edge) ? of_second_fan(x, y, z, edge) : of_cell(x, y, z)[kEdgePlace[edge]];
+  }
 
  private:
-  std::array<const BlockRecord*, 8> records_{};  ///< by a bit each for +x, +y, +z
+  [[nodiscard]] std::uint32_t of_second_fan(int x, int y, int z, EdgeIndex edge) const;
+  void enter(const BlockRecord& record, int axis, int neighbour);
+
+  Records records_;
+  bool has_pinched_ = false;
+  std::array<std::uint32_t, std::size_t{3} * kClosureSide * kClosureSide * kClosureSide>
+      ids_;  // only entered where there is a vertex
 };
 
 }  // namespace scanknit

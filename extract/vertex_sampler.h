@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
+#include <Eigen/Geometry>
+#include <algorithm>
 
+#include "core/image.h"
 #include "extract/block.h"
 #include "extract/cell.h"
 #include "extract/extract_config.h"
+#include "extract/triangulate_cell.h"
 
 namespace scanknit {
 
@@ -25,31 +28,41 @@ struct GridEdge {
 
 struct SurfaceVertex {
   Eigen::Vector3d p_world;
-  Eigen::Vector3d outward;  ///< unit; zero where the gradient does not tell
+  Eigen::Vector3d outward;  ///< unit; zero where the gradient does not tell, or normals are not wanted
   Eigen::Vector3d colour;   ///< sRGB-encoded, 0 to 1
+
+  [[nodiscard]] Rgb8 rgb() const;
+};
+
+/// What is the same for all blocks.
+struct SamplingFrame {
+  SamplingFrame(const Eigen::Affine3d& world_from_index, bool is_inside_high);
+
+  Eigen::Affine3d T_world_index;
+  Eigen::Matrix3d outward_from_gradient;  ///< a gradient in index coordinates to an outward vector in the world
+  Eigen::Vector3d edge_length;            ///< of the grid edges along each axis, world
 };
 
 /// Looks at one loaded block, which must outlive it.
 class VertexSampler {
  public:
-  struct Frame {
-    double voxel_size_m;
-    Eigen::Vector3d translation_m;
-    bool inside_is_high;
-  };
-
   /// `colours` may be null; then the colours that come out mean nothing.
-  VertexSampler(const ValueBlock& values, const ColourBlock* colours, const Eigen::Vector3i& origin, const Frame& frame,
-                const ExtractConfig& config)
-      : values_(values), colours_(colours), origin_(origin), frame_(frame), config_(config) {}
+  VertexSampler(const ValueBlock& values, const ColourBlock* colours, const Eigen::Vector3i& origin,
+                const SamplingFrame& frame, const ExtractConfig& config);
+
+  /// The positions alone of the vertices on the block's own edges along `axis` whose bits are set, in order of x, y, z:
+  /// the same bits as from on_edge, many times as fast. Nearly all vertices come this way. Returns their number.
+  std::size_t write_positions(int axis, const VoxelBits& edges, Eigen::Vector3f* p_world) const;
 
   /// One end of `edge` is High, the other Low.
   [[nodiscard]] SurfaceVertex on_edge(const GridEdge& edge) const;
 
-  /// The mean of a contour's vertices.
-  [[nodiscard]] SurfaceVertex inside_cell(const Eigen::Vector3i& cell, std::span<const EdgeIndex> contour) const;
+  /// The mean of the vertices on a cell's edges.
+  [[nodiscard]] SurfaceVertex inside_cell(const Eigen::Vector3i& cell, EdgeMask edges) const;
 
  private:
+  [[nodiscard]] double margin(const Eigen::Vector3i& owner, int axis) const;
+
   [[nodiscard]] double parameter(const GridEdge& edge) const;
   [[nodiscard]] Eigen::Vector3d p_world(const GridEdge& edge, double t) const;
   [[nodiscard]] Eigen::Vector3d gradient(const Eigen::Vector3i& voxel) const;
@@ -59,8 +72,9 @@ class VertexSampler {
   const ValueBlock& values_;
   const ColourBlock* colours_;
   Eigen::Vector3i origin_;
-  const Frame& frame_;
+  const SamplingFrame& frame_;
   const ExtractConfig& config_;
+  Eigen::Vector3d margins_;  ///< of the block's own edges along each axis
 };
 
 }  // namespace scanknit

@@ -165,7 +165,7 @@ TEST(TriangulateCell, EachContourBecomesOneDisc) {
     const Contours contours = trace_contours(highs, joined);
     std::size_t crossed = 0;
     for (int edge = 0; edge < kEdges; ++edge) crossed += is_crossed(highs, edge) ? 1 : 0;
-    const std::size_t interior = triangles.interior_contour().empty() ? 0 : 1;
+    const std::size_t interior = triangles.interior_vertices().size();
     // A disc of n boundary and m interior vertices has n - 2 + 2 m triangles.
     EXPECT_EQ(triangles.size(), crossed - 2 * contours.count + 2 * interior);
   });
@@ -173,7 +173,7 @@ TEST(TriangulateCell, EachContourBecomesOneDisc) {
 
 TEST(TriangulateCell, OnlyCellsWithSeveralAmbiguousFacesNeedAnInteriorVertex) {
   for_each_resolution([](CornerMask highs, FaceMask joined) {
-    if (!triangulate_cell(highs, joined).interior_contour().empty()) {
+    if (!triangulate_cell(highs, joined).interior_vertices().empty()) {
       EXPECT_GE(std::popcount(kAmbiguousFaces[highs]), 2);
     }
   });

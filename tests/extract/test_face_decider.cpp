@@ -74,27 +74,61 @@ TEST(FaceDecider, AgreesWithTheSaddleOfTheBilinearInterpolant) {
   }
 }
 
-TEST(FaceDecider, ChordsOfOppositeEdgesAgree) {
-  // The value where the chords between the crossings of opposite edges meet; a line meets the bilinear conic at most
-  // twice, so it decides every strict case alike.
-  std::mt19937 random(13);
-  std::uniform_real_distribution<double> uniform(0.01, 1);
+/// Ambiguous faces, High on either diagonal.
+template <typename Magnitude>
+void expect_chord_agrees(std::size_t faces, unsigned seed, const Magnitude& magnitude) {
+  std::mt19937_64 random(seed);
+  std::size_t joined = 0;
+  for (std::size_t i = 0; i < faces; ++i) {
+    const double sign = i % 2 == 0 ? 1 : -1;
+    const FaceValues value{sign * magnitude(random), -sign * magnitude(random), sign * magnitude(random),
+                           -sign * magnitude(random)};
+    const FaceDecision decision = decide_face(value);
+    ASSERT_EQ(decide_face_by_chord(value), decision) << ::testing::PrintToString(value);
+    joined += decision == kHighsJoined ? 1 : 0;
+  }
+  EXPECT_GT(joined, faces / 10);
+  EXPECT_LT(joined, faces - faces / 10);
+}
+
+TEST(ChordDecider, AgreesOnTenMillionRandomFaces) {
+  expect_chord_agrees(10'000'000, 13, [](auto& random) { return static_cast<double>((random() >> 11) + 1) * 0x1p-53; });
+}
+
+TEST(ChordDecider, AgreesOnFacesOfFewLevelsWhereOneInTwentyTies) {
+  expect_chord_agrees(1'000'000, 14, [](auto& random) { return static_cast<double>(random() % 8 + 1); });
+}
+
+TEST(ChordDecider, AgreesOnFacesWhoseHighsMayLieOnTheIsovalue) {
+  std::mt19937 random(15);
+  const auto number = [&] { return static_cast<double>(random() % 3); };
   for (int i = 0; i < 100000; ++i) {
-    const double a = uniform(random);   // (0, 0)
-    const double b = -uniform(random);  // (1, 0)
-    const double c = uniform(random);   // (1, 1)
-    const double d = -uniform(random);  // (0, 1)
-    const double bottom = a / (a - b);  // s at t = 0
-    const double top = d / (d - c);     // s at t = 1
-    const double left = a / (a - d);    // t at s = 0
-    const double right = b / (b - c);   // t at s = 1
-    // s = bottom + (top - bottom) t and t = left + (right - left) s
-    const double s = (bottom + (top - bottom) * left) / (1 - (top - bottom) * (right - left));
-    const double t = left + (right - left) * s;
-    const double value = (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d;
-    constexpr double kRounding = 1e-12;  // of values up to 1
-    if (std::abs(value) < kRounding) continue;
-    ASSERT_EQ(decide_face({a, b, c, d}), value > 0 ? kHighsJoined : kHighsSeparated);
+    const FaceValues value{number(), -number() - 1, number(), -number() - 1};
+    ASSERT_EQ(decide_face_by_chord(value), decide_face(value)) << ::testing::PrintToString(value);
+    const FaceValues turned{value[1], value[2], value[3], value[0]};
+    ASSERT_EQ(decide_face_by_chord(turned), decide_face(turned)) << ::testing::PrintToString(turned);
+  }
+}
+
+TEST(ChordDecider, AgreesOnFacesOfValuesOfAllSizes) {
+  expect_chord_agrees(1'000'000, 16, [](auto& random) {
+    const double mantissa = static_cast<double>(static_cast<float>(random() % 0xFFFFFF + 1));
+    return std::ldexp(mantissa, static_cast<int>(random() % 60) - 30);
+  });
+}
+
+TEST(ChordDecider, AgreesNearTies) {
+  expect_chord_agrees(1'000'000, 17, [](auto& random) { return 1 + static_cast<double>(random() % 16) * 0x1p-23; });
+}
+
+TEST(ChordDecider, DoesNotDependOnWhereCornersAreCountedFrom) {
+  std::mt19937 random(18);
+  const auto number = [&] { return static_cast<double>(random() % 20 + 1); };
+  for (int i = 0; i < 100000; ++i) {
+    const FaceValues v{number(), -number(), number(), -number()};
+    const FaceDecision decision = decide_face_by_chord(v);
+    ASSERT_EQ(decide_face_by_chord({v[1], v[2], v[3], v[0]}), decision);
+    ASSERT_EQ(decide_face_by_chord({v[3], v[2], v[1], v[0]}), decision);
   }
 }
 

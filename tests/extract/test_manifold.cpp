@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <cstring>
+#include <algorithm>
+#include <set>
+#include <string>
 
 #include "tests/extract/volumes.h"
 
@@ -14,12 +16,7 @@ using test::Dense;
 void expect_sound(const Dense& volume, const ExtractConfig& config = {}) {
   const Surface surface = test::extract(volume, config, {{-11, -5, 3}, 0.004, {0.3, -1.7, 2.5}});
   const MeshCheck check = check_mesh(surface.mesh);
-  EXPECT_TRUE(check.is_well_formed);
-  EXPECT_EQ(check.non_manifold_edges, 0u);
-  EXPECT_EQ(check.misoriented_edges, 0u);
-  EXPECT_EQ(check.non_manifold_vertices, 0u);
-  EXPECT_EQ(check.duplicate_triangles, 0u);
-  EXPECT_EQ(check.unreferenced_vertices, 0u);
+  test::expect_manifold(check);
   EXPECT_EQ(check.boundary_edges, test::expected_boundary_edges(volume, static_cast<float>(config.isovalue)));
   constexpr float kUnitTolerance = 1e-5f;  // rounding of three floats
   for (const Eigen::Vector3f& normal : surface.mesh.normals) ASSERT_NEAR(normal.norm(), 1, kUnitTolerance);
@@ -113,51 +110,153 @@ TEST(Manifold, NorDoTheyFarFromTheOrigin) {
   EXPECT_EQ(degenerate_triangles(test::three_level_noise(16, 2), {{100000, -300000, 8000}, 0.001, {5, 0, -80}}), 0u);
 }
 
-TEST(Manifold, SameBitsForAnyNumberOfThreads) {
+class Equivariance : public ::testing::TestWithParam<Decider> {
+ protected:
+  static ExtractConfig config() {
+    ExtractConfig config;
+    config.decider = GetParam();
+    config.inside = InsideSide::kHigh;
+    return config;
+  }
+};
+std::string name_of(Decider decider) {
+  switch (decider) {
+    case Decider::kTrilinear: return "trilinear";
+    case Decider::kAsymptotic: return "asymptotic";
+    case Decider::kChord: return "chord";
+    default: return "knit";
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Deciders, Equivariance,
+                         ::testing::Values(Decider::kTrilinear, Decider::kAsymptotic, Decider::kChord, Decider::kKnit),
+                         [](const auto& test) { return name_of(test.param); });
+
+TEST_P(Equivariance, SameBitsForAnyNumberOfThreads) {
   Dense volume = test::white_noise(40, 5);
   test::punch_holes(volume, 30, 6);
   const auto extract_with = [&](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    return test::extract(volume, {}, {{-9, 4, 100}, 0.01, {}}).mesh;
+    return test::extract(volume, config(), {{-9, 4, 100}, 0.01, {}}).mesh;
   };
   const Mesh one = extract_with(1);
-  for (const std::size_t threads : {std::size_t{2}, std::size_t{8}}) {
-    const Mesh many = extract_with(threads);
-    EXPECT_EQ(many.triangles, one.triangles);
-    ASSERT_EQ(many.positions_m.size(), one.positions_m.size());
-    const std::size_t bytes = one.positions_m.size() * sizeof(Eigen::Vector3f);
-    EXPECT_EQ(std::memcmp(many.positions_m.data(), one.positions_m.data(), bytes), 0);
-    EXPECT_EQ(std::memcmp(many.normals.data(), one.normals.data(), bytes), 0);
+  for (const std::size_t threads : {std::size_t{2}, std::size_t{8}}) test::expect_same_bits(extract_with(threads), one);
+}
+
+/// The sample at `from` goes where one of the 48 symmetries of the cube takes it.
+Eigen::Vector3i moved(const Eigen::Vector3i& from, int symmetry, int side) {
+  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  Eigen::Vector3i to;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int c = from[kOrders[symmetry / 8][axis]];
+    to[axis] = ((symmetry >> axis) & 1) != 0 ? side - 1 - c : c;
+  }
+  return to;
+}
+
+TEST_P(Equivariance, SymmetriesOfTheCubeKeepTheInvariants) {
+  constexpr int kSide = 14;
+  for (const Dense& volume : {test::white_noise(kSide, 9), test::three_level_noise(kSide, 9)}) {
+    const MeshCheck expected = check_mesh(test::extract(volume, config()).mesh);
+    for (int symmetry = 0; symmetry < 48; ++symmetry) {
+      Dense turned(kSide);
+      for (int x = 0; x < kSide; ++x) {
+        for (int y = 0; y < kSide; ++y) {
+          for (int z = 0; z < kSide; ++z) {
+            const Eigen::Vector3i to = moved({x, y, z}, symmetry, kSide);
+            turned.at(to.x(), to.y(), to.z()) = volume.at(x, y, z);
+          }
+        }
+      }
+      const MeshCheck check = check_mesh(test::extract(turned, config()).mesh);
+      ASSERT_EQ(check.vertices, expected.vertices) << symmetry;
+      ASSERT_EQ(check.triangles, expected.triangles) << symmetry;
+      ASSERT_EQ(check.components, expected.components) << symmetry;
+      ASSERT_EQ(check.boundary_edges, expected.boundary_edges) << symmetry;
+      ASSERT_EQ(check.euler, expected.euler) << symmetry;
+    }
   }
 }
 
-TEST(Manifold, SymmetriesOfTheCubeKeepTheInvariants) {
-  constexpr int kSide = 14;
-  const Dense volume = test::white_noise(kSide, 9);
-  const MeshCheck expected = check_mesh(test::extract(volume).mesh);
-  for (int symmetry = 0; symmetry < 48; ++symmetry) {
-    constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    Dense moved(kSide);
-    for (int x = 0; x < kSide; ++x) {
-      for (int y = 0; y < kSide; ++y) {
-        for (int z = 0; z < kSide; ++z) {
-          const int from[3] = {x, y, z};
-          int to[3];
-          for (int axis = 0; axis < 3; ++axis) {
-            const int c = from[kOrders[symmetry / 8][axis]];
-            to[axis] = ((symmetry >> axis) & 1) != 0 ? kSide - 1 - c : c;
-          }
-          moved.at(to[0], to[1], to[2]) = volume.at(x, y, z);
-        }
-      }
-    }
-    const MeshCheck check = check_mesh(test::extract(moved).mesh);
-    ASSERT_EQ(check.vertices, expected.vertices) << symmetry;
-    ASSERT_EQ(check.triangles, expected.triangles) << symmetry;
-    ASSERT_EQ(check.components, expected.components) << symmetry;
-    ASSERT_EQ(check.boundary_edges, expected.boundary_edges) << symmetry;
-    ASSERT_EQ(check.euler, expected.euler) << symmetry;
+Dense negated(Dense volume) {
+  for (float& sample : volume.samples) sample = -sample;
+  return volume;
+}
+
+/// The vertices on grid edges, sorted. (Where a tunnel is cut into two fans, and so where their centres lie, may depend
+/// on the colours.)
+std::vector<std::array<float, 3>> points_on_edges(const Mesh& mesh) {
+  std::vector<std::array<float, 3>> points;
+  for (const Eigen::Vector3f& p : mesh.positions_m) {
+    if ((p.array() == p.array().round()).count() >= 2) points.push_back({p.x(), p.y(), p.z()});
   }
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+/// The directed edges that bound the mesh, by position, sorted.
+std::vector<std::array<float, 6>> boundary_of(const Mesh& mesh, bool reversed) {
+  std::set<std::array<std::uint32_t, 2>> sides;
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) sides.insert({t[i], t[(i + 1) % 3]});
+  }
+  std::vector<std::array<float, 6>> boundary;
+  for (const auto& [a, b] : sides) {
+    if (sides.count({b, a}) > 0) continue;
+    const Eigen::Vector3f& from = mesh.positions_m[reversed ? b : a];
+    const Eigen::Vector3f& to = mesh.positions_m[reversed ? a : b];
+    boundary.push_back({from.x(), from.y(), from.z(), to.x(), to.y(), to.z()});
+  }
+  std::sort(boundary.begin(), boundary.end());
+  return boundary;
+}
+
+void expect_turned_round(const Mesh& turned, const Mesh& mesh) {
+  EXPECT_EQ(points_on_edges(turned), points_on_edges(mesh));
+  EXPECT_EQ(boundary_of(turned, true), boundary_of(mesh, false));
+  const MeshCheck expected = check_mesh(mesh);
+  const MeshCheck check = check_mesh(turned);
+  EXPECT_EQ(check.vertices, expected.vertices);
+  EXPECT_EQ(check.triangles, expected.triangles);
+  EXPECT_EQ(check.components, expected.components);
+  EXPECT_EQ(check.euler, expected.euler);
+  test::expect_manifold(check);
+}
+
+TEST(Negation, TurnsTheSurfaceRoundAndChangesNothingElse) {  // white noise has no ties
+  const Dense volume = test::white_noise(20, 3);
+  for (const Decider decider : {Decider::kTrilinear, Decider::kAsymptotic, Decider::kChord}) {
+    SCOPED_TRACE(name_of(decider));
+    ExtractConfig config;
+    config.decider = decider;
+    config.isovalue = 0.125;
+    const Mesh mesh = test::extract(volume, config).mesh;
+    config.isovalue = -0.125;
+    expect_turned_round(test::extract(negated(volume), config).mesh, mesh);
+  }
+}
+
+TEST(Negation, SwapsFixedHighAndFixedLow) {
+  ExtractConfig high;
+  high.decider = Decider::kFixedHigh;
+  ExtractConfig low;
+  low.decider = Decider::kFixedLow;
+  const Dense volume = test::white_noise(20, 4);
+  expect_turned_round(test::extract(negated(volume), low).mesh, test::extract(volume, high).mesh);
+}
+
+TEST_P(Equivariance, NegationTurnsAClosedSurfaceInsideOut) {
+  Dense volume = test::white_noise(20, 3);
+  for (int i = 0; i < 20; ++i) {
+    for (int j = 0; j < 20; ++j) {
+      for (const int end : {0, 19}) volume.at(end, i, j) = volume.at(i, end, j) = volume.at(i, j, end) = -1;
+    }
+  }
+  const Mesh mesh = test::extract(volume, config()).mesh;
+  const Mesh turned = test::extract(negated(volume), config()).mesh;
+  ASSERT_TRUE(check_mesh(mesh).is_closed());
+  ASSERT_TRUE(check_mesh(turned).is_closed());
+  EXPECT_GT(signed_volume_m3(mesh), 0);
+  EXPECT_LT(signed_volume_m3(turned), 0);
 }
 
 }  // namespace

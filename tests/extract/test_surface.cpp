@@ -102,8 +102,8 @@ TEST(Surface, CountsItsCells) {
   Dense volume(3, 1);
   volume.at(1, 1, 1) = -1;
   const CaseCounts cases = test::extract(volume).cases;
-  EXPECT_EQ(cases.configuration[1], 8u);
-  EXPECT_EQ(cases.configuration[0], 0u);
+  EXPECT_EQ(cases.of_configuration(1), 8u);
+  EXPECT_EQ(cases.of_configuration(0), 0u);
   EXPECT_EQ(cases.skipped_cells, 0u);
 }
 
@@ -120,7 +120,7 @@ TEST(Surface, CountsAmbiguousFaces) {
   Dense volume(2, -1);
   volume.at(0, 0, 0) = volume.at(1, 1, 0) = 2;
   const CaseCounts cases = test::extract(volume).cases;
-  EXPECT_EQ(cases.configuration[3], 1u);
+  EXPECT_EQ(cases.of_configuration(3), 1u);
   EXPECT_EQ(cases.ambiguous_faces_joined, 1u);
   EXPECT_EQ(cases.ambiguous_faces_separated, 0u);
 }

@@ -1,16 +1,23 @@
 // Small volumes for the tests of extract/.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <random>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "extract/extract_surface.h"
+#include "tests/core/temporary_folder.h"
 
 namespace scanknit::test {
 
@@ -92,6 +99,53 @@ struct GridPlace {
   return extract_surface(view_of(*grid), config).value();
 }
 
+/// Samples as a DenseView has them: (i, j, k) at i + dims.x() (j + dims.y() k). NaN: unobserved.
+struct Box {
+  Eigen::Vector3i dims;
+  std::vector<float> samples;
+
+  explicit Box(const Eigen::Vector3i& size, float value = 0)
+      : dims(size),
+        samples(static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) *
+                    static_cast<std::size_t>(size.z()),
+                value) {}
+  /// The sample (x, y, z) becomes (i, j, k).
+  explicit Box(const Dense& volume) : Box(Eigen::Vector3i::Constant(volume.n)) {
+    for (int x = 0; x < volume.n; ++x) {
+      for (int y = 0; y < volume.n; ++y) {
+        for (int z = 0; z < volume.n; ++z) at(x, y, z) = volume.at(x, y, z);
+      }
+    }
+  }
+  [[nodiscard]] float& at(int i, int j, int k) {
+    return samples[static_cast<std::size_t>(i + dims.x() * (j + dims.y() * k))];
+  }
+};
+
+[[nodiscard]] inline Surface extract(const Box& box, const ExtractConfig& config = {},
+                                     const Eigen::Affine3d& T_world_ijk = Eigen::Affine3d::Identity()) {
+  return extract_surface(DenseView{box.samples.data(), box.dims, T_world_ijk}, config).value();
+}
+
+/// What every mesh must be, whatever the samples.
+inline void expect_manifold(const MeshCheck& check) {
+  EXPECT_TRUE(check.is_well_formed);
+  EXPECT_EQ(check.non_manifold_edges, 0u);
+  EXPECT_EQ(check.misoriented_edges, 0u);
+  EXPECT_EQ(check.non_manifold_vertices, 0u);
+  EXPECT_EQ(check.duplicate_triangles, 0u);
+  EXPECT_EQ(check.unreferenced_vertices, 0u);
+}
+
+inline void expect_same_bits(const Mesh& mesh, const Mesh& expected) {
+  EXPECT_EQ(mesh.triangles, expected.triangles);
+  const auto have_same_bits = [](const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b) {
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+  };
+  EXPECT_TRUE(have_same_bits(mesh.positions_m, expected.positions_m));
+  EXPECT_TRUE(have_same_bits(mesh.normals, expected.normals));
+}
+
 /// The edges of the isosurface that bound it: where it meets a grid face that has a whole (observed) cell on one side
 /// only. Counted from the samples alone, without a table: half the crossed edges of each such face.
 [[nodiscard]] inline std::size_t expected_boundary_edges(const Dense& volume, float isovalue) {
@@ -126,6 +180,42 @@ struct GridPlace {
     }
   }
   return crossed / 2;
+}
+
+/// 10,000 cells of known Euler characteristic, at isovalue 0: L. Custodio, T. Etiene, S. Pesco, C. Silva, Practical
+/// considerations on marching cubes 33 topological correctness, Computers & Graphics 2013, supplement.
+[[nodiscard]] inline std::filesystem::path published_cells() {
+  namespace fs = std::filesystem;
+  const char* given = std::getenv("SCANKNIT_TEST_DATA");
+  const fs::path data = given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
+  return data / "mc33_single_cells" / "MarchingCubes_cases.tar.xz";
+}
+
+/// Its cells are then the files in `folder`/Grids.
+[[nodiscard]] inline bool unpack_published_cells(const std::filesystem::path& folder) {
+  const std::string unpack = "tar -xf '" + published_cells().string() + "' -C '" + folder.string() +
+                             "' --strip-components=1 --wildcards '*.iso' '*-euler_number.txt'";
+  return std::system(unpack.c_str()) == 0;
+}
+
+struct PublishedCell {
+  std::array<float, 8> values{};  ///< in cell.h's order of corners
+  int euler = -1000;
+};
+
+/// int32 nx ny nz, float bounding box[6], float values[8], little-endian; x fastest.
+[[nodiscard]] inline PublishedCell read_published_cell(const std::filesystem::path& grid) {
+  constexpr std::size_t kHeaderBytes = 36;
+  PublishedCell cell;
+  const std::string bytes = read_text(grid);
+  if (bytes.size() == kHeaderBytes + sizeof cell.values)
+    std::memcpy(cell.values.data(), bytes.data() + kHeaderBytes, sizeof cell.values);
+  else
+    ADD_FAILURE() << grid << ": " << bytes.size() << " bytes";
+  const std::string name = grid.filename().string();
+  const std::string answer = name.substr(0, name.find('-')) + "-euler_number.txt";
+  std::istringstream(read_text(grid.parent_path().parent_path() / "Grid_invariants" / answer)) >> cell.euler;
+  return cell;
 }
 
 }  // namespace scanknit::test
