@@ -1,0 +1,178 @@
+#include <zlib.h>
+
+#include <array>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "extract/volume/header_text.h"
+#include "extract/volume/itk_headers.h"
+#include "extract/volume/readers.h"
+
+namespace scanknit {
+namespace {
+
+using Path = std::filesystem::path;
+using Opened = Result<std::unique_ptr<SliceReader>>;
+
+constexpr const char* kExpected =
+    "expected NRRD, MetaImage, NIfTI-1, a folder of DICOM, PNG or TIFF slices, or raw samples with their dims, type "
+    "and spacing given";
+
+// At most kNiftiHeaderBytes of the file; decompressed where it is gzip and `is_inflated`.
+Result<std::vector<std::byte>> first_bytes(const Path& path, bool is_inflated) {
+  std::vector<std::byte> bytes(kNiftiHeaderBytes);
+  if (is_inflated) {
+    gzFile file = gzopen(path.c_str(), "rb");
+    if (file == nullptr) return bad_volume(path, "cannot be opened");
+    const int count = gzread(file, bytes.data(), static_cast<unsigned>(bytes.size()));
+    gzclose(file);
+    // What precedes a fault in the stream is lost; a header that small is truncated anyway.
+    if (count < 0) return bad_volume(path, "truncated or corrupt gzip stream");
+    bytes.resize(static_cast<std::size_t>(count));
+    return bytes;
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return bad_volume(path, "cannot be opened");
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return bytes;
+}
+
+bool starts_with(std::span<const std::byte> bytes, std::string_view magic, std::size_t offset = 0) {
+  return bytes.size() >= offset + magic.size() &&
+         std::ranges::equal(bytes.subspan(offset, magic.size()), magic, {}, {}, [](char c) { return std::byte(c); });
+}
+
+Opened open_layout(const Path& path, Result<FileLayout> layout, const VolumeOptions& options) {
+  if (!layout) return layout.error();
+  const Path data_path = layout->data_file.empty() ? path : path.parent_path() / layout->data_file;
+  if (layout->encoding == Encoding::kRaw) {
+    return open_raw_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+  }
+  return open_encoded_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+}
+
+// .nii and .hdr hold the header; .img is named instead of its .hdr.
+Opened open_nifti(Path path, const VolumeOptions& options) {
+  std::string name = path.string();
+  const bool is_gzip_name = name.ends_with(".gz");
+  if (is_gzip_name) name.resize(name.size() - 3);
+  if (name.ends_with(".img")) path = name.substr(0, name.size() - 4) + ".hdr" + (is_gzip_name ? ".gz" : "");
+  auto bytes = first_bytes(path, true);
+  if (!bytes) return bytes.error();
+  auto layout = read_nifti_header(*bytes, path);
+  if (!layout) return layout.error();
+  const bool is_pair = *(bytes->begin() + 345) == std::byte{'i'};
+  Path data_path = path;
+  std::error_code code;
+  if (is_pair) {
+    data_path = name.substr(0, name.size() - 4) + ".img";
+    if (!std::filesystem::exists(data_path, code)) data_path += ".gz";
+    if (!std::filesystem::exists(data_path, code)) return bad_volume(path, "its file of samples, .img, is missing");
+  }
+  auto stored = first_bytes(data_path, false);
+  if (!stored) return stored.error();
+  if (starts_with(*stored, "\x1f\x8b")) {
+    layout->encoding = Encoding::kCompressed;
+    layout->decoded_offset = std::exchange(layout->data_offset, 0);
+    return open_encoded_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+  }
+  return open_raw_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+}
+
+Opened open_raw(const Path& path, const VolumeOptions& options) {
+  const auto usage = [&](const char* message) { return Error{ErrorCode::kUsage, message, path.string()}; };
+  if (!options.dims || !options.type || !options.spacing) {
+    return usage("raw samples need their dims, type and spacing, all three");
+  }
+  if (!(options.spacing->minCoeff() > 0) || !options.spacing->allFinite()) return usage("spacing: expected > 0 mm");
+  FileLayout layout;
+  layout.header.dims = *options.dims;
+  layout.header.T_file_index.linear() = options.spacing->asDiagonal();
+  layout.header.format = "raw";
+  layout.header.sample_type = sample_type_name(*options.type);
+  layout.type = *options.type;
+  layout.order = options.byte_order;
+  layout.data_offset = options.header_bytes;
+  const auto bytes = checked_bytes(path, layout.header, layout.type);
+  if (!bytes) return bytes.error();
+  std::error_code code;
+  const std::uint64_t file_bytes = std::filesystem::file_size(path, code);
+  // A longer file means wrong dims or a header that was not mentioned: the samples would be sheared.
+  if (!code && file_bytes > *bytes && file_bytes - *bytes > options.header_bytes) {
+    return bad_volume(path, dims_text(layout.header.dims) + " samples of " + layout.header.sample_type + " after " +
+                                std::to_string(options.header_bytes) + " header bytes need " +
+                                std::to_string(*bytes + options.header_bytes) + " bytes; the file has " +
+                                std::to_string(file_bytes) + "; check dims, type and header bytes");
+  }
+  return open_raw_samples(path, std::move(layout), options.memory_budget_bytes);
+}
+
+Opened open_folder(const Path& path, const VolumeOptions& options) {
+  std::error_code code;
+  for (std::filesystem::directory_iterator entry(path, code), end; !code && entry != end; entry.increment(code)) {
+    if (has_image_name(entry->path())) return open_image_stack(path, options);
+  }
+  if (code) return bad_volume(path, code.message());
+  return open_dicom_series(path, options);
+}
+
+bool is_nifti_name(std::string name) {
+  if (name.ends_with(".gz")) name.resize(name.size() - 3);
+  return name.ends_with(".nii") || name.ends_with(".hdr") || name.ends_with(".img");
+}
+
+Opened open_self_described(const Path& path, const VolumeOptions& options) {
+  auto bytes = first_bytes(path, false);
+  if (!bytes) return bytes.error();
+  const std::string name = lower_case(path.filename().string());
+  if (starts_with(*bytes, "NRRD000")) return open_layout(path, read_nrrd_header(path), options);
+  if (name.ends_with(".mhd") || name.ends_with(".mha")) {
+    return open_layout(path, read_meta_header(path), options);
+  }
+  if (is_nifti_name(name)) return open_nifti(path, options);
+  if (has_image_name(path)) {
+    return bad_volume(path, "a single image; name the folder of all slices, with at least 2 of them");
+  }
+  if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom_series(path, options);
+  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return bad_volume(path, "not NRRD, or truncated");
+  return bad_volume(path, std::string("unknown format; ") + kExpected);
+}
+
+}  // namespace
+
+Opened open_volume(const Path& path, const VolumeOptions& options) {
+  std::error_code code;
+  const auto status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) return bad_volume(path, "no such file or folder");
+  if (std::filesystem::is_directory(status)) return open_folder(path, options);
+  if (!std::filesystem::is_regular_file(status)) return bad_volume(path, "neither a file nor a folder");
+  if (options.dims || options.type) return open_raw(path, options);
+  if (options.spacing) {
+    return Error{ErrorCode::kUsage, "spacing is for raw samples, with dims and type, and for folders of images",
+                 path.string()};
+  }
+  return open_self_described(path, options);
+}
+
+Result<DenseVolume> read_volume(SliceReader& reader, std::size_t memory_budget_bytes) {
+  DenseVolume volume{reader.header(), {}};
+  const Eigen::Vector3i& dims = volume.header.dims;
+  const auto bytes = checked_bytes(volume.header.format, volume.header, SampleType::kFloat);
+  if (!bytes) return bytes.error();
+  if (auto fits = check_budget({}, *bytes, memory_budget_bytes, "the volume of " + dims_text(dims) + " samples",
+                               "read it slice by slice or raise the budget");
+      !fits) {
+    return fits.error();
+  }
+  volume.samples.resize(static_cast<std::size_t>(*bytes / sizeof(float)));
+  const std::size_t slice = volume.samples.size() / static_cast<std::size_t>(dims.z());
+  for (int k = 0; k < dims.z(); ++k) {
+    const auto samples = std::span(volume.samples).subspan(static_cast<std::size_t>(k) * slice, slice);
+    if (auto read = reader.read_slice(k, samples); !read) return read.error();
+  }
+  return volume;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,35 @@
+// SampleType: how a file stores a sample, and how it becomes a float.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace scanknit {
+
+enum class SampleType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
+enum class ByteOrder { kLittle, kBig };
+
+[[nodiscard]] std::size_t bytes_per_sample(SampleType type);
+/// "int8", "uint8" ... "uint64", "float", "double".
+[[nodiscard]] std::string_view sample_type_name(SampleType type);
+/// The type of that name; nothing for any other word.
+[[nodiscard]] std::optional<SampleType> sample_type_named(std::string_view name);
+/// The type of a floating-point, signed or unsigned number of 1, 2, 4 or 8 bytes; nothing where there is none.
+[[nodiscard]] std::optional<SampleType> sample_type_of(std::size_t bytes, bool is_signed, bool is_floating_point);
+
+/// A sample's value is slope * stored + intercept.
+struct Rescale {
+  double slope = 1;
+  double intercept = 0;
+  [[nodiscard]] bool is_identity() const { return slope == 1 && intercept == 0; }
+};
+
+/// Fills `samples` from samples.size() * bytes_per_sample(type) bytes: the nearest float, NaN (unobserved) for NaN,
+/// infinity and what is beyond the range of float.
+void decode_samples(std::span<const std::byte> bytes, SampleType type, ByteOrder order, const Rescale& rescale,
+                    std::span<float> samples);
+
+}  // namespace scanknit
