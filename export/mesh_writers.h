@@ -2,7 +2,10 @@
 // attribute lengths and placed positions are right.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "core/atomic_file.h"
 #include "core/mesh.h"
@@ -12,6 +15,8 @@
 
 namespace scanknit {
 
+class ByteWriter;
+
 /// GLB files are kept below 2 GiB: beyond it tinygltf would truncate sizes at 4 GiB, and viewers fail well before.
 inline constexpr std::uint64_t kMaxGlbBytes = (1ull << 31) - 1;
 
@@ -20,6 +25,16 @@ inline constexpr std::uint64_t kMaxGlbBytes = (1ull << 31) - 1;
 /// refused with kOutput before memory is asked for.
 [[nodiscard]] Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
                                      std::uint64_t max_bytes = kMaxGlbBytes);
+
+/// The parts of PLY and STL files, for meshes that are written from elsewhere than a Mesh.
+struct PlyContents {
+  std::size_t vertices = 0, triangles = 0;
+  bool has_normals = false, has_colours = false;
+};
+[[nodiscard]] std::string ply_head(const PlyContents& contents, const Placement& placement);
+[[nodiscard]] std::string stl_head(const Placement& placement);  ///< without the count of triangles that follows it
+void put_ply_face(const Triangle& triangle, ByteWriter& out);
+void put_stl_facet(const std::array<Eigen::Vector3f, 3>& placed_corners, ByteWriter& out);
 
 /// Binary little-endian PLY: x y z [nx ny nz] [red green blue], colours as sRGB bytes.
 [[nodiscard]] Result<void> write_ply(const Mesh& mesh, const Placement& placement, AtomicFile& file);

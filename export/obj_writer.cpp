@@ -45,7 +45,7 @@ void write_vertices(const Mesh& mesh, const Placement& placement, LineWriter& ou
 Result<void> write_obj(const Mesh& mesh, const Placement& placement, AtomicFile& file) {
   LineWriter out(file);
   out.line("# ScanKnit {}", kVersion);
-  out.line("# positions in metres; v x y z r g b, colours sRGB");
+  out.line("# positions in {}{}", placement.unit, mesh.colours.empty() ? "" : "; v x y z r g b, colours sRGB");
   write_vertices(mesh, placement, out);
   for (const Eigen::Vector3f& normal : mesh.normals) {
     const Eigen::Vector3f n = placement.normal(normal);

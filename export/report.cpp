@@ -68,6 +68,33 @@ Json volume_json(const RunReport::Volume& volume) {
   json["memory_mib"] = finite(volume.memory_mib);
   json["voxel_size_m"] = finite(volume.voxel_size_m);
   json["is_budget_reached"] = volume.is_budget_reached;
+  json["format"] = volume.format.empty() ? Json(nullptr) : Json(volume.format);
+  const bool is_dense = volume.dims[0] > 0;
+  json["dims"] = is_dense ? Json(volume.dims) : Json(nullptr);
+  json["spacing_m"] = is_dense ? Json::array() : Json(nullptr);
+  for (const double spacing : volume.spacing_m) {
+    if (is_dense) json["spacing_m"].push_back(finite(spacing));
+  }
+  json["is_streamed"] = volume.is_streamed;
+  return json;
+}
+
+Json mesh_json(const RunReport& report) {
+  if (!report.mesh) return nullptr;
+  Json json = Json::parse(mesh_check_json(*report.mesh));
+  if (report.is_mesh_checked) return json;
+  for (auto& [key, value] : json.items()) {
+    if (key != "vertices" && key != "triangles" && key != "bounds_m") value = nullptr;
+  }
+  return json;
+}
+
+Json extract_json(const RunReport::Extract& extract) {
+  Json json;
+  json["isovalue"] = extract.isovalue ? Json(finite(*extract.isovalue)) : Json(nullptr);
+  json["isovalue_source"] = extract.isovalue ? Json(extract.isovalue_source) : Json(nullptr);
+  json["cases"] = object_of(extract.cases);
+  json["sub_cases"] = object_of(extract.sub_cases);
   return json;
 }
 
@@ -109,8 +136,8 @@ std::string to_json(const RunReport& report) {
   json["total_ms"] = finite(report.total_ms);
   json["peak_rss_mib"] = finite(report.peak_rss_mib);
   json["volume"] = volume_json(report.volume);
-  json["mesh"] = report.mesh ? Json::parse(mesh_check_json(*report.mesh)) : Json(nullptr);
-  json["extract"] = Json{{"cases", object_of(report.extract_cases)}};
+  json["mesh"] = mesh_json(report);
+  json["extract"] = extract_json(report.extract);
   json["files"] = object_of(report.files);
   json["config"] = config_json(report.config_json);
   // Paths and messages may hold bytes that are not UTF-8: they become the replacement character.

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/mesh.h"
@@ -45,10 +46,22 @@ struct RunReport {
     std::size_t active_voxels = 0, blocks = 0;
     double memory_mib = 0, voxel_size_m = 0;
     bool is_budget_reached = false;
+    std::string format = {};               ///< of a volume's file; empty for a volume that was fused
+    std::array<int, 3> dims = {};          ///< samples along each axis; 0 for a sparse volume
+    std::array<double, 3> spacing_m = {};  ///< with `dims` only
+    bool is_streamed = false;              ///< it never was in memory as a whole
   } volume;
 
   std::optional<MeshCheck> mesh;
-  std::map<std::string, std::size_t> extract_cases;
+  /// False: the mesh was streamed, and of `mesh` only the counts of vertices and triangles and the bounds are known.
+  bool is_mesh_checked = true;
+
+  struct Extract {
+    std::optional<double> isovalue;                              ///< nothing before it is known
+    std::string isovalue_source;                                 ///< "config", "signed_distance" or "otsu"
+    std::map<std::string, std::size_t> cases;                    ///< kind of cell -> count
+    std::vector<std::pair<std::string, std::size_t>> sub_cases;  ///< sub-case -> cells, by configuration
+  } extract;
   std::map<std::string, std::string> files;  ///< kind ("glb", "preview" ...) -> path as written
   std::string config_json;                   ///< the effective configuration as a JSON object
 };

@@ -4,44 +4,21 @@
 
 #include <algorithm>
 #include <cctype>
-#include <limits>
 
 #include "core/atomic_file.h"
 #include "export/mesh_extension.h"
 #include "export/mesh_writers.h"
-#include "export/up_rotation.h"
+#include "export/placement_plan.h"
 
 namespace scanknit {
 namespace {
-
-constexpr std::size_t kMaxCount = std::numeric_limits<std::int32_t>::max();  // PLY's int indices
-
-struct Plan {
-  MeshFormat format;
-  Placement placement;
-  std::string convention;
-};
-
-Plan plan_for(MeshFormat format, const ExportConfig& config, UpAxis world_up) {
-  const UpAxis from = config.world_up.value_or(world_up);
-  switch (format) {
-    case MeshFormat::kGlb: return {format, {up_rotation(from, UpAxis::kY), 1}, "metres, Y up"};
-    case MeshFormat::kStl: return {format, {up_rotation(from, UpAxis::kZ), 1000}, "millimetres, Z up"};
-    case MeshFormat::kPly:
-    case MeshFormat::kObj: break;
-  }
-  if (!config.up) return {format, {}, "metres, the recording's world"};
-  return {format, {up_rotation(from, *config.up), 1}, fmt::format("metres, {} up", to_string(*config.up))};
-}
 
 /// What every format needs. tinygltf would write NaN as null, and others would write it as it is.
 Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
   const auto failure = [](std::string what) { return Error{ErrorCode::kMesh, std::move(what)}; };
   const std::size_t n = mesh.positions_m.size();
   if (mesh.empty() || n == 0) return failure("the mesh is empty");
-  if (n > kMaxCount || mesh.triangles.size() > kMaxCount) {
-    return failure("the mesh has more than 2^31 - 1 vertices or triangles: take a larger voxel size");
-  }
+  if (auto fits = check_counts(n, mesh.triangles.size()); !fits) return fits;
   if ((!mesh.normals.empty() && mesh.normals.size() != n) || (!mesh.colours.empty() && mesh.colours.size() != n)) {
     return failure("the mesh's normals or colours are not one a vertex");
   }
@@ -61,7 +38,7 @@ Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
   return {};
 }
 
-Result<void> write_as(const Plan& plan, const Mesh& mesh, const ExportConfig& config, AtomicFile& file) {
+Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config, AtomicFile& file) {
   switch (plan.format) {
     case MeshFormat::kGlb: return write_glb(mesh, plan.placement, config.material, file);
     case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
@@ -69,11 +46,6 @@ Result<void> write_as(const Plan& plan, const Mesh& mesh, const ExportConfig& co
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
   }
   return Error{ErrorCode::kInternal, "a format without a writer"};
-}
-
-Error located(Error error, const std::filesystem::path& path) {
-  if (error.where.empty()) error.where = path.string();
-  return error;
 }
 
 }  // namespace
@@ -94,23 +66,20 @@ bool is_mesh_path(const std::filesystem::path& path) {
 }
 
 Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path, const ExportConfig& config,
-                               UpAxis world_up) {
+                               UpAxis world_up, std::optional<double> file_unit_m) {
   const std::optional<MeshFormat> format = mesh_format(path);
   if (!format) {
     return Error{ErrorCode::kOutput,
                  fmt::format("unknown mesh extension '{}'; known are {}", path.extension().string(), kMeshExtensions),
                  path.string()};
   }
-  const Plan plan = plan_for(*format, config, world_up);
+  const PlacementPlan plan = plan_placement(*format, config, world_up, file_unit_m);
   if (auto checked = check_exportable(mesh, plan.placement); !checked) return located(checked.error(), path);
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   if (auto written = write_as(plan, mesh, config, *file); !written) return located(written.error(), path);
   if (auto committed = file->commit(); !committed) return committed.error();
-
-  std::error_code code;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, code);
-  return WrittenFile{path, code ? 0 : bytes, plan.convention};
+  return written_file(path, plan);
 }
 
 }  // namespace scanknit

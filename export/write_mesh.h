@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/axes.h"
@@ -20,10 +21,13 @@ struct WrittenFile {
 /// All-or-nothing. `world_up` is the world's own up axis (config.world_up overrides it).
 /// GLB: metres, +Y up, right-handed, linear uint16 colours. PLY, OBJ: metres, the recording's world unless config.up.
 /// STL: millimetres, +Z up, no colour.
+/// `file_unit_m`: the mesh lies in the coordinates of a volume's file, whose unit is so many metres (> 0). PLY, OBJ and
+/// STL then keep that unit; only GLB is scaled.
 /// Errors: kMesh for an empty mesh, an index out of range, a number that is not finite; kOutput for a disk that
 /// refuses, an unknown extension (the message lists the known), a file that would pass the format's size limit.
 [[nodiscard]] Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path,
-                                             const ExportConfig& config, UpAxis world_up);
+                                             const ExportConfig& config, UpAxis world_up,
+                                             std::optional<double> file_unit_m = std::nullopt);
 
 /// True for a path that ends in one of .glb .ply .obj .stl, in any case.
 [[nodiscard]] bool is_mesh_path(const std::filesystem::path& path);
