@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "app/presets.h"
 #include "app/quantity.h"
 #include "app/suggestion.h"
+#include "app/volume_arguments.h"
 #include "core/version.h"
 
 namespace scanknit {
@@ -29,7 +31,8 @@ struct CommandLine {
   ExtractArguments extract;
   SynthArguments synth;
   ConfigArguments config;
-  std::filesystem::path info_file, distance_mesh, distance_truth;
+  InfoArguments info;
+  std::filesystem::path distance_mesh, distance_truth;
   std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_quiet = false, is_verbose = false;
   std::function<int()> command;
@@ -42,12 +45,51 @@ std::string preset_names() {
 }
 
 /// `--name VALUE` as a short form of `--set key=VALUE`.
-void add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
-                   const std::string& text) {
+CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
+                           const std::string& text) {
   const auto assign = [&line, key](const std::string& value) {
     line.common.config.assignments.push_back(key + "=" + value);
   };
-  app.add_option_function<std::string>(name, assign, text + " (" + key + ")");
+  return app.add_option_function<std::string>(name, assign, text + " (" + key + ")");
+}
+
+/// An option whose text `parse` turns into the value of `place`.
+template <typename Value, typename Parse>
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& place, const Parse& parse,
+                        const std::string& expected, const std::string& text) {
+  const auto assign = [&place, parse, name, expected](const std::string& given) {
+    const auto value = parse(given);
+    if (!value) throw CLI::ValidationError(name, "expected " + expected + ", got '" + given + "'");
+    place = *value;
+  };
+  return app.add_option_function<std::string>(name, assign, text)->group("Raw samples and stacks of images");
+}
+
+std::optional<ByteOrder> byte_order_named(std::string_view name) {
+  if (name == "little") return ByteOrder::kLittle;
+  if (name == "big") return ByteOrder::kBig;
+  return std::nullopt;
+}
+
+void add_volume_options(CLI::App& app, VolumeOptions& options) {
+  auto* dims = add_parsed(app, "--dims", options.dims, parse_dims, "samples such as 256x256x108",
+                          "Raw file: samples along i (fastest), j, k")
+                   ->type_name("NXxNYxNZ");
+  add_parsed(app, "--type", options.type, sample_type_named,
+             "one of int8, uint8, int16, uint16, int32, uint32, int64, uint64, float, double", "Raw file: its samples")
+      ->needs(dims)
+      ->type_name("TYPE");
+  add_parsed(app, "--spacing", options.spacing, parse_spacing, "millimetres such as 0.5 or 0.5x0.5x1.2",
+             "Raw file or folder of images: millimetres between samples")
+      ->type_name("MM|XxYxZ");
+  add_parsed(app, "--byte-order", options.byte_order, byte_order_named, "little or big", "Raw file: little or big")
+      ->needs(dims)
+      ->type_name("ORDER");
+  app.add_option("--header-bytes", options.header_bytes, "Raw file: bytes before the first sample")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(dims)
+      ->type_name("N")
+      ->group("Raw samples and stacks of images");
 }
 
 void add_common(CLI::App& app, CommandLine& line) {
@@ -98,15 +140,23 @@ void add_run(CLI::App& app, CommandLine& line) {
 
 void add_extract(CLI::App& app, CommandLine& line) {
   ExtractArguments& extract = line.extract;
-  CLI::App* command = app.add_subcommand("extract", "Mesh a volume: the isosurface of a .vdb file");
-  command->add_option("volume", extract.volume, "The volume")->required()->type_name("VOLUME.vdb");
+  CLI::App* command = app.add_subcommand("extract", "Mesh a volume: its isosurface");
+  command
+      ->add_option("volume", extract.volume,
+                   "OpenVDB, NRRD, MetaImage, NIfTI, raw samples, or a folder of DICOM, PNG or TIFF slices")
+      ->required()
+      ->type_name("VOLUME");
   command->add_option("-o,--output", extract.output, "Folder, or one file (.glb .ply .obj .stl)")
       ->required()
       ->type_name("OUT");
   command->add_option("--report", extract.report, "Write report.json here")->type_name("FILE");
-  add_shorthand(*command, line, "--isovalue", "extract.isovalue", "Value of the surface");
-  add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous faces are joined");
+  auto* isovalue = add_shorthand(*command, line, "--isovalue", "extract.isovalue", "Value of the surface");
+  command->add_flag("--auto-isovalue", extract.wants_auto_isovalue, "Propose a value from the volume's (Otsu 1979)")
+      ->excludes(isovalue);
+  command->add_flag("--stats", extract.wants_stats, "Print how often each configuration and sub-case occurred");
+  add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous cells are resolved");
   add_shorthand(*command, line, "--inside", "extract.inside", "Which side is matter: auto, low, high");
+  add_volume_options(*command, extract.options);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
 }
@@ -141,10 +191,11 @@ void add_synth(CLI::App& app, CommandLine& line) {
 
 void add_info(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("info", "Describe a recording, a volume or a mesh");
-  command->add_option("file", line.info_file, "What to describe")->required()->type_name("FILE");
+  command->add_option("file", line.info.file, "What to describe")->required()->type_name("FILE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_volume_options(*command, line.info.options);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return info_command(line.info_file, line.common); }; });
+  command->final_callback([&line] { line.command = [&line] { return info_command(line.info, line.common); }; });
 }
 
 void add_distance(CLI::App& app, CommandLine& line) {

@@ -10,6 +10,7 @@
 
 #include "app/config_load.h"
 #include "app/console.h"
+#include "extract/volume/slice_reader.h"
 
 namespace scanknit {
 
@@ -31,6 +32,14 @@ struct RunArguments {
 struct ExtractArguments {
   std::filesystem::path volume, output;
   std::optional<std::filesystem::path> report;
+  VolumeOptions options;
+  bool wants_auto_isovalue = false;
+  bool wants_stats = false;
+};
+
+struct InfoArguments {
+  std::filesystem::path file;
+  VolumeOptions options;
 };
 
 struct SynthArguments {
@@ -54,7 +63,7 @@ struct ConfigArguments {
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
-[[nodiscard]] int info_command(const std::filesystem::path& file, const CommonArguments& common);
+[[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int distance_command(const std::filesystem::path& mesh, const std::filesystem::path& truth,
                                    const CommonArguments& common);
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);

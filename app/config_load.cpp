@@ -184,8 +184,7 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Confi
   return problems;
 }
 
-Result<Config> load_config(const ConfigSources& sources) {
-  Config config;
+Result<Config> load_config(const ConfigSources& sources, Config config) {
   std::vector<ConfigProblem> problems;
   const auto collect = [&](std::vector<ConfigProblem> more) {
     std::move(more.begin(), more.end(), std::back_inserter(problems));

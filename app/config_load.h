@@ -32,8 +32,8 @@ struct ConfigProblem {
 /// `assignment` as --set takes it: "fusion.voxel_size=2mm". The value may be any YAML: "export.formats=[glb, stl]".
 [[nodiscard]] std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Config& config);
 
-/// All sources in their order. On any problem an Error (kConfig) whose text has one line a problem:
+/// All sources in their order, upon `config`. On any problem an Error (kConfig) whose text has one line a problem:
 /// "file:line:column: error: message".
-[[nodiscard]] Result<Config> load_config(const ConfigSources& sources);
+[[nodiscard]] Result<Config> load_config(const ConfigSources& sources, Config config = {});
 
 }  // namespace scanknit

@@ -276,9 +276,22 @@ std::vector<ConfigKey> extract_keys() {
           {-1e9, 1e9}, [](auto& c) -> auto& { return c.extract.isovalue; }),
       choice<Decider>(
           {"extract.decider", "",
-           "How the contours of ambiguous faces are joined. asymptotic: by the value at the face saddle "
-           "(Nielson & Hamann 1991)."},
-          {{"asymptotic", Decider::kAsymptotic}}, [](auto& c) -> auto& { return c.extract.decider; }),
+           "How the surface is resolved where corners leave a choice. trilinear: the topology of the trilinear "
+           "isosurface, inside cells too. On faces alone: asymptotic, by the face saddle (Nielson & Hamann 1991); "
+           "chord, by the crossing of the chords (the same decisions); knit, by paths through both cells (Digital "
+           "Morse Theory 1999); fixed_high, always join; fixed_low, never. tetra5, tetra6, tetra24: cells are cut into "
+           "so many tetrahedra. lorensen: the 15 cases of 1987, whose meshes have holes; for teaching only."},
+          {{"trilinear", Decider::kTrilinear},
+           {"asymptotic", Decider::kAsymptotic},
+           {"chord", Decider::kChord},
+           {"knit", Decider::kKnit},
+           {"fixed_high", Decider::kFixedHigh},
+           {"fixed_low", Decider::kFixedLow},
+           {"tetra5", Decider::kTetra5},
+           {"tetra6", Decider::kTetra6},
+           {"tetra24", Decider::kTetra24},
+           {"lorensen", Decider::kLorensen}},
+          [](auto& c) -> auto& { return c.extract.decider; }),
       choice<VertexPlacement>(
           {"extract.placement", "",
            "Where a vertex sits on its edge. linear: where the interpolated value is the isovalue; "
@@ -303,6 +316,11 @@ std::vector<ConfigKey> extract_keys() {
       integer(
           {"extract.min_component_triangles", "triangles", "Smaller separate pieces are removed; 0: keep all."},
           {0, 1e9}, [](auto& c) -> auto& { return c.extract.min_component_triangles; }),
+      memory(
+          {"extract.memory_budget", "",
+           "Memory for a volume file and its mesh. A volume whose samples need more than half of it is read a few "
+           "slices at a time, and its mesh goes to disk: .ply or .stl only."},
+          {1, 1 << 24}, [](auto& c) -> auto& { return c.extract.memory_budget_mib; }),
   };
 }
 

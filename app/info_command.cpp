@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Count.h>
 #include <nlohmann/json.hpp>
 
 #include <string>
@@ -8,7 +9,8 @@
 #include "acquire/frame_source.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
-#include "app/quantity.h"
+#include "app/extract_volume.h"
+#include "app/volume_values.h"
 #include "core/mesh.h"
 #include "export/mesh_stats.h"
 #include "export/read_mesh.h"
@@ -55,12 +57,40 @@ Json volume_json(const LoadedVolume& volume) {
   if (!box.empty()) {
     bounds = Json::array({vector_json(field.indexToWorld(box.min())), vector_json(field.indexToWorld(box.max()))});
   }
+  const openvdb::math::MinMax<float> values = openvdb::tools::minMax(field.tree());
   return {{"kind", "volume"},
+          {"format", "OpenVDB"},
           {"grids", grids},
           {"voxel_size_m", field.voxelSize().x()},
           {"active_voxels", field.activeVoxelCount()},
           {"bounds_m", bounds},
-          {"is_signed_distance", volume.is_signed_distance}};
+          {"is_signed_distance", volume.is_signed_distance},
+          {"value_range", box.empty() ? Json(nullptr) : Json::array({values.min(), values.max()})}};
+}
+
+Json vector_json(const Eigen::Vector3d& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+
+Result<Json> volume_json(SliceReader& reader) {
+  const auto census = take_census(values_of(reader));
+  if (!census) return census.error();
+  const VolumeHeader& header = reader.header();
+  const Eigen::Matrix3d& columns = header.T_file_index.linear();
+  Json directions = Json::array();
+  for (int axis = 0; axis < 3; ++axis) directions.push_back(vector_json(columns.col(axis).normalized()));
+  const bool has_values = census->count() > 0;
+  return Json{{"kind", "volume"},
+              {"format", header.format},
+              {"dims", Json::array({header.dims.x(), header.dims.y(), header.dims.z()})},
+              {"sample_type", header.sample_type},
+              {"spacing", vector_json(columns.colwise().norm().transpose())},
+              {"origin", vector_json(header.T_file_index.translation())},
+              {"directions", directions},
+              {"metres_per_unit", header.metres_per_unit},
+              {"value_range", has_values ? Json::array({census->min(), census->max()}) : Json(nullptr)},
+              {"known_samples", census->count()},
+              {"warnings", header.warnings}};
 }
 
 Json mesh_json(const Mesh& mesh) {
@@ -69,19 +99,39 @@ Json mesh_json(const Mesh& mesh) {
   return json;
 }
 
-Result<Json> describe(const std::filesystem::path& file, const AcquireConfig& acquire) {
+Result<Json> describe_volume(const InfoArguments& arguments, const Config& config) {
+  const auto reader = open_volume_file(arguments.file, arguments.options, config.extract);
+  return reader ? volume_json(**reader) : reader.error();
+}
+
+/// Without options a folder may hold a recording or a volume.
+Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const Config& config) {
+  const auto recording = open_recording(arguments.file, config.acquire);
+  if (recording) return recording_json((*recording)->info());
+  const auto volume = describe_volume(arguments, config);
+  std::error_code ignored;
+  if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;
+  if (volume.error().code != ErrorCode::kUsage) return recording.error();
+  return Error{ErrorCode::kInput, recording.error().message + "; or is it a volume? " + volume.error().message,
+               recording.error().where};
+}
+
+Result<Json> describe(const InfoArguments& arguments, const Config& config) {
+  const std::filesystem::path& file = arguments.file;
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(file, ignored);
   if (!is_folder && is_mesh_path(file)) {
     const auto mesh = read_mesh(file);
     return mesh ? Result<Json>(mesh_json(*mesh)) : mesh.error();
   }
-  if (!is_folder && file.extension() == ".vdb") {
+  if (!is_folder && is_vdb(file)) {
+    if (auto known = refuse_options_for_vdb(file, arguments.options); !known) return known.error();
     const auto volume = load_volume(file);
     return volume ? Result<Json>(volume_json(*volume)) : volume.error();
   }
-  const auto recording = open_recording(file, acquire);
-  return recording ? Result<Json>(recording_json((*recording)->info())) : recording.error();
+  const VolumeOptions& options = arguments.options;
+  if (options.dims || options.spacing) return describe_volume(arguments, config);
+  return describe_recording_or_volume(arguments, config);
 }
 
 /// One "name  value" line an entry.
@@ -96,10 +146,10 @@ std::string lines_of(const Json& json) {
 
 }  // namespace
 
-int info_command(const std::filesystem::path& file, const CommonArguments& common) {
+int info_command(const InfoArguments& arguments, const CommonArguments& common) {
   const auto config = load_config(common.config);
   if (!config) return fail(config.error(), common);
-  const auto json = describe(file, config->acquire);
+  const auto json = describe(arguments, *config);
   if (!json) return fail(json.error(), common);
   constexpr auto kReplace = Json::error_handler_t::replace;  // names of grids need not be UTF-8
   return print_result(common.is_json ? json->dump(2, ' ', false, kReplace) + "\n" : lines_of(*json), common);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/quantity.h"
 #include "app/stage_timer.h"
 #include "export/preview.h"
@@ -30,18 +32,40 @@ void describe_volume(const LoadedVolume& volume, RunReport& report) {
   report.volume.blocks = field.tree().leafCount();
   report.volume.memory_mib = static_cast<double>(bytes) / kBytesPerMebibyte;
   report.volume.voxel_size_m = field.voxelSize().x();
+  report.volume.format = "OpenVDB";
 }
 
-void describe_surface(const Surface& surface, RunReport& report) {
-  const CaseCounts& cases = surface.cases;
-  for (std::size_t i = 0; i < cases.configuration.size(); ++i) {
-    report.extract_cases[fmt::format("configuration_{:02}", i)] = cases.configuration[i];
+void describe_volume(const VolumeHeader& header, bool is_streamed, RunReport& report) {
+  RunReport::Volume& volume = report.volume;
+  const auto blocks = [](int samples) { return static_cast<std::size_t>((samples + 7) / 8); };
+  volume.active_voxels = 1;
+  volume.blocks = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto column = static_cast<Eigen::Index>(axis);
+    volume.dims[axis] = header.dims[column];
+    volume.spacing_m[axis] = header.T_file_index.linear().col(column).norm() * header.metres_per_unit;
+    volume.active_voxels *= static_cast<std::size_t>(header.dims[column]);
+    volume.blocks *= blocks(header.dims[column]);
   }
-  report.extract_cases["ambiguous_faces_joined"] = cases.ambiguous_faces_joined;
-  report.extract_cases["ambiguous_faces_separated"] = cases.ambiguous_faces_separated;
-  report.extract_cases["skipped_cells"] = cases.skipped_cells;
-  report.extract_cases["components_removed"] = cases.components_removed;
-  report.mesh = check_mesh(surface.mesh);
+  volume.format = header.format;
+  volume.voxel_size_m = *std::min_element(volume.spacing_m.begin(), volume.spacing_m.end());
+  volume.is_streamed = is_streamed;
+  volume.memory_mib = is_streamed ? 0 : static_cast<double>(volume.active_voxels * sizeof(float)) / kBytesPerMebibyte;
+}
+
+void describe_cases(const CaseCounts& counts, RunReport& report) {
+  RunReport::Extract& extract = report.extract;
+  extract.sub_cases.clear();
+  for (const SubCase& sub_case : counts.sub_cases) extract.sub_cases.emplace_back(sub_case.name, sub_case.cells);
+  constexpr int kConfigurations = 15;
+  for (int i = 0; i < kConfigurations; ++i) {
+    extract.cases[fmt::format("configuration_{:02}", i)] = counts.of_configuration(i);
+  }
+  extract.cases["ambiguous_faces_joined"] = counts.ambiguous_faces_joined;
+  extract.cases["ambiguous_faces_separated"] = counts.ambiguous_faces_separated;
+  extract.cases["tunnels"] = counts.tunnels;
+  extract.cases["skipped_cells"] = counts.skipped_cells;
+  extract.cases["components_removed"] = counts.components_removed;
 }
 
 Error empty_mesh_error(const Job& job) {
@@ -59,19 +83,32 @@ Error empty_mesh_error(const Job& job) {
   return {ErrorCode::kMesh, std::move(message), job.input.string()};
 }
 
-Result<void> write_outputs(const Mesh& mesh, const Viewpoint& viewpoint, const Job& job, RunReport& report) {
+Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const Job& job, RunReport& report) {
+  const Mesh& mesh = surface.mesh;
+  describe_cases(surface.cases, report);
+  report.mesh = check_mesh(mesh);
+  report.mesh->min_m *= static_cast<float>(frame.file_unit_m.value_or(1));
+  report.mesh->max_m *= static_cast<float>(frame.file_unit_m.value_or(1));
+  if (mesh.empty()) return empty_mesh_error(job);
+
   const ExportConfig& config = job.config.output;
   for (const std::filesystem::path& path : job.outputs.meshes) {
-    const auto written = timed(report, "export", [&] { return write_mesh(mesh, path, config, viewpoint.world_up); });
+    const auto written =
+        timed(report, "export", [&] { return write_mesh(mesh, path, config, frame.world_up, frame.file_unit_m); });
     if (!written) return written.error();
     report.files[path.extension().string().substr(1)] = path.string();
   }
   if (!job.outputs.preview) return {};
   const ColourImage picture = timed(report, "export", [&] {
-    return render_preview(mesh, config.world_up.value_or(viewpoint.world_up), viewpoint.T_world_scanner);
+    return render_preview(mesh, config.world_up.value_or(frame.world_up), frame.T_world_scanner);
   });
   report.files["preview"] = job.outputs.preview->string();
   return timed(report, "write", [&] { return write_png(picture, *job.outputs.preview); });
+}
+
+void warn_of_holes(const ExtractConfig& config, Console& console) {
+  if (config.decider != Decider::kLorensen) return;
+  console.warn("extract.decider: lorensen leaves holes in the mesh; it is for teaching only (trilinear leaves none)");
 }
 
 }  // namespace scanknit

@@ -20,10 +20,6 @@ FieldView field_view(const TsdfVolume& volume) {
   return {&volume.tsdf(), &volume.weight(), &volume.colour(), true};
 }
 
-FieldView field_view(const LoadedVolume& volume) {
-  return {volume.field.get(), volume.weight.get(), volume.colour.get(), volume.is_signed_distance};
-}
-
 Result<void> fuse_frames(FrameIntake& intake, const Config& config, TsdfVolume& volume, RunReport& report) {
   while (auto frame = intake.next()) {
     timed(report, "filter", [&] { filter_frame(*frame, config.acquire, config.fusion.noise); });
@@ -52,17 +48,17 @@ Result<void> save_trajectory(const FrameIntake& intake, const Outputs& outputs, 
   return timed(report, "write", [&] { return write_file_atomically(*outputs.trajectory, text); });
 }
 
-/// Where the scanner stood half way through the scan.
-Viewpoint viewpoint_of(const RecordingInfo& info, const FrameIntake& intake) {
-  return {info.world_up, intake.trajectory()[intake.trajectory().size() / 2].T_world_camera};
+/// With where the scanner stood half way through the scan.
+MeshFrame mesh_frame(const RecordingInfo& info, const FrameIntake& intake) {
+  return {info.world_up, intake.trajectory()[intake.trajectory().size() / 2].T_world_camera, std::nullopt};
 }
 
-Result<void> mesh_volume(const FieldView& view, const Viewpoint& viewpoint, const Job& job, RunReport& report) {
-  auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
+Result<void> mesh_volume(const FieldView& view, const MeshFrame& frame, const Job& job, RunReport& report) {
+  report.extract.isovalue = job.config.extract.isovalue;
+  report.extract.isovalue_source = "config";
+  const auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
-  describe_surface(*surface, report);
-  if (surface->mesh.empty()) return empty_mesh_error(job);
-  return write_outputs(surface->mesh, viewpoint, job, report);
+  return write_surface(*surface, frame, job, report);
 }
 
 }  // namespace
@@ -72,6 +68,7 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   const auto source = open_recording(job.input, job.config.acquire);
   if (!source) return source.error();
   if (auto fits = check_budget(job.input, job.config, stop); !fits) return fits;
+  warn_of_holes(job.config.extract, console);
   auto volume = TsdfVolume::create(job.config.fusion);
   if (!volume) return volume.error();
 
@@ -80,17 +77,7 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  return mesh_volume(field_view(*volume), viewpoint_of((*source)->info(), intake), job, report);
-}
-
-Result<void> extract_volume(const Job& job, RunReport& report) {
-  if (auto writable = check_outputs(job.outputs); !writable) return writable;
-  const auto volume = timed(report, "read", [&] { return load_volume(job.input); });
-  if (!volume) return volume.error();
-  describe_volume(*volume, report);
-  // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
-  const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-  return mesh_volume(field_view(*volume), {world_up, std::nullopt}, job, report);
+  return mesh_volume(field_view(*volume), mesh_frame((*source)->info(), intake), job, report);
 }
 
 }  // namespace scanknit

@@ -23,7 +23,4 @@ struct Job {
 /// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
 [[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report);
 
-/// Volume file -> mesh -> files.
-[[nodiscard]] Result<void> extract_volume(const Job& job, RunReport& report);
-
 }  // namespace scanknit

@@ -27,16 +27,31 @@ std::string frames_line(const RunReport& report) {
 
 std::string volume_line(const RunReport& report) {
   const RunReport::Volume& volume = report.volume;
+  if (volume.dims[0] > 0) {
+    const auto millimetres = [&](std::size_t axis) { return volume.spacing_m[axis] * 1000; };
+    return fmt::format(
+        "Volume   {}, {} samples of {:.4g} x {:.4g} x {:.4g} mm, {}\n", volume.format, fmt::join(volume.dims, " x "),
+        millimetres(0), millimetres(1), millimetres(2),
+        volume.is_streamed ? "read a few slices at a time" : fmt::format("{:.0f} MiB", volume.memory_mib));
+  }
   return fmt::format("Volume   {} voxels of {}, {:.0f} MiB{}\n", grouped(volume.active_voxels),
                      format_length(volume.voxel_size_m), volume.memory_mib,
                      volume.is_budget_reached ? " (the memory budget was reached: incomplete)" : "");
 }
 
-std::string mesh_line(const MeshCheck& mesh) {
+std::string isovalue_line(const RunReport& report) {
+  const RunReport::Extract& extract = report.extract;
+  if (!extract.isovalue || extract.isovalue_source != "otsu") return "";
+  return fmt::format("Isovalue {}, proposed by Otsu's method\n", format_number(*extract.isovalue));
+}
+
+std::string mesh_line(const RunReport& report) {
+  const MeshCheck& mesh = *report.mesh;
   const Eigen::Vector3f size_mm = (mesh.max_m - mesh.min_m) * 1000.0f;
-  return fmt::format("Mesh     {} triangles, {} vertices, {} piece{}; {:.0f} x {:.0f} x {:.0f} mm\n",
-                     grouped(mesh.triangles), grouped(mesh.vertices), grouped(mesh.components),
-                     mesh.components == 1 ? "" : "s", size_mm.x(), size_mm.y(), size_mm.z());
+  const std::string pieces = fmt::format(", {} piece{}", grouped(mesh.components), mesh.components == 1 ? "" : "s");
+  return fmt::format("Mesh     {} triangles, {} vertices{}; {:.0f} x {:.0f} x {:.0f} mm\n", grouped(mesh.triangles),
+                     grouped(mesh.vertices), report.is_mesh_checked ? pieces : ", not checked", size_mm.x(),
+                     size_mm.y(), size_mm.z());
 }
 
 std::string time_line(const RunReport& report) {
@@ -74,8 +89,8 @@ std::string next_line(const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report) {
-  std::string text = frames_line(report) + volume_line(report);
-  if (report.mesh) text += mesh_line(*report.mesh);
+  std::string text = frames_line(report) + volume_line(report) + isovalue_line(report);
+  if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);
 }
 

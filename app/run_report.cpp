@@ -1,0 +1,77 @@
+#include "app/run_report.h"
+
+#include <sys/resource.h>
+
+#include "app/case_table.h"
+#include "app/config_print.h"
+#include "app/exit_codes.h"
+#include "app/summary.h"
+#include "core/atomic_file.h"
+#include "core/version.h"
+
+namespace scanknit {
+namespace {
+
+double peak_rss_mib() {
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+}
+
+/// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
+bool wants_report(const RunReport& report) {
+  switch (report.exit_code) {
+    case exit_code_of(ErrorCode::kOutput):
+    case exit_code_of(ErrorCode::kBudget): return false;
+    default: return true;
+  }
+}
+
+Result<void> write_report(RunReport& report, const Job& job) {
+  if (!job.outputs.report || !wants_report(report)) return {};
+  report.files["report"] = job.outputs.report->string();
+  return write_file_atomically(*job.outputs.report, to_json(report));
+}
+
+}  // namespace
+
+RunReport begin_report(const Job& job) {
+  RunReport report;
+  report.version = kVersion;
+  report.input = job.input.string();
+  report.config_json = config_to_json(job.config);
+  return report;
+}
+
+void close_report(RunReport& report, const Result<void>& result, bool was_interrupted,
+                  std::chrono::steady_clock::time_point begin) {
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
+  report.total_ms = spent.count();
+  report.peak_rss_mib = peak_rss_mib();
+  report.status = result ? "ok" : result.error().text();
+  report.exit_code = result ? kExitOk : exit_code_of(result.error().code);
+  if (!was_interrupted) return;
+  report.exit_code = kExitInterrupted;
+  if (result) report.status = "interrupted: what there was has been meshed and written";
+}
+
+int conclude(RunReport& report, Result<void> result, const Job& job, const CommonArguments& common,
+             bool with_case_table) {
+  if (auto written = write_report(report, job); !written && result) {
+    result = written;
+    report.status = written.error().text();
+    report.exit_code = exit_code_of(written.error().code);
+  }
+  std::string text;
+  if (common.is_json) {
+    text = to_json(report);
+  } else if (result) {
+    if (common.verbosity != Verbosity::kQuiet) text = summary_text(report);
+    if (with_case_table) text += (text.empty() ? "" : "\n") + case_table_text(report.extract);
+  }
+  const int printed = text.empty() ? kExitOk : print_result(text, common);
+  if (!result) (void)fail(result.error(), common);
+  return report.exit_code != kExitOk ? report.exit_code : printed;
+}
+
+}  // namespace scanknit
