@@ -10,21 +10,6 @@ namespace {
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 constexpr std::uint64_t kFirstOfRows = 0x0101010101010101u;  // z = 0 in each of the eight rows y
 
-enum class Kind { kAllHigh, kAllLow, kMixed };
-
-Kind kind_of(const BlockSigns& signs) {
-  std::uint64_t any_high = 0;
-  std::uint64_t any_missing = 0;
-  std::uint64_t all_high = kAll;
-  for (std::size_t x = 0; x < kBlockCells; ++x) {
-    any_high |= signs.high[x];
-    all_high &= signs.high[x];
-    any_missing |= signs.missing[x];
-  }
-  if (any_high == 0 && any_missing == 0) return Kind::kAllLow;
-  return all_high == kAll ? Kind::kAllHigh : Kind::kMixed;
-}
-
 /// The bits of the 64 voxels one further along y, or along z, than those of `word`; `next` has the row, or layer, to
 /// come.
 constexpr std::uint64_t one_up_y(std::uint64_t word, std::uint64_t next) {
@@ -43,7 +28,7 @@ constexpr std::uint64_t one_down_z(std::uint64_t word, std::uint64_t previous) {
 /// One kind of bits of the 27 blocks; blocks that are not there count as `absent`.
 class BitField {
  public:
-  BitField(std::span<const BlockSigns> signs, const Neighbours& neighbours, VoxelBits BlockSigns::*kind,
+  BitField(const ClassifiedBlocks& signs, const Neighbours& neighbours, VoxelBits BlockSigns::*kind,
            const VoxelBits& absent) {
     std::transform(neighbours.all().begin(), neighbours.all().end(), blocks_.begin(),
                    [&](std::size_t block) { return block == kNoBlock ? &absent : &(signs[block].*kind); });
@@ -88,21 +73,11 @@ constexpr VoxelBits kEverything{kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll};
 
 }  // namespace
 
-bool is_plain(std::span<const BlockSigns> signs, const Neighbours& neighbours) {
-  const Kind kind = kind_of(signs[neighbours.at(0, 0, 0)]);
-  if (kind == Kind::kMixed) return false;
-  for (int upper = 1; upper < 8; ++upper) {
-    const std::size_t block = neighbours.at(upper & 1, (upper >> 1) & 1, upper >> 2);
-    if (block == kNoBlock || kind_of(signs[block]) != kind) return false;
-  }
-  return true;
-}
-
-BlockTopology::BlockTopology(std::span<const BlockSigns> signs, const Neighbours& neighbours) {
+BlockTopology::BlockTopology(const ClassifiedBlocks& signs, const Neighbours& neighbours) {
   const BitField high(signs, neighbours, &BlockSigns::high, kNothing);
   for (int x = 0; x <= kBlockCells; ++x) high_[static_cast<std::size_t>(x)] = high.upper(x);
 
-  const auto is_whole = [&](std::size_t block) { return block != kNoBlock && signs[block].missing == kNothing; };
+  const auto is_whole = [&](std::size_t block) { return block != kNoBlock && signs.is_whole(block); };
   CellsAround valid;
   for (auto& cells : valid) cells.fill(kAll);
   if (!std::all_of(neighbours.all().begin(), neighbours.all().end(), is_whole)) {

@@ -5,20 +5,16 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "extract/block.h"
 #include "extract/cell.h"
+#include "extract/classified_blocks.h"
 #include "extract/neighbours.h"
 
 namespace scanknit {
 
 /// One bit for each grid edge that a block owns, that is whose low end is one of its voxels; [axis].
 using EdgeBits = std::array<VoxelBits, 3>;
-
-/// Neither the block's cells nor its grid edges meet the surface, because the block and its seven neighbours towards
-/// +x, +y, +z are all High or all Low.
-[[nodiscard]] bool is_plain(std::span<const BlockSigns> signs, const Neighbours& neighbours);
 
 /// Swaps rows and columns of an 8 x 8 matrix of bits, one row a byte (Warren, Hacker's Delight, section 7-3).
 constexpr std::uint64_t transposed(std::uint64_t m) {
@@ -33,8 +29,7 @@ constexpr std::uint64_t transposed(std::uint64_t m) {
 /// A cell is valid iff its eight corners are observed, active iff it is valid and has a High and a Low corner.
 class BlockTopology {
  public:
-  /// `signs` of all blocks.
-  BlockTopology(std::span<const BlockSigns> signs, const Neighbours& neighbours);
+  BlockTopology(const ClassifiedBlocks& signs, const Neighbours& neighbours);
 
   [[nodiscard]] const VoxelBits& active_cells() const { return active_cells_; }
 
@@ -71,11 +66,11 @@ class BlockTopology {
   void find_active_cells(const CellsAround& valid);
   void find_vertices(const CellsAround& valid);
 
-  CornerPlanes high_{};
+  CornerPlanes high_;
   CornerPlanes missing_{};
-  VoxelBits active_cells_{};
-  EdgeBits vertices_{};
-  EdgeBits pinched_{};
+  VoxelBits active_cells_;
+  EdgeBits vertices_;
+  EdgeBits pinched_;
   std::size_t cells_without_surface_ = 0;
   std::size_t skipped_cells_ = 0;
 };
@@ -83,16 +78,15 @@ class BlockTopology {
 template <typename Visit>
 void BlockTopology::for_each_active_cell(const Visit& visit) const {
   for (int x = 0; x < kBlockCells; ++x) {
-    const std::uint64_t cells = active_cells_[static_cast<std::size_t>(x)];
+    std::uint64_t cells = active_cells_[static_cast<std::size_t>(x)];
     if (cells == 0) continue;
-    for (int y = 0; y < kBlockCells; ++y) {
-      auto row = static_cast<unsigned>((cells >> (kBlockCells * y)) & 0xFFu);
-      if (row == 0) continue;
-      const std::uint64_t highs = highs_of_row(x, y);
-      for (; row != 0; row &= row - 1) {
-        const int z = std::countr_zero(row);
-        visit(x, y, z, static_cast<CornerMask>(highs >> (8 * z)));
-      }
+    std::array<std::uint64_t, kBlockCells> rows;
+    for (int y = 0; y < kBlockCells; ++y) rows[static_cast<std::size_t>(y)] = highs_of_row(x, y);
+    for (; cells != 0; cells &= cells - 1) {  // one loop, not one for each row: its end is hard to predict
+      const int cell = std::countr_zero(cells);
+      const int y = cell / kBlockCells;
+      const int z = cell % kBlockCells;
+      visit(x, y, z, static_cast<CornerMask>(rows[static_cast<std::size_t>(y)] >> (8 * z)));
     }
   }
 }

@@ -70,13 +70,17 @@ void DenseBlocks::classify_run(const Eigen::Vector3i& origin, float isovalue, st
   const std::size_t whole = std::min(signs.size(), inside / kBlockCells);  // blocks with eight samples a row
   std::array<std::vector<std::uint8_t>, kBlockCells> high;                 // by y
   std::array<std::vector<std::uint8_t>, kBlockCells> missing;
+  high.fill(std::vector<std::uint8_t>(signs.size()));
+  missing.fill(std::vector<std::uint8_t>(signs.size()));
   for (int x = 0; x < kBlockCells; ++x) {
     for (int y = 0; y < kBlockCells; ++y) {
       auto& row_high = high[static_cast<std::size_t>(y)];
       auto& row_missing = missing[static_cast<std::size_t>(y)];
-      row_high.assign(signs.size(), 0);
-      row_missing.assign(signs.size(), 0xFF);
-      if (!contains(origin.x() + x, origin.y() + y)) continue;
+      if (!contains(origin.x() + x, origin.y() + y)) {
+        row_high.assign(signs.size(), 0);
+        row_missing.assign(signs.size(), 0xFF);
+        continue;
+      }
       const float* const row = sample(origin.x() + x, origin.y() + y, origin.z());
       sign_bytes(row, whole, isovalue, row_high.data(), row_missing.data());
       if (whole == signs.size()) continue;

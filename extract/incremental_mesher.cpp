@@ -18,7 +18,6 @@
 #include "extract/extract_surface.h"
 #include "extract/neighbours.h"
 #include "extract/resolve_cell.h"
-#include "extract/sign_bytes.h"
 #include "extract/smooth_normals.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"
@@ -143,16 +142,11 @@ class LeafMesher {
         config_(config),
         turns_triangles_(is_inside_high == is_mirrored(leaves)),
         frame_(leaves.T_world_index(), is_inside_high),
-        signs_(leaves.origins().size()) {
-    const float isovalue = float_isovalue(config.isovalue);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, signs_.size(), kLeavesPerTask), [&](const auto& range) {
-      leaves_.classify(range.begin(), isovalue, std::span(signs_).subspan(range.begin(), range.size()));
-    });
-  }
+        signs_(leaves, config.isovalue) {}
 
   /// `mesh` comes empty, and stays so where the leaf's cells do not meet the surface.
   void write(std::size_t leaf, const Neighbours& neighbours, Mesh& mesh) const {
-    if (is_plain(signs_, neighbours)) return;
+    if (signs_.is_plain(neighbours)) return;
     const BlockTopology topology(signs_, neighbours);
     if (topology.active_cells() == VoxelBits{}) return;
     ValueBlock values;
@@ -177,7 +171,7 @@ class LeafMesher {
   const ExtractConfig& config_;
   bool turns_triangles_;  ///< as in MarchingCubes
   SamplingFrame frame_;
-  std::vector<BlockSigns> signs_;
+  ClassifiedBlocks signs_;
 };
 
 /// What became of one affected leaf.

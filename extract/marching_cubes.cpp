@@ -7,9 +7,9 @@
 #include <bit>
 #include <optional>
 
+#include "core/check.h"
 #include "extract/prefault.h"
 #include "extract/resolve_cell.h"
-#include "extract/sign_bytes.h"
 
 namespace scanknit {
 namespace {
@@ -27,6 +27,41 @@ void for_each_task(BlockRange blocks, const Work& work) {
   });
 }
 
+/// The triangles of the cases that need no values, as places in VertexIds.
+class PlacedCases {
+ public:
+  static constexpr std::size_t kMaxTriangles = 4;
+  struct Case {
+    std::array<std::uint16_t, 3 * kMaxTriangles> places{};  ///< beyond `triangles` the first triangle again
+    std::uint8_t triangles = 0;
+  };
+
+  [[nodiscard]] static const PlacedCases& get(bool turns_triangles) {
+    static const std::array<PlacedCases, 2> cases = {PlacedCases(false), PlacedCases(true)};
+    return cases[turns_triangles ? 1 : 0];
+  }
+  [[nodiscard]] const Case& operator[](CornerMask highs) const { return cases_[highs]; }
+
+ private:
+  explicit PlacedCases(bool turns_triangles) {
+    for (std::size_t highs = 0; highs < cases_.size(); ++highs) {
+      const auto& simple = CellTable::get().simple(static_cast<CornerMask>(highs));
+      const auto triangles = CellTable::get().triangles(simple);
+      if (simple.needs_values || triangles.empty()) continue;
+      SCANKNIT_CHECK(triangles.size() <= kMaxTriangles);
+      Case& placed = cases_[highs];
+      placed.triangles = static_cast<std::uint8_t>(triangles.size());
+      for (std::size_t i = 0; i < placed.places.size(); ++i) {
+        const CellTriangle& triangle = triangles[i / 3 < triangles.size() ? i / 3 : 0];
+        const std::size_t corner = turns_triangles ? (3 - i % 3) % 3 : i % 3;
+        placed.places[i] = static_cast<std::uint16_t>(kEdgePlace[triangle[corner]]);
+      }
+    }
+  }
+
+  std::array<Case, 256> cases_{};
+};
+
 /// Writes one block's part of the mesh into its places.
 class BlockWriter {
  public:
@@ -36,13 +71,15 @@ class BlockWriter {
         ids_(ids),
         sampler_(sampler),
         table_(CellTable::get()),
+        placed_cases_(PlacedCases::get(turns_triangles)),
         mesh_(mesh),
         next_vertex_(record.first_vertex - first.first_vertex),
         next_interior_vertex_(static_cast<std::uint32_t>(record.first_interior_vertex())),
         vertices_before_(first.first_vertex),
         second_(turns_triangles ? 2 : 1),
         third_(3 - second_),
-        next_triangle_(mesh.triangles.data() + (record.first_triangle - first.first_triangle)) {}
+        next_triangle_(mesh.triangles.data() + (record.first_triangle - first.first_triangle)),
+        end_(next_triangle_ + record.triangles) {}
 
   void write_edge_vertices() {
     const bool is_bare = mesh_.normals.empty() && mesh_.colours.empty();
@@ -64,8 +101,17 @@ class BlockWriter {
   }
 
   /// A cell that the signs of its corners decide.
-  void write_simple(int x, int y, int z, const CellTable::Simple& simple) {
-    write_triangles(x, y, z, table_.triangles(simple));
+  void write_simple(int x, int y, int z, CornerMask highs) {
+    constexpr std::size_t kMax = PlacedCases::kMaxTriangles;
+    if (ids_.has_pinched() || end_ - next_triangle_ < static_cast<std::ptrdiff_t>(kMax))
+      return write_triangles(x, y, z, table_.triangles(table_.simple(highs)));
+    // As many for each cell: the next one writes over those too many. A loop that ends where nobody can foresee it
+    // would cost more.
+    const std::uint32_t* const ids = ids_.of_cell(x, y, z);
+    const PlacedCases::Case& placed = placed_cases_[highs];
+    const auto id = [&](std::size_t i) { return ids[placed.places[i]]; };
+    for (std::size_t i = 0; i < kMax; ++i) next_triangle_[i] = {id(3 * i), id(3 * i + 1), id(3 * i + 2)};
+    next_triangle_ += placed.triangles;
   }
 
   void write_resolved(int x, int y, int z, CellEntry entry) {
@@ -85,14 +131,8 @@ class BlockWriter {
 
  private:
   void write_triangles(int x, int y, int z, std::span<const CellTriangle> triangles) {
-    if (ids_.has_pinched()) {
-      const auto id = [&](EdgeIndex edge) { return ids_.of(x, y, z, edge); };
-      for (const CellTriangle& t : triangles) *next_triangle_++ = {id(t[0]), id(t[second_]), id(t[third_])};
-      return;
-    }
-    const std::uint32_t* const ids = ids_.of_cell(x, y, z);
-    for (const CellTriangle& t : triangles)
-      *next_triangle_++ = {ids[kEdgePlace[t[0]]], ids[kEdgePlace[t[second_]]], ids[kEdgePlace[t[third_]]]};
+    const auto id = [&](EdgeIndex edge) { return ids_.of(x, y, z, edge); };
+    for (const CellTriangle& t : triangles) *next_triangle_++ = {id(t[0]), id(t[second_]), id(t[third_])};
   }
 
   void write_vertex(std::size_t place, const SurfaceVertex& vertex) {
@@ -105,12 +145,14 @@ class BlockWriter {
   const VertexIds& ids_;
   const VertexSampler& sampler_;
   const CellTable& table_;
+  const PlacedCases& placed_cases_;
   Mesh& mesh_;
   std::size_t next_vertex_;
   std::uint32_t next_interior_vertex_;
   std::size_t vertices_before_;
   std::size_t second_, third_;  ///< of a triangle's corners as the table has them
   Triangle* next_triangle_;
+  Triangle* end_;
 };
 
 }  // namespace
@@ -121,13 +163,8 @@ MarchingCubes::MarchingCubes(const BlockSource& source, const ExtractConfig& con
       config_(config),
       turns_triangles_(is_inside_high == is_mirrored(source)),
       frame_(source.T_world_index(), is_inside_high),
-      signs_(source.origins().size()),
-      record_of_(source.origins().size(), nullptr) {
-  const float isovalue = float_isovalue(config.isovalue);
-  for_each_task({0, signs_.size()}, [&](std::size_t, BlockRange range) {
-    source_.classify(range.begin, isovalue, std::span(signs_).subspan(range.begin, range.size()));
-  });
-}
+      signs_(source, config.isovalue),
+      record_of_(signs_.size(), nullptr) {}
 
 void MarchingCubes::count(BlockRange blocks, CaseHistogram& histogram) {
   const std::size_t first_list = records_.size();
@@ -138,8 +175,8 @@ void MarchingCubes::count(BlockRange blocks, CaseHistogram& histogram) {
     CaseHistogram& part = parts.local();
     std::vector<BlockRecord>& records = records_[first_list + task];
     for (std::size_t block = range.begin; block < range.end; ++block) {
-      const Neighbours neighbours = walk.of(block);
-      if (is_plain(signs_, neighbours)) {
+      const Neighbours& neighbours = walk.of(block);
+      if (signs_.is_plain(neighbours)) {
         part.add_without_surface(std::size_t{kBlockCells} * kBlockCells * kBlockCells);
         continue;
       }
@@ -253,11 +290,10 @@ void MarchingCubes::write_block(const BlockRecord& record, const Neighbours& nei
   auto resolved = record.resolved.begin();
   const BlockTopology topology(signs_, neighbours);
   topology.for_each_active_cell([&](int x, int y, int z, CornerMask highs) {
-    const CellTable::Simple& simple = table.simple(highs);
-    if (simple.needs_values) {
+    if (table.simple(highs).needs_values) {
       writer.write_resolved(x, y, z, *resolved++);
     } else {
-      writer.write_simple(x, y, z, simple);
+      writer.write_simple(x, y, z, highs);
     }
   });
 }

@@ -8,6 +8,7 @@
 #include "core/mesh.h"
 #include "extract/block.h"
 #include "extract/case_counts.h"
+#include "extract/classified_blocks.h"
 #include "extract/extract_config.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"
@@ -59,7 +60,7 @@ class MarchingCubes {
   const ExtractConfig& config_;
   bool turns_triangles_;
   SamplingFrame frame_;
-  std::vector<BlockSigns> signs_;
+  ClassifiedBlocks signs_;
   std::vector<std::vector<BlockRecord>> records_;  ///< one list for each task of the first pass
   std::vector<const BlockRecord*> record_of_;      ///< by block; null where it does not meet the surface
 };

@@ -26,18 +26,25 @@ class Neighbours {
   std::array<std::size_t, 27> blocks_{};
 };
 
-/// Finds neighbours in a sorted list. Asked about blocks in ascending order it takes a few steps for each: blocks that
-/// differ in z only are next to each other in the list, and the nine such runs round a block move on with it.
+/// Finds neighbours in a sorted list. Blocks that differ in z only are next to each other in the list; nine such runs
+/// lie round a block, and a step to the next block of its run is a step in each of them.
 class NeighbourWalk {
  public:
   /// `origins` sorted by is_before; it must outlive the walk.
   explicit NeighbourWalk(std::span<const Eigen::Vector3i> origins) : origins_(origins) {}
 
-  [[nodiscard]] Neighbours of(std::size_t block);
+  /// Quick for blocks in ascending order, quickest for every block. The answer is good until the next question.
+  [[nodiscard]] const Neighbours& of(std::size_t block);
 
  private:
+  void jump(std::size_t block);
+  void step();
+  [[nodiscard]] bool is_next_of_run(std::size_t block) const;
+
   std::span<const Eigen::Vector3i> origins_;
-  std::array<std::size_t, 9> runs_{};  ///< the first block not before (x + dx, y + dy, z - 8)
+  std::size_t block_ = kNoBlock;
+  Neighbours found_;
+  std::array<std::size_t, 9> runs_{};  ///< the first block after those that were looked at
 };
 
 }  // namespace scanknit

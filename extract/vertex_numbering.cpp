@@ -6,6 +6,26 @@
 #include "extract/bit_count.h"
 
 namespace scanknit {
+namespace {
+
+/// For a row of eight bits, how many are set before each, and in all.
+struct RowOrder {
+  std::array<std::uint16_t, kBlockCells> before{};
+  std::uint16_t all = 0;
+};
+constexpr auto kRowOrders = [] {
+  std::array<RowOrder, 256> orders{};
+  for (unsigned row = 0; row < orders.size(); ++row) {
+    for (unsigned z = 0; z < kBlockCells; ++z) {
+      orders[row].before[z] = orders[row].all;
+      orders[row].all = static_cast<std::uint16_t>(orders[row].all + ((row >> z) & 1));
+    }
+  }
+  return orders;
+}();
+
+}  // namespace
+
 void BlockRecord::set_edges(const BlockTopology& topology) {
   vertices = topology.vertices();
   edge_vertices = 0;
@@ -33,23 +53,26 @@ VertexIds::VertexIds(const Records& records) : records_(records) {
   }
 }
 
-/// Of a neighbour's edges only those in this block's closure: its first column, row or layer.
+/// Of a neighbour's edges only those in this block's closure: its first column, row or layer. Edges without a vertex
+/// get a number too, that nothing asks for: it is faster to write whole rows.
 void VertexIds::enter(const BlockRecord& record, int axis, int neighbour) {
   const int at_x = (neighbour & 1) * kBlockCells;
   const int at_y = ((neighbour >> 1) & 1) * kBlockCells;
   const int at_z = (neighbour >> 2) * kBlockCells;
-  const std::uint64_t rows = at_y > 0 ? 0xFFu : ~std::uint64_t{0};
-  const std::uint64_t shown = at_z > 0 ? rows & 0x0101010101010101u : rows;
   for (int x = 0; x < (at_x > 0 ? 1 : kBlockCells); ++x) {
-    const std::uint64_t word = record.vertices[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)];
-    std::uint32_t* const ids = ids_.data() + closure_place(axis, x + at_x, at_y, at_z);
-    const std::uint32_t first = static_cast<std::uint32_t>(record.first_vertex) +
-                                record.rank[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)];
-    std::uint32_t next = first;
-    for (std::uint64_t bits = word & shown; bits != 0; bits &= bits - 1) {
-      const int bit = std::countr_zero(bits);
-      if (at_z > 0) next = first + count_bits(word & ((std::uint64_t{1} << bit) - 1));
-      ids[bit + (bit >> 3)] = next++;  // eight voxels a row, nine in the closure
+    std::uint64_t word = record.vertices[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)];
+    if (word == 0) continue;
+    std::uint32_t* ids = ids_.data() + closure_place(axis, x + at_x, at_y, at_z);
+    auto next = static_cast<std::uint32_t>(record.first_vertex) +
+                record.rank[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)];
+    for (int y = 0; y < (at_y > 0 ? 1 : kBlockCells); ++y, word >>= kBlockCells, ids += kClosureSide) {
+      const RowOrder order = kRowOrders[word & 0xFF];
+      if (at_z > 0) {
+        ids[0] = next;
+      } else {
+        for (std::size_t z = 0; z < kBlockCells; ++z) ids[z] = next + order.before[z];
+      }
+      next += order.all;
     }
   }
 }

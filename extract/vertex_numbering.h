@@ -16,10 +16,10 @@ namespace scanknit {
 /// cell.
 struct BlockRecord {
   std::size_t block = 0;  ///< in the source's list
-  EdgeBits vertices{};
-  std::array<std::array<std::uint16_t, kBlockCells>, 3> rank{};  ///< vertices before each word of `vertices`
-  std::vector<std::uint16_t> pinched;                            ///< edge_slot of each, ascending
-  std::vector<CellEntry> resolved;                               ///< of the cells that needs_values, in order
+  EdgeBits vertices;
+  std::array<std::array<std::uint16_t, kBlockCells>, 3> rank;  ///< vertices before each word of `vertices`
+  std::vector<std::uint16_t> pinched;                          ///< edge_slot of each, ascending
+  std::vector<CellEntry> resolved;                             ///< of the cells that needs_values, in order
   std::uint32_t edge_vertices = 0;
   std::uint32_t interior_vertices = 0;
   std::uint32_t triangles = 0;
