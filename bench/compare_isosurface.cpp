@@ -1,12 +1,14 @@
-// How fast volumes become meshes, against Debian's VTK (flying edges) and OpenVDB (volumeToMesh), all in one run: dense
-// float input, normals off, the making of the grid that OpenVDB needs not counted, the best of several rounds that take
-// turns. `compare_isosurface [threads] [rounds]`, threads for us and OpenVDB; flying edges is given one.
+// How fast volumes become meshes, and how much memory that takes beside the volume, against Debian's VTK (flying edges)
+// and OpenVDB (volumeToMesh), all in one run: dense float input, normals off, the making of the grid that OpenVDB needs
+// not counted, the best of several rounds that take turns. Threads are for us and OpenVDB; flying edges is given one.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/VolumeToMesh.h>
+#include <sys/wait.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -14,9 +16,11 @@
 #include <vtkSmartPointer.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -54,16 +58,71 @@ void time(Measure& measure, const Work& work, const Count& count) {
   malloc_trim(0);
 }
 
-void compare(const char* name, const BenchVolume& volume, int rounds) {
+Result<Surface> scanknit_mesh(const BenchVolume& volume) {
   ExtractConfig config;
   config.normals = false;
-  const DenseView view{volume.samples.data(), Eigen::Vector3i::Constant(volume.side), Eigen::Affine3d::Identity()};
+  return extract_surface(
+      DenseView{volume.samples.data(), Eigen::Vector3i::Constant(volume.side), Eigen::Affine3d::Identity()}, config);
+}
 
+vtkNew<vtkImageData> vtk_image(const BenchVolume& volume) {
   vtkNew<vtkImageData> image;
   image->SetDimensions(volume.side, volume.side, volume.side);
   image->AllocateScalars(VTK_FLOAT, 1);
   std::copy(volume.samples.begin(), volume.samples.end(), static_cast<float*>(image->GetScalarPointer()));
+  return image;
+}
 
+vtkSmartPointer<vtkPolyData> vtk_mesh(vtkImageData* image) {
+  vtkNew<vtkFlyingEdges3D> filter;
+  filter->SetInputData(image);
+  filter->SetValue(0, 0);
+  filter->ComputeNormalsOff();
+  filter->ComputeScalarsOff();
+  filter->Update();
+  return filter->GetOutput();
+}
+
+/// A figure of this process in /proc, KiB.
+std::size_t process_memory(const std::string& key) {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (std::size_t kib = 0; word == key + ":" && status >> kib) return kib;
+  }
+  return 0;
+}
+
+/// The most memory that `work` takes beyond what there was, its mesh included, MiB; in a process of its own, for which
+/// no thread may run yet.
+template <typename Work>
+double memory_of(const Work& work) {
+  std::array<int, 2> channel{};
+  if (pipe(channel.data()) != 0) return 0;
+  std::size_t kib = 0;
+  if (const pid_t child = fork(); child == 0) {
+    const std::size_t before = process_memory("VmRSS");
+    const auto mesh = work();
+    kib = process_memory("VmHWM") - before;
+    _exit(write(channel[1], &kib, sizeof kib) == sizeof kib ? 0 : 1);
+  } else {
+    if (read(channel[0], &kib, sizeof kib) != sizeof kib) kib = 0;
+    waitpid(child, nullptr, 0);
+  }
+  close(channel[0]);
+  close(channel[1]);
+  return static_cast<double>(kib) / 1024;
+}
+
+void compare_memory(const char* name, const BenchVolume& volume) {
+  const auto image = vtk_image(volume);
+  const double ours = memory_of([&] { return scanknit_mesh(volume); });
+  const double vtk = memory_of([&] { return vtk_mesh(image); });
+  fmt::print("{:13} {:4}^3  memory beside the volume: ScanKnit {:.1f} MiB, flying edges {:.1f} MiB, {:.2f} x\n", name,
+             volume.side, ours, vtk, ours / vtk);
+}
+
+void compare_time(const char* name, const BenchVolume& volume, int rounds) {
+  const auto image = vtk_image(volume);
   openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ> dense(
       openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(volume.side - 1)), volume.samples.data());
   const auto grid = openvdb::FloatGrid::create(-1);
@@ -72,19 +131,10 @@ void compare(const char* name, const BenchVolume& volume, int rounds) {
   Measure ours, vtk, vdb;
   for (int round = 0; round < rounds; ++round) {
     time(
-        ours, [&] { return extract_surface(view, config); },
+        ours, [&] { return scanknit_mesh(volume); },
         [](const auto& surface) { return surface->mesh.triangles.size(); });
     time(
-        vtk,
-        [&] {
-          vtkNew<vtkFlyingEdges3D> filter;
-          filter->SetInputData(image);
-          filter->SetValue(0, 0);
-          filter->ComputeNormalsOff();
-          filter->ComputeScalarsOff();
-          filter->Update();
-          return vtkSmartPointer<vtkPolyData>(filter->GetOutput());
-        },
+        vtk, [&] { return vtk_mesh(image); },
         [](const auto& mesh) { return static_cast<std::size_t>(mesh->GetNumberOfPolys()); });
     time(
         vdb,
@@ -120,8 +170,13 @@ int main(int argc, char** argv) {
   openvdb::initialize();
   fmt::print("{} thread(s), best of {}; the last column is the speed relative to flying edges\n", threads, rounds);
   const auto is_wanted = [&](const char* name) { return only.empty() || only == name; };
-  if (is_wanted("sphere")) scanknit::compare("sphere", scanknit::sphere(256), rounds);
-  if (is_wanted("smooth")) scanknit::compare("smooth noise", scanknit::smooth_noise(256, 1), rounds);
-  if (is_wanted("white")) scanknit::compare("white noise", scanknit::white_noise(128, 1), rounds);
+  using namespace scanknit;
+  const auto each = [&](const auto& compare) {
+    if (is_wanted("sphere")) compare("sphere", sphere(256));
+    if (is_wanted("smooth")) compare("smooth noise", smooth_noise(256, 1));
+    if (is_wanted("white")) compare("white noise", white_noise(128, 1));
+  };
+  each(&compare_memory);
+  each([&](const char* name, const BenchVolume& volume) { compare_time(name, volume, rounds); });
   return 0;
 }
