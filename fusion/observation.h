@@ -1,4 +1,4 @@
-// Observation: one depth frame as integration reads it. Every pixel is a small plane.
+// Observation: one frame as integration reads it.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,35 +11,9 @@
 #include "core/image.h"
 #include "fusion/depth_pyramid.h"
 #include "fusion/fusion_config.h"
+#include "fusion/surface_image.h"
 
 namespace scanknit {
-
-/// The tangent plane of the surface at a pixel, camera frame: (normal, offset_m) with normal . p = offset_m. The normal
-/// is unit and points to the camera. All zero: no return.
-using PixelPlane = Eigen::Vector4f;
-
-/// A pixel as the inner loop wants it: half a cache line.
-struct alignas(32) SurfacePixel {
-  PixelPlane plane = PixelPlane::Zero();
-  float weight = 0;          ///< cos(incidence) / sigma^2(z), 1 for a head-on pixel at the sensor's noise floor
-  float truncation_m = 0;    ///< half-width of the band: max(n voxels, k sigma(z))
-  float per_truncation = 0;  ///< 1 / truncation_m
-  float same_surface_m = 0;  ///< a neighbour's plane farther off than this shows another surface
-
-  [[nodiscard]] bool has_return() const { return plane.w() != 0; }
-};
-
-/// The inner part of the band, where the surface will come to lie whatever the noise: there neighbouring pixels are
-/// averaged and colour is taken.
-inline constexpr float kInnerBand = 0.5f;
-
-/// What a frame says of one point in space: its signed distance to the plane that it is seen against, and the pixel
-/// that was asked. No pixel: the frame says nothing.
-struct Sighting {
-  float distance_m = 0;
-  float offset_m = 0;  ///< of the plane
-  const SurfacePixel* pixel = nullptr;
-};
 
 /// A pinhole camera in float, as the inner loop wants it.
 struct PictureCamera {
@@ -71,10 +45,6 @@ struct Bilinear {
         y(static_cast<int>(v + 1.0f) - 1),
         wx(1.0f - (u - static_cast<float>(x))),
         wy(1.0f - (v - static_cast<float>(y))) {}
-
-  [[nodiscard]] float share(int i) const { return ((i & 1) != 0 ? 1.0f - wx : wx) * ((i & 2) != 0 ? 1.0f - wy : wy); }
-  /// The pixel with the largest share.
-  [[nodiscard]] int nearest() const { return (wx <= 0.5f ? 1 : 0) + (wy <= 0.5f ? 2 : 0); }
 };
 
 /// The mean of four rows of numbers, by their shares.
@@ -88,37 +58,22 @@ class Observation {
  public:
   Observation(const Frame& frame, const FusionConfig& config);
 
-  [[nodiscard]] const PictureCamera& camera() const { return camera_; }
-
-  /// What the frame says of the point (x, y, z > 0) of the camera frame that projects to (u, v), which the camera sees.
-  /// The distance is the mean of the distances to the planes of the up to four pixels round the projection, with
-  /// bilinear weights: exact on planes even where some of the four are missing. Pixels that show another surface than
-  /// the nearest are left out.
-  [[nodiscard]] Sighting sight(float x, float y, float z, float u, float v) const;
-  /// The same for any point of the camera frame.
-  [[nodiscard]] Sighting sight(const Eigen::Vector3f& p_camera) const;
-
-  /// The colour camera's picture at a point (sRGB, 0 to 1; the fourth number is 1 in the picture, else 0).
-  [[nodiscard]] Eigen::Vector4f colour_at(const Eigen::Vector3f& p_camera) const;
-
-  [[nodiscard]] bool has_colour() const { return !colours_.empty(); }
+  [[nodiscard]] const SurfaceImage& surface() const { return surface_; }
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
   /// Per pixel, the z-range in which the truncation band lies along its ray.
   [[nodiscard]] const DepthPyramid& bands() const { return bands_; }
 
+  [[nodiscard]] bool has_colour() const { return !colours_.empty(); }
+  /// The colour camera's picture at a point (sRGB, 0 to 1; the fourth number is 1 in the picture, else 0).
+  [[nodiscard]] Eigen::Vector4f colour_at(const Eigen::Vector3f& p_camera) const;
+
  private:
+  void prepare_bands(const FusionConfig& config);
   void prepare_colour(const ColourFrame& colour);
-  void prepare_row(const Frame& frame, const FusionConfig& config, int y, Image<DepthRange>& bands);
-  [[nodiscard]] bool is_smooth(int x, int y) const;
-  [[nodiscard]] bool has_return(int x, int y) const { return pixels_.contains(x, y) && pixels_.at(x, y).has_return(); }
-  /// sight() where one of the four pixels is missing or shows another surface.
-  [[nodiscard]] Sighting sight_rough(const Eigen::Vector4f& p, const Bilinear& quad) const;
 
   CameraIntrinsics intrinsics_;
-  PictureCamera camera_;
-  Image<SurfacePixel> pixels_;
-  Image<std::uint8_t> smooth_;  ///< of the four pixels from (x, y): 1 when all have a return and show one surface
+  SurfaceImage surface_;
   DepthPyramid bands_;
   Image<Eigen::Vector4f> colours_;  ///< sRGB, 0 to 1, and 1
   PictureCamera colour_camera_;
@@ -126,27 +81,7 @@ class Observation {
   Eigen::Vector3f t_colour_depth_ = Eigen::Vector3f::Zero();
 };
 
-// The inner loop of integration, hence inline.
-[[gnu::always_inline]] inline Sighting Observation::sight(float x, float y, float z, float u, float v) const {
-  const Bilinear quad(u, v);
-  const int nearest = quad.nearest();
-  const SurfacePixel& pixel = pixels_.at(quad.x + (nearest & 1), quad.y + (nearest >> 1));
-
-  // In the outer half of the band a distance counts little (see weight_at): the nearest pixel alone will do.
-  const float nearest_m = pixel.plane.x() * x + pixel.plane.y() * y + pixel.plane.z() * z - pixel.plane.w();
-  if (pixel.has_return() && std::abs(nearest_m) > kInnerBand * pixel.truncation_m) {
-    return {nearest_m, pixel.plane.w(), &pixel};
-  }
-  if (!smooth_.contains(quad.x, quad.y) || smooth_.at(quad.x, quad.y) == 0)
-    return sight_rough(Eigen::Vector4f(x, y, z, -1), quad);
-
-  // The mean of four distances to planes is the distance to the mean plane.
-  const SurfacePixel* row = &pixels_.at(quad.x, quad.y);
-  const SurfacePixel* below = row + pixels_.width();
-  const PixelPlane plane = mean_of(quad, row[0].plane, row[1].plane, below[0].plane, below[1].plane);
-  return {plane.x() * x + plane.y() * y + plane.z() * z - plane.w(), plane.w(), &pixel};
-}
-
+// In the inner loop of integration, hence inline.
 [[gnu::always_inline]] inline Eigen::Vector4f Observation::colour_at(const Eigen::Vector3f& p_camera) const {
   const Eigen::Vector3f p_colour = R_colour_depth_ * p_camera + t_colour_depth_;
   if (!(p_colour.z() > 0)) return Eigen::Vector4f::Zero();

@@ -6,6 +6,7 @@
 
 #include "fusion/band_blocks.h"
 #include "fusion/integrate.h"
+#include "fusion/update_block.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit {
@@ -278,6 +279,34 @@ TEST(BandBlocks, MissNoBlockThatARayPassesThroughInTheBand) {
   }
 }
 
+std::vector<Coord> blocks_of_cube(int from, int to) {
+  std::vector<Coord> blocks;
+  for (int i = from; i < to; i += 8) {
+    for (int j = from; j < to; j += 8) {
+      for (int k = from; k < to; k += 8) blocks.emplace_back(i, j, k);
+    }
+  }
+  return blocks;
+}
+
+/// The distances that a frame gives the voxels of an empty block; NaN where it says nothing.
+std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Pose& T_camera_world, const Coord& block) {
+  const auto column = [](const Eigen::Vector3d& v) {
+    return std::array{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+  };
+  const Eigen::Matrix3d step = kVoxel * T_camera_world.linear();
+  const BlockPlace place{column(T_camera_world * (Eigen::Vector3d(block.x(), block.y(), block.z()) * kVoxel)),
+                         {column(step.col(0)), column(step.col(1)), column(step.col(2))}};
+  std::array<float, kBlockVoxels> tsdf{};
+  std::array<float, kBlockVoxels> weight{};
+  BlockChange change;
+  update_block(view, place, {tsdf.data(), weight.data()}, change);
+  for (std::size_t n = 0; n < kBlockVoxels; ++n) {
+    if (((change.observed[n / 64] >> (n % 64)) & 1) == 0) tsdf[n] = std::numeric_limits<float>::quiet_NaN();
+  }
+  return tsdf;
+}
+
 TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
   const Pose pose = looking_at_origin({0.6, -0.5, 0.4});
   const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.25);
@@ -285,22 +314,24 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
   const Observation observation(frame, config);
   const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
   const std::set<Coord> found_set(found.begin(), found.end());
+  const FrameView view(observation.surface(), frame.intrinsics, config);
   const Pose T_camera_world = pose.inverse();
+  const float band_m = static_cast<float>(config.truncation_voxels * config.voxel_size_m);
   std::size_t exhaustive = 0;
-  for (int i = -48; i < 48; ++i) {
-    for (int j = -48; j < 48; ++j) {
-      for (int k = -48; k < 48; ++k) {
-        const Eigen::Vector3f p = (T_camera_world * (Eigen::Vector3d(i, j, k) * kVoxel)).cast<float>();
-        const auto sighting = observation.sight(p);
-        if (sighting.pixel == nullptr || std::abs(sighting.distance_m) > sighting.pixel->truncation_m) continue;
-        // Where the surface turns away the band is cut at a slope of 1/4: see Observation.
-        const Eigen::Vector2d pixel = frame.intrinsics.project(p.cast<double>());
-        const float depth_m =
-            frame.depth_m.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
-        if (depth_m == 0 || std::abs(depth_m - p.z()) > sighting.pixel->truncation_m) continue;
-        ++exhaustive;
-        EXPECT_TRUE(found_set.count(Coord(i, j, k) & ~7));
-      }
+  for (const Coord& block : blocks_of_cube(-48, 48)) {
+    const auto changed = integrate_block(view, T_camera_world, block);
+    for (std::size_t n = 0; n < kBlockVoxels; ++n) {
+      if (!(std::abs(changed[n]) < band_m)) continue;
+      const auto x = static_cast<int>(n / 64), y = static_cast<int>(n / 8 % 8), z = static_cast<int>(n % 8);
+      const Eigen::Vector3d p =
+          T_camera_world * (Eigen::Vector3d(block.x() + x, block.y() + y, block.z() + z) * kVoxel);
+      // Where the surface turns away the band is cut at a slope of 1/4: see Observation.
+      const Eigen::Vector2d pixel = frame.intrinsics.project(p);
+      const float depth_m =
+          frame.depth_m.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+      if (depth_m == 0 || std::abs(static_cast<double>(depth_m) - p.z()) > static_cast<double>(band_m)) continue;
+      ++exhaustive;
+      EXPECT_TRUE(found_set.count(block)) << block;
     }
   }
   EXPECT_GT(exhaustive, 10000u);
