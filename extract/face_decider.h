@@ -24,11 +24,16 @@ using FaceValues = std::array<double, 4>;
 /// On an ambiguous face the denominator has the sign of the diagonal B00, B11. So, whichever diagonal is High,
 ///   saddle >= 0  <=>  product of the Highs >= product of the Lows,
 /// without a division. A product of two doubles does not depend on their order, nor does the comparison on where the
-/// corners are counted from: both cells that share the face decide the same, bit for bit. A tie joins the Highs.
-[[nodiscard]] constexpr FaceDecision decide_face(const FaceValues& value) {
+/// corners are counted from: both cells that share the face decide the same, bit for bit. Rounding keeps the order of
+/// products or makes them equal; then what was rounded off decides. A tie joins the Highs.
+[[nodiscard]] inline FaceDecision decide_face(const FaceValues& value) {
   if (!is_ambiguous(value)) return FaceDecision::kUnambiguous;
-  const double even = value[0] * value[2];
-  const double odd = value[1] * value[3];
+  double even = value[0] * value[2];
+  double odd = value[1] * value[3];
+  if (even == odd) {
+    even = std::fma(value[0], value[2], -even);
+    odd = std::fma(value[1], value[3], -odd);
+  }
   const bool joined = value[0] >= 0 ? even >= odd : odd >= even;
   return joined ? FaceDecision::kHighsJoined : FaceDecision::kHighsSeparated;
 }
