@@ -70,8 +70,8 @@ bool is_well_formed(const Mesh& mesh) {
 }
 
 bool is_degenerate(const Mesh& mesh, const Triangle& t) {
-  const auto same = [&](Index a, Index b) { return a == b || mesh.positions_m[a] == mesh.positions_m[b]; };
-  return same(t[0], t[1]) || same(t[1], t[2]) || same(t[2], t[0]);
+  const auto corner = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
+  return (corner(1) - corner(0)).cross(corner(2) - corner(0)).isZero(0);
 }
 
 /// Counts edges into `check`; returns their number.

@@ -50,7 +50,7 @@ struct MeshCheck {
   std::size_t non_manifold_edges = 0;     ///< edges of three or more triangles
   std::size_t misoriented_edges = 0;      ///< edges of two triangles that run the same way along it
   std::size_t non_manifold_vertices = 0;  ///< vertices whose triangles form more than one fan
-  std::size_t degenerate_triangles = 0;   ///< an index twice, or two corners at the same position
+  std::size_t degenerate_triangles = 0;   ///< of no area: corners at the same position, or in line
   std::size_t duplicate_triangles = 0;    ///< the same three vertices again
   std::size_t unreferenced_vertices = 0;
   long long euler = 0;         ///< vertices - edges + triangles

@@ -141,6 +141,15 @@ class BlockSource {
   [[nodiscard]] virtual const Eigen::Affine3d& T_world_index() const = 0;
 };
 
+/// Whether floats at `reach` from the world's origin are fine enough for a mesh with grid edges of `shortest_edge`: 8
+/// to 16 steps each, so that vertices keep apart and triangles keep an area.
+[[nodiscard]] inline bool can_floats_resolve(double shortest_edge, double reach) {
+  constexpr double kSteps = 8;
+  return shortest_edge >= kSteps * reach * static_cast<double>(std::numeric_limits<float>::epsilon());
+}
+inline constexpr const char* kTooFarForFloats =
+    "it lies too far from the world's origin for 32-bit positions of its samples' spacing; move its origin nearer";
+
 /// Its index coordinates are left-handed in the world.
 [[nodiscard]] inline bool is_mirrored(const BlockSource& source) {
   return source.T_world_index().linear().determinant() < 0;

@@ -51,6 +51,7 @@ Result<DenseBlocks> DenseBlocks::open(const DenseView& view, int first_k) {
   if (!T.matrix().allFinite() || !(std::abs(T.linear().determinant()) > 0) ||
       !(shortest >= std::numeric_limits<float>::min()) || !(reach <= std::numeric_limits<float>::max()))
     return config_error("its spacing, origin or directions cannot be used: check them in its header");
+  if (!can_floats_resolve(shortest, reach)) return config_error(kTooFarForFloats);
   return DenseBlocks(view, first_k);
 }
 

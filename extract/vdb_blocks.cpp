@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "extract/sign_bytes.h"
@@ -34,6 +35,14 @@ std::optional<Eigen::Affine3d> linear_map(const openvdb::math::Transform& transf
   const bool fits = shortest >= std::numeric_limits<float>::min() && reach <= std::numeric_limits<float>::max();
   if (!fits || !T_world_index.matrix().allFinite() || !(volume > 0)) return std::nullopt;
   return T_world_index;
+}
+
+bool can_floats_resolve_all(const Eigen::Affine3d& T_world_index, std::span<const Eigen::Vector3i> origins) {
+  const Eigen::RowVector3d edges = T_world_index.linear().colwise().norm();
+  double reach = 0;
+  for (const Eigen::Vector3i& origin : origins)
+    reach = std::max(reach, (T_world_index * origin.cast<double>()).cwiseAbs().maxCoeff());
+  return can_floats_resolve(edges.minCoeff(), reach);
 }
 
 /// Whether the coordinates of the leaves round the one at `origin`, and of their voxels, fit an int.
@@ -146,6 +155,7 @@ Result<VdbBlocks> VdbBlocks::open(const FieldView& view, double min_weight) {
   }
   if (!std::all_of(blocks.origins_.begin(), blocks.origins_.end(), has_room_around))
     return config_error("it reaches the end of OpenVDB's 32-bit coordinates; move it towards the origin first");
+  if (!can_floats_resolve_all(*map, blocks.origins_)) return config_error(kTooFarForFloats);
   std::sort(blocks.origins_.begin(), blocks.origins_.end(), is_before);
   return blocks;
 }

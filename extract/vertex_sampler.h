@@ -57,7 +57,7 @@ class VertexSampler {
   /// One end of `edge` is High, the other Low.
   [[nodiscard]] SurfaceVertex on_edge(const GridEdge& edge) const;
 
-  /// The mean of the vertices on a cell's edges.
+  /// Near the mean of the vertices on a cell's edges.
   [[nodiscard]] SurfaceVertex inside_cell(const Eigen::Vector3i& cell, EdgeMask edges) const;
 
  private:

@@ -116,7 +116,9 @@ TEST(CheckMesh, CountsDegenerateTriangles) {
   mesh.triangles.push_back({0, 1, 1});
   mesh.positions_m.emplace_back(1, 0, 0);  // where vertex 1 is
   mesh.triangles.push_back({0, 1, 4});
-  EXPECT_EQ(check_mesh(mesh).degenerate_triangles, 2u);
+  mesh.positions_m.emplace_back(0.25f, 0, 0);  // between vertices 0 and 1
+  mesh.triangles.push_back({0, 1, 5});
+  EXPECT_EQ(check_mesh(mesh).degenerate_triangles, 3u);
 }
 
 TEST(CheckMesh, CountsComponentsAndLeavesOutUnusedVertices) {

@@ -106,8 +106,38 @@ TEST(Manifold, SamplesOnTheIsovalueMakeNoDegenerateTriangle) {
   EXPECT_EQ(degenerate_triangles(test::three_level_noise(24, 1), {}), 0u);
 }
 
+// Where the mean of a cell's vertices would lie in line with two of them.
+TEST_P(Manifold, SymmetricCellsMakeNoDegenerateTriangle) {
+  for (const double isovalue : {0.5, 0.25, 0.0}) {
+    for (const VertexPlacement placement : {VertexPlacement::kLinear, VertexPlacement::kMidEdge}) {
+      for (const Decider decider : {Decider::kTrilinear, Decider::kAsymptotic, Decider::kFixedLow}) {
+        ExtractConfig config;
+        config.isovalue = isovalue;
+        config.placement = placement;
+        config.decider = decider;
+        EXPECT_EQ(check_mesh(test::extract(test::binary_noise(24, GetParam()), config).mesh).degenerate_triangles, 0u);
+      }
+    }
+  }
+}
+
 TEST(Manifold, NorDoTheyFarFromTheOrigin) {
   EXPECT_EQ(degenerate_triangles(test::three_level_noise(16, 2), {{100000, -300000, 8000}, 0.001, {5, 0, -80}}), 0u);
+}
+
+TEST(Manifold, WhereFloatsAreTooCoarseTheVolumeIsRefused) {
+  for (const double metres : {900.0, 1e4}) {
+    const test::GridPlace place{{0, 0, 0}, 0.001, {0, metres, 0}};
+    const auto grid = test::make_grid(test::white_noise(8, 1), place);
+    const auto from_grid = extract_surface(test::view_of(*grid), {});
+    EXPECT_EQ(from_grid.has_value(), metres < 1000);
+
+    const test::Box box(test::white_noise(8, 1));
+    Eigen::Affine3d T_world_ijk(Eigen::Translation3d(0, metres, 0) * Eigen::Scaling(0.001));
+    const auto from_array = extract_surface(DenseView{box.samples.data(), box.dims, T_world_ijk}, {});
+    EXPECT_EQ(from_array.has_value(), metres < 1000);
+    EXPECT_TRUE(from_array || from_array.error().message.find("origin") != std::string::npos);
+  }
 }
 
 class Equivariance : public ::testing::TestWithParam<Decider> {

@@ -50,6 +50,13 @@ struct Dense {
   return volume;
 }
 
+/// Values -1 and 1, as of a mask.
+[[nodiscard]] inline Dense binary_noise(int n, unsigned seed) {
+  Dense volume = white_noise(n, seed);
+  for (float& sample : volume.samples) sample = std::copysign(1.0f, sample);
+  return volume;
+}
+
 /// Values -1, 0 and 1: a third of the samples lie on isovalue 0, and most face saddles tie.
 [[nodiscard]] inline Dense three_level_noise(int n, unsigned seed) {
   std::mt19937 random(seed);
