@@ -244,6 +244,7 @@ void MarchingCubes::write(BlockRange blocks, Mesh& mesh) const {
   mesh.triangles.resize(size.triangles);
   mesh.normals.resize(config_.normals ? size.vertices : 0);
   mesh.colours.resize(source_.has_colours() ? size.vertices : 0);
+  if (size.vertices == 0 && size.triangles == 0) return;
   const auto first = std::find_if(record_of_.begin() + static_cast<std::ptrdiff_t>(blocks.begin), record_of_.end(),
                                   [](const BlockRecord* record) { return record != nullptr; });
   for_each_task(blocks, [&](std::size_t, BlockRange range) {

@@ -20,7 +20,10 @@ constexpr int kExtraSlices = 2 * kBlockCells + 2;
 /// A run of slices that moves up through the volume; each is read once.
 class SliceWindow {
  public:
-  explicit SliceWindow(SliceReader& reader) : reader_(reader), dims_(reader.header().dims) {}
+  /// Will hold `slices` at most.
+  SliceWindow(SliceReader& reader, int slices) : reader_(reader), dims_(reader.header().dims) {
+    samples_.reserve(slice_size() * static_cast<std::size_t>(std::min(slices, dims_.z())));
+  }
 
   /// Holds the slices from `first` to before `last`, or to the volume's end.
   Result<void> move_to(int first, int last) {
@@ -53,26 +56,38 @@ class SliceWindow {
   int end_ = 0;
 };
 
-/// Layers of eight slices that one step meshes: half of the budget is for samples, half for the mesh between them.
+/// Of the memory budget. In the worst case, white noise, what is known of the cells takes twice as much as the samples.
+constexpr double kShareOfSamples = 0.25;
+constexpr double kShareOfMesh = 0.25;
+
+double budget_bytes(const ExtractConfig& config) {
+  return static_cast<double>(config.memory_budget_mib) * (1 << 20);
+}
+
+/// Layers of eight slices that one step meshes.
 Result<int> layers_per_step(const VolumeHeader& header, const ExtractConfig& config) {
   const double slice_bytes = sizeof(float) * static_cast<double>(header.dims.x()) * header.dims.y();
-  const double budget_bytes = static_cast<double>(config.memory_budget_mib) * (1 << 20);
   const int least = kExtraSlices + kBlockCells;
-  if (least * slice_bytes > budget_bytes) {
+  if (least * slice_bytes > budget_bytes(config)) {
     return Error{ErrorCode::kBudget,
                  std::to_string(least) + " slices of " + std::to_string(header.dims.x()) + " x " +
                      std::to_string(header.dims.y()) + " samples need more memory than " +
                      std::to_string(config.memory_budget_mib) + " MiB; raise extract.memory_budget",
                  "volume"};
   }
-  const double slices = std::min<double>(header.dims.z(), budget_bytes / 2 / slice_bytes);
+  const double slices = std::min<double>(header.dims.z(), kShareOfSamples * budget_bytes(config) / slice_bytes);
   return std::max(1, static_cast<int>(slices - kExtraSlices) / kBlockCells);
 }
 
 class Stream {
  public:
-  Stream(SliceReader& reader, const Eigen::Affine3d& T_world_ijk, const ExtractConfig& config, const MeshPartSink& sink)
-      : dims_(reader.header().dims), window_(reader), T_world_ijk_(T_world_ijk), config_(config), sink_(sink) {}
+  Stream(SliceReader& reader, const Eigen::Affine3d& T_world_ijk, const ExtractConfig& config, const MeshPartSink& sink,
+         int layers_per_step)
+      : dims_(reader.header().dims),
+        window_(reader, layers_per_step * kBlockCells + kExtraSlices),
+        T_world_ijk_(T_world_ijk),
+        config_(config),
+        sink_(sink) {}
 
   /// Meshes the layers from `layer` on, `layers` of them or as many as there are.
   Result<void> step(int layer, int layers) {
@@ -96,8 +111,7 @@ class Stream {
     surface_.vertices += size.vertices;
     surface_.triangles += size.triangles;
     if (surface_.vertices > kMaxMeshVertices) return too_many_vertices();
-    marching.write(slab, part_);
-    return sink_(part_);
+    return write(marching, slab);
   }
 
   [[nodiscard]] int layers() const { return (dims_.z() + kBlockCells - 1) / kBlockCells; }
@@ -110,6 +124,24 @@ class Stream {
   }
 
  private:
+  /// In parts that the budget has room for.
+  Result<void> write(const MarchingCubes& marching, BlockRange slab) {
+    while (slab.begin < slab.end) {
+      BlockRange part{slab.begin, slab.begin};
+      double bytes = 0;
+      while (part.end < slab.end) {
+        const MeshSize size = marching.size_of({part.end, part.end + 1});
+        bytes += static_cast<double>(2 * sizeof(Eigen::Vector3f) * size.vertices + sizeof(Triangle) * size.triangles);
+        if (bytes > kShareOfMesh * budget_bytes(config_) && part.size() > 0) break;
+        ++part.end;
+      }
+      marching.write(part, part_);
+      if (auto taken = sink_(part_); !taken) return taken;
+      slab.begin = part.end;
+    }
+    return {};
+  }
+
   Eigen::Vector3i dims_;
   SliceWindow window_;
   const Eigen::Affine3d& T_world_ijk_;
@@ -128,7 +160,7 @@ Result<StreamedSurface> stream(SliceReader& reader, const Eigen::Affine3d& T_wor
                  "extract.decider"};
   const auto layers = layers_per_step(reader.header(), config);
   if (!layers) return layers.error();
-  Stream stream(reader, T_world_ijk, config, sink);
+  Stream stream(reader, T_world_ijk, config, sink, *layers);
   for (int layer = 0; layer < stream.layers(); layer += *layers) {
     if (auto done = stream.step(layer, *layers); !done) return done.error();
   }

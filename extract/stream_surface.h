@@ -25,9 +25,9 @@ struct StreamedSurface {
 
 /// The same vertices and triangles, in the same order and to the bit, as extract_surface gives for the whole volume in
 /// coordinates of `T_world_ijk`; but vertices whose gradient vanishes have a zero normal, and small components stay.
-/// Holds as many slices as `memory_budget_mib` of the configuration allows, 32 at least, and the part of the mesh
-/// between them. Errors: those of the reader, the sink and extract_surface; kConfig for a tetrahedral decider; kBudget
-/// when not even 32 slices fit.
+/// Holds as many slices as a quarter of `memory_budget_mib` of the configuration allows, 26 at least, what is known of
+/// their cells, and parts of the mesh of at most a quarter of the budget. Errors: those of the reader, the sink and
+/// extract_surface; kConfig for a tetrahedral decider; kBudget when 26 slices need more than the whole budget.
 [[nodiscard]] Result<StreamedSurface> stream_surface(SliceReader& reader, const Eigen::Affine3d& T_world_ijk,
                                                      const ExtractConfig& config, const MeshPartSink& sink);
 

@@ -103,6 +103,7 @@ TEST(Stream, GivesTheSameMeshWithATenthOfTheMemory) {
     EXPECT_EQ(streamed.surface.triangles, whole.mesh.triangles.size());
     EXPECT_EQ(reader.slices_read, dims.z());
     EXPECT_GT(streamed.parts, 10u);
+    EXPECT_LE(streamed.largest_part_bytes, (1u << 20) / 4);
     for (std::size_t i = 0; i < whole.cases.sub_cases.size(); ++i)
       EXPECT_EQ(streamed.surface.cases.sub_cases[i].cells, whole.cases.sub_cases[i].cells);
   }
