@@ -86,6 +86,7 @@ Result<double> propose_isovalue(const ValueSource& values) {
   constexpr double kOutliers = 0.001;
   ValueCensus census;
   if (auto read = values([&](std::span<const float> piece) { census.add(piece); }); !read) return read.error();
+  if (census.count() == 0) return Error{ErrorCode::kInput, kNoFiniteSample};
   const ValueCensus::Interval whole{census.min(), census.max()};
   // Where nearly all values are the same, the others are what there is to see.
   for (const auto& [low, high] : {census.without_outliers(kOutliers), whole}) {

@@ -54,8 +54,11 @@ struct Histogram {
 /// Hands all values of a volume to its argument, in pieces; may be called again.
 using ValueSource = std::function<Result<void>(const std::function<void(std::span<const float>)>&)>;
 
+/// Of a volume that has no value at all: a message.
+inline constexpr const char* kNoFiniteSample = "there is not one finite sample";
+
 /// Otsu's threshold of the values, to a tenth of a bin, the lowest and highest 0.1 % of them left out. Reads them two
-/// or three times. Errors: those of `values`; kInput when they are all the same.
+/// or three times. Errors: those of `values`; kInput when they are all the same, or there is none.
 [[nodiscard]] Result<double> propose_isovalue(const ValueSource& values);
 
 }  // namespace scanknit

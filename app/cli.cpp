@@ -85,11 +85,10 @@ void add_volume_options(CLI::App& app, VolumeOptions& options) {
   add_parsed(app, "--byte-order", options.byte_order, byte_order_named, "little or big", "Raw file: little or big")
       ->needs(dims)
       ->type_name("ORDER");
-  app.add_option("--header-bytes", options.header_bytes, "Raw file: bytes before the first sample")
-      ->check(CLI::NonNegativeNumber)
+  add_parsed(app, "--header-bytes", options.header_bytes, parse_header_bytes, "a whole number of bytes, 0 or more",
+             "Raw file: bytes before the first sample")
       ->needs(dims)
-      ->type_name("N")
-      ->group("Raw samples and stacks of images");
+      ->type_name("N");
 }
 
 void add_common(CLI::App& app, CommandLine& line) {

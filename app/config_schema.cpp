@@ -273,7 +273,7 @@ std::vector<ConfigKey> extract_keys() {
   return {
       number(
           {"extract.isovalue", "", "The value of the surface, in the volume's own unit (metres for a scan)."},
-          {-1e9, 1e9}, [](auto& c) -> auto& { return c.extract.isovalue; }),
+          {-3e38, 3e38}, [](auto& c) -> auto& { return c.extract.isovalue; }),
       choice<Decider>(
           {"extract.decider", "",
            "How the surface is resolved where corners leave a choice. trilinear: the topology of the trilinear "
@@ -319,7 +319,8 @@ std::vector<ConfigKey> extract_keys() {
       memory(
           {"extract.memory_budget", "",
            "Memory for a volume file and its mesh. A volume whose samples need more than half of it is read a few "
-           "slices at a time, and its mesh goes to disk: .ply or .stl only."},
+           "slices at a time, 26 at least, and its mesh goes to disk: .ply or .stl only. The part of the mesh that is "
+           "held between two steps comes on top. A .vdb is loaded whole, whatever it needs."},
           {1, 1 << 24}, [](auto& c) -> auto& { return c.extract.memory_budget_mib; }),
   };
 }

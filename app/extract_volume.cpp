@@ -10,6 +10,7 @@
 #include "app/mesh_output.h"
 #include "app/quantity.h"
 #include "app/stage_timer.h"
+#include "app/vdb_grids.h"
 #include "app/volume_values.h"
 #include "export/mesh_spill.h"
 #include "extract/extract_surface.h"
@@ -22,6 +23,7 @@ namespace {
 constexpr std::int64_t kMebibyte = 1 << 20;
 
 Error which_isovalue(const ValueCensus& census, const Job& job) {
+  if (census.count() == 0) return {ErrorCode::kInput, kNoFiniteSample, job.input.string()};
   return {ErrorCode::kUsage,
           fmt::format("which isovalue? Its values lie {}: give --isovalue X, or --auto-isovalue to have one proposed",
                       range_text(census)),
@@ -60,15 +62,27 @@ Result<void> with_values(Result<void> result, const ValueSource& values) {
   if (result || result.error().code != ErrorCode::kMesh) return result;
   const auto census = take_census(values);
   if (!census) return result;
-  return Error{ErrorCode::kMesh,
-               fmt::format("{}; the volume's values lie {}", result.error().message, range_text(*census)),
-               result.error().where};
+  const std::string where_they_lie =
+      census->count() == 0 ? kNoFiniteSample : "the volume's values lie " + range_text(*census);
+  return Error{ErrorCode::kMesh, fmt::format("{}; {}", result.error().message, where_they_lie), result.error().where};
+}
+
+/// The grids of floats in the file that were not taken.
+void warn_of_other_grids(const std::filesystem::path& path, const LoadedVolume& volume, Console& console) {
+  std::string others;
+  for (const std::string& name : other_float_grids(path, volume)) {
+    others += (others.empty() ? "'" : ", '") + name + "'";
+  }
+  if (others.empty()) return;
+  console.warn(fmt::format("the file has several grids of floats: '{}' is meshed; left out: {}",
+                           volume.field->getName(), others));
 }
 
 Result<void> extract_vdb(Job job, const VolumeRequest& request, Console& console, RunReport& report) {
   if (auto known = refuse_options_for_vdb(job.input, request.options); !known) return known;
   const auto volume = timed(report, "read", [&] { return load_volume(job.input); });
   if (!volume) return volume.error();
+  warn_of_other_grids(job.input, *volume, console);
   describe_volume(*volume, report);
   const ValueSource values = values_of(*volume->field);
   if (auto chosen = choose_isovalue(request.isovalue, values, volume->is_signed_distance, job, console, report);

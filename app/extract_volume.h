@@ -26,7 +26,8 @@ struct VolumeRequest {
 /// Volume file -> mesh -> files, the report excepted, which is the caller's: an OpenVDB file (.vdb), or whatever
 /// open_volume() knows; a few slices at a time where the samples need more than half of extract.memory_budget. The mesh
 /// lies in the volume's own coordinates. Errors: kOutput before any work; kUsage without an isovalue, and for options
-/// that do not belong to the volume; kInput; kBudget; kMesh for an empty mesh.
+/// that do not belong to the volume; kInput, also where the isovalue is sought and no sample is finite; kBudget; kMesh
+/// for an empty mesh.
 [[nodiscard]] Result<void> extract_volume(Job job, const VolumeRequest& request, Console& console, RunReport& report);
 
 /// open_volume() within extract.memory_budget; its errors name the program's options.

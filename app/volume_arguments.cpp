@@ -44,4 +44,10 @@ std::optional<Eigen::Vector3d> parse_spacing(std::string_view text) {
   return spacing;
 }
 
+std::optional<std::uint64_t> parse_header_bytes(std::string_view text) {
+  const auto bytes = parse_integer(text);
+  if (!bytes || *bytes < 0) return std::nullopt;
+  return static_cast<std::uint64_t>(*bytes);
+}
+
 }  // namespace scanknit

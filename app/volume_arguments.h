@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -12,5 +13,8 @@ namespace scanknit {
 
 /// "0.5x0.5x1.2", or "0.5" for all three axes: millimetres, finite, > 0.
 [[nodiscard]] std::optional<Eigen::Vector3d> parse_spacing(std::string_view text);
+
+/// "352": a whole number >= 0.
+[[nodiscard]] std::optional<std::uint64_t> parse_header_bytes(std::string_view text);
 
 }  // namespace scanknit

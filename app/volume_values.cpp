@@ -57,7 +57,6 @@ Result<ValueCensus> take_census(const ValueSource& values) {
 }
 
 std::string range_text(const ValueCensus& census) {
-  if (census.count() == 0) return "none that is a number";
   return fmt::format("from {} to {}", format_number(census.min()), format_number(census.max()));
 }
 

@@ -16,7 +16,7 @@ namespace scanknit {
 
 [[nodiscard]] Result<ValueCensus> take_census(const ValueSource& values);
 
-/// "from -1024 to 3071"; "none that is a number" for a volume that is unobserved throughout.
+/// "from -1024 to 3071". The census has counted a value.
 [[nodiscard]] std::string range_text(const ValueCensus& census);
 
 }  // namespace scanknit

@@ -236,7 +236,7 @@ Result<std::vector<Slice>> choose_stack(const Path& folder, Stacks stacks, const
   auto chosen = wanted_key.empty() ? std::ranges::max_element(stacks.by_key, by_size) : stacks.by_key.find(wanted_key);
   if (chosen == stacks.by_key.end()) {
     const std::string why = stacks.first_fault ? "; for instance, " + stacks.first_fault->text() : "";
-    return bad_volume(folder, "no PNG, TIFF or DICOM slices in this folder" + why);
+    return bad_volume(folder, "no PNG, TIFF or DICOM slices in this folder (other images are not read)" + why);
   }
   for (auto stack = stacks.by_key.begin(); stack != stacks.by_key.end(); ++stack) {
     if (stack == chosen) continue;
@@ -300,7 +300,7 @@ Result<std::unique_ptr<SliceReader>> open_dicom_series(const Path& path, const V
   if (auto uniform = check_steps(*slices, mean_mm, header.warnings); !uniform) return uniform.error();
 
   header.format = "DICOM";
-  header.sample_type = sample_type_name(first.type);
+  set_sample_type(header, first.type);
   header.dims = {first.columns, first.rows, static_cast<int>(slices->size())};
   header.T_file_index.linear().col(0) = first.along_row * first.spacing_i_mm;
   header.T_file_index.linear().col(1) = first.along_column * first.spacing_j_mm;

@@ -8,6 +8,13 @@
 
 namespace scanknit {
 
+void set_sample_type(VolumeHeader& header, SampleType type) {
+  header.sample_type = sample_type_name(type);
+  if (!is_rounded_to_float(type)) return;
+  const char* lost = type == SampleType::kDouble ? "some 7 digits are kept" : "numbers beyond 16777216 are rounded";
+  header.warnings.push_back("samples of " + header.sample_type + " become 32-bit floats: " + lost);
+}
+
 Result<std::uint64_t> checked_bytes(const std::filesystem::path& path, const VolumeHeader& header, SampleType type) {
   if (header.dims.minCoeff() < 2) {
     return bad_volume(path, dims_text(header.dims) + " samples; a volume has at least 2 along each axis");

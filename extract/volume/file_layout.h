@@ -31,6 +31,9 @@ struct FileLayout {
   return Error{ErrorCode::kInput, std::move(message), path.string()};
 }
 
+/// Names the samples' type, and warns where they are rounded to floats.
+void set_sample_type(VolumeHeader& header, SampleType type);
+
 /// Bytes of all samples. Errors (kInput): an axis of fewer than 2 samples, a size beyond 64 bits, a transform that is
 /// not finite or not invertible.
 [[nodiscard]] Result<std::uint64_t> checked_bytes(const std::filesystem::path& path, const VolumeHeader& header,

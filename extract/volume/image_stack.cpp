@@ -31,37 +31,66 @@ PixelCounts png_pixels(ByteReader reader) {
   return {std::int64_t{*width} * std::int64_t{*height}, 1};
 }
 
-// TIFF 6.0: the first directory's sizes.
-PixelCounts tiff_pixels(std::span<const std::byte> bytes) {
-  const bool is_little = bytes[0] == std::byte{'I'};
+// TIFF 6.0: what a directory says of its page.
+struct TiffPage {
+  std::int64_t width = 0, height = 0, tile_width = 1, tile_height = 1;
+  std::int64_t kind = 0;          // NewSubfileType
+  std::uint32_t next_offset = 0;  // of the next page's directory; 0: none
+};
+
+std::optional<TiffPage> tiff_page(std::span<const std::byte> bytes, std::uint32_t offset, bool is_little) {
   const auto number = [&]<typename T>(ByteReader& reader, T) {
     return (is_little ? reader.little_endian<T>() : reader.big_endian<T>()).value_or(T{0});
   };
-  ByteReader start(bytes);
-  (void)start.take(4);
-  const auto offset = number(start, std::uint32_t{});
-  if (offset > bytes.size()) return {};
+  if (offset > bytes.size()) return std::nullopt;
   ByteReader directory(bytes.subspan(offset));
-  std::int64_t width = 0, height = 0, tile_width = 1, tile_height = 1;
+  TiffPage page;
   for (auto count = number(directory, std::uint16_t{}); count > 0; --count) {
     const auto tag = number(directory, std::uint16_t{});
     const auto type = number(directory, std::uint16_t{});
     (void)directory.take(4);  // the number of values, 1
     const auto field = directory.take(4);
-    if (!field) return {};
+    if (!field) return std::nullopt;
     ByteReader reader(*field);
     constexpr std::uint16_t kShort = 3;
     const std::int64_t value = type == kShort ? number(reader, std::uint16_t{}) : number(reader, std::uint32_t{});
     switch (tag) {
-      case 256: width = value; break;
-      case 257: height = value; break;
-      case 322: tile_width = value; break;
-      case 323: tile_height = value; break;
+      case 254: page.kind = value; break;
+      case 256: page.width = value; break;
+      case 257: page.height = value; break;
+      case 322: page.tile_width = value; break;
+      case 323: page.tile_height = value; break;
       default: break;
     }
   }
-  if (std::max({width, height, tile_width, tile_height}) >> 31) return {};
-  return {width * height, tile_width * tile_height};
+  page.next_offset = number(directory, std::uint32_t{});
+  return page;
+}
+
+std::optional<TiffPage> first_tiff_page(std::span<const std::byte> bytes) {
+  const bool is_little = bytes[0] == std::byte{'I'};
+  ByteReader start(bytes);
+  (void)start.take(4);
+  const auto offset = is_little ? start.little_endian<std::uint32_t>() : start.big_endian<std::uint32_t>();
+  return offset ? tiff_page(bytes, *offset, is_little) : std::nullopt;
+}
+
+PixelCounts tiff_pixels(std::span<const std::byte> bytes) {
+  const auto page = first_tiff_page(bytes);
+  if (!page || std::max({page->width, page->height, page->tile_width, page->tile_height}) >> 31) return {};
+  return {page->width * page->height, page->tile_width * page->tile_height};
+}
+
+// Whether a second picture follows the first: a page that is neither a smaller copy of another nor a mask.
+bool has_second_tiff_page(std::span<const std::byte> bytes) {
+  constexpr int kMostPages = 64;  // directories may run in a circle
+  constexpr std::int64_t kSmallerCopy = 1, kMask = 4;
+  auto page = first_tiff_page(bytes);
+  for (int n = 1; n < kMostPages && page && page->next_offset != 0; ++n) {
+    page = tiff_page(bytes, page->next_offset, bytes[0] == std::byte{'I'});
+    if (page && (page->kind & (kSmallerCopy | kMask)) == 0) return true;
+  }
+  return false;
 }
 
 // The decoder meets only pictures whose headers were checked: it allocates what they promise.
@@ -71,17 +100,20 @@ Result<void> check_sizes(std::span<const std::byte> bytes, const Path& path) {
   };
   using namespace std::string_view_literals;
   PixelCounts pixels;
+  bool has_second_page = false;
   if (begins("\x89PNG\r\n\x1a\n"sv)) {
     pixels = png_pixels(ByteReader(bytes));
   } else if (begins("II*\0"sv) || begins("MM\0*"sv)) {
     pixels = tiff_pixels(bytes);
+    has_second_page = has_second_tiff_page(bytes);
   } else {
-    return bad_volume(path, "neither PNG nor TIFF");
+    return bad_volume(path, "neither PNG nor TIFF (BigTIFF is not read)");
   }
   const std::int64_t limit = Limits{}.max_image_pixels;
   if (std::min(pixels.image, pixels.tile) < 1 || std::max(pixels.image, pixels.tile) > limit) {
     return bad_volume(path, "truncated, or not of 1 to " + std::to_string(limit) + " pixels");
   }
+  if (has_second_page) return bad_volume(path, "a TIFF of several pages; save each page as a file of its own");
   return {};
 }
 
@@ -111,6 +143,18 @@ void reduce_to_luminance(std::span<const float> pixels, std::size_t channels, st
     const auto pixel = pixels.subspan(n * channels, channels);
     samples[n] = 0.114f * pixel[0] + 0.587f * pixel[1] + 0.299f * pixel[2];
   }
+}
+
+// The first number that the sorted names leave out; nothing where there is none.
+std::optional<std::string> gap_warning(const std::vector<Path>& files) {
+  for (std::size_t n = 1; n < files.size(); ++n) {
+    const std::string before = files[n - 1].filename().string(), after = files[n].filename().string();
+    const auto missing = skipped_number(before, after);
+    if (!missing) continue;
+    return "no slice number " + std::to_string(*missing) + ": " + after + " follows " + before +
+           "; the slices are taken as evenly spaced";
+  }
+  return std::nullopt;
 }
 
 class ImageStackReader final : public SliceReader {
@@ -171,17 +215,19 @@ Result<std::unique_ptr<SliceReader>> open_image_stack(const Path& folder, const 
   std::ranges::sort(files, [](const Path& a, const Path& b) {
     return is_naturally_before(a.filename().string(), b.filename().string());
   });
-  if (files.size() < 2) return bad_volume(folder, "a single image; a volume has at least 2 slices");
+  if (files.empty()) return bad_volume(folder, "no image in this folder any more");
   auto first = decode_image(files.front());
   if (!first) return first.error();
+  if (files.size() < 2) return bad_volume(folder, "a single image; a volume has at least 2 slices");
   const auto type = depth_type(*first);
   if (!type || first->channels() == 2) return bad_volume(files.front(), "neither grey nor colour");
 
   VolumeHeader header;
   header.format = "image stack";
-  header.sample_type = sample_type_name(*type);
+  set_sample_type(header, *type);
   header.dims = {first->cols, first->rows, static_cast<int>(files.size())};
   header.T_file_index.linear() = options.spacing->asDiagonal();
+  if (auto gap = gap_warning(files)) header.warnings.push_back(std::move(*gap));
   if (first->channels() > 1) header.warnings.emplace_back("colour images: their luminance is taken");
   if (auto bytes = checked_bytes(folder, header, *type); !bytes) return bytes.error();
   const auto slice_bytes = static_cast<std::uint64_t>(

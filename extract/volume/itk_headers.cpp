@@ -29,7 +29,7 @@ Result<void> set_type(FileLayout& layout, std::optional<SampleType> type, const 
   if (!type) return bad_volume(path, "the samples' type: expected one integer or float of 8 to 64 bits");
   layout.type = *type;
   layout.header.format = format;
-  layout.header.sample_type = sample_type_name(*type);
+  set_sample_type(layout.header, *type);
   return {};
 }
 
@@ -368,6 +368,24 @@ Result<NiftiHeader> nifti_fields(std::span<const std::byte> bytes, const Path& p
   return header;
 }
 
+// Where the samples begin. 0 is taken as "right after the header", which in a single file (magic "n+1") are its 348
+// bytes and the 4 that say whether extensions follow (nifti1.h).
+Result<std::uint64_t> nifti_offset(const nifti_1_header& fields, const Path& path) {
+  constexpr std::uint64_t kLeastInSingleFile = kNiftiHeaderBytes + 4;
+  constexpr float kMost = 1e18f;  // more than any file holds, and well within 64 bits
+  const float offset = fields.vox_offset;
+  const std::uint64_t least = NIFTI_ONEFILE(fields) ? kLeastInSingleFile : 0;
+  if (offset == 0) return least;
+  const bool is_whole = offset > 0 && offset <= kMost && std::trunc(offset) == offset;  // not NaN
+  if (!is_whole || static_cast<std::uint64_t>(offset) < least) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.9g", static_cast<double>(offset));
+    return bad_volume(path, std::string("vox_offset = ") + text.data() + ", expected whole bytes, " +
+                                std::to_string(least) + " or more (or 0)");
+  }
+  return static_cast<std::uint64_t>(offset);
+}
+
 Eigen::Affine3d affine(const mat44& matrix) {
   Eigen::Affine3d T = Eigen::Affine3d::Identity();
   for (int row = 0; row < 3; ++row) {
@@ -429,6 +447,10 @@ Result<FileLayout> read_nifti_header(std::span<const std::byte> bytes, const Pat
     layout.header.dims[n] = header->fields.dim[n + 1];
     if (layout.header.dims[n] < 2) return bad_volume(path, "fewer than 2 samples along an axis; expected at least 2");
   }
+  const auto offset = nifti_offset(header->fields, path);
+  if (!offset) return offset.error();
+  layout.data_offset = *offset;
+  header->fields.vox_offset = 0;  // niftilib's own reading of it is not used
   const bool is_little = (std::endian::native == std::endian::little) != header->is_swapped;
   layout.order = is_little ? ByteOrder::kLittle : ByteOrder::kBig;
   nifti_set_debug_level(0);
@@ -451,8 +473,6 @@ Result<FileLayout> read_nifti_header(std::span<const std::byte> bytes, const Pat
   } else if (image->scl_slope != 0) {  // nifti1.h: 0 is no scaling
     layout.rescale = {static_cast<double>(image->scl_slope), static_cast<double>(image->scl_inter)};
   }
-  if (image->iname_offset < 0) return bad_volume(path, "vox_offset is negative");
-  layout.data_offset = static_cast<std::uint64_t>(image->iname_offset);
   return layout;
 }
 

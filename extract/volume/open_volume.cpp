@@ -1,7 +1,9 @@
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -53,32 +55,47 @@ Opened open_layout(const Path& path, Result<FileLayout> layout, const VolumeOpti
   return open_encoded_samples(data_path, std::move(*layout), options.memory_budget_bytes);
 }
 
+// `path` without ".gz", in whatever case.
+Path without_gz(const Path& path) {
+  return lower_case(path.extension().string()) == ".gz" ? Path(path).replace_extension() : path;
+}
+
+// The other file of a pair: beside `path`, with this ending, in small letters or capitals, compressed or not.
+std::optional<Path> partner_of(const Path& path, const std::string& ending) {
+  std::string capitals = ending;
+  for (char& c : capitals) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  std::error_code code;
+  for (const std::string& name : {ending, ending + ".gz", capitals, capitals + ".GZ", capitals + ".gz"}) {
+    Path partner = without_gz(path).replace_extension(name);
+    if (std::filesystem::exists(partner, code)) return partner;
+  }
+  return std::nullopt;
+}
+
 // .nii and .hdr hold the header; .img is named instead of its .hdr.
 Opened open_nifti(Path path, const VolumeOptions& options) {
-  std::string name = path.string();
-  const bool is_gzip_name = name.ends_with(".gz");
-  if (is_gzip_name) name.resize(name.size() - 3);
-  if (name.ends_with(".img")) path = name.substr(0, name.size() - 4) + ".hdr" + (is_gzip_name ? ".gz" : "");
+  if (lower_case(without_gz(path).extension().string()) == ".img") {
+    const auto header_path = partner_of(path, ".hdr");
+    if (!header_path) return bad_volume(path, "its header, .hdr, is missing");
+    path = *header_path;
+  }
   auto bytes = first_bytes(path, true);
   if (!bytes) return bytes.error();
   auto layout = read_nifti_header(*bytes, path);
   if (!layout) return layout.error();
   const bool is_pair = *(bytes->begin() + 345) == std::byte{'i'};
-  Path data_path = path;
-  std::error_code code;
-  if (is_pair) {
-    data_path = name.substr(0, name.size() - 4) + ".img";
-    if (!std::filesystem::exists(data_path, code)) data_path += ".gz";
-    if (!std::filesystem::exists(data_path, code)) return bad_volume(path, "its file of samples, .img, is missing");
-  }
-  auto stored = first_bytes(data_path, false);
+  const auto data_path = is_pair ? partner_of(path, ".img") : path;
+  if (!data_path) return bad_volume(path, "its file of samples, .img, is missing");
+  auto stored = first_bytes(*data_path, false);
   if (!stored) return stored.error();
   if (starts_with(*stored, "\x1f\x8b")) {
     layout->encoding = Encoding::kCompressed;
     layout->decoded_offset = std::exchange(layout->data_offset, 0);
-    return open_encoded_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+    return open_encoded_samples(*data_path, std::move(*layout), options.memory_budget_bytes);
   }
-  return open_raw_samples(data_path, std::move(*layout), options.memory_budget_bytes);
+  return open_raw_samples(*data_path, std::move(*layout), options.memory_budget_bytes);
 }
 
 Opened open_raw(const Path& path, const VolumeOptions& options) {
@@ -91,7 +108,7 @@ Opened open_raw(const Path& path, const VolumeOptions& options) {
   layout.header.dims = *options.dims;
   layout.header.T_file_index.linear() = options.spacing->asDiagonal();
   layout.header.format = "raw";
-  layout.header.sample_type = sample_type_name(*options.type);
+  set_sample_type(layout.header, *options.type);
   layout.type = *options.type;
   layout.order = options.byte_order;
   layout.data_offset = options.header_bytes;
@@ -109,18 +126,30 @@ Opened open_raw(const Path& path, const VolumeOptions& options) {
   return open_raw_samples(path, std::move(layout), options.memory_budget_bytes);
 }
 
+bool has_other_image_name(const Path& path) {
+  constexpr std::array kEndings = {".jpg", ".jpeg", ".jp2", ".bmp", ".gif", ".webp", ".pgm", ".ppm"};
+  return std::ranges::find(kEndings, lower_case(path.extension().string())) != kEndings.end();
+}
+
 Opened open_folder(const Path& path, const VolumeOptions& options) {
   std::error_code code;
+  std::string other_image;  // the first by name
   for (std::filesystem::directory_iterator entry(path, code), end; !code && entry != end; entry.increment(code)) {
     if (has_image_name(entry->path())) return open_image_stack(path, options);
+    const std::string name = entry->path().filename().string();
+    if (has_other_image_name(name) && (other_image.empty() || name < other_image)) other_image = name;
   }
   if (code) return bad_volume(path, code.message());
+  if (options.spacing && !other_image.empty()) {
+    return bad_volume(path, "no PNG or TIFF slices in this folder, but " + other_image +
+                                "; of images only PNG and TIFF are read: convert them");
+  }
   return open_dicom_series(path, options);
 }
 
-bool is_nifti_name(std::string name) {
-  if (name.ends_with(".gz")) name.resize(name.size() - 3);
-  return name.ends_with(".nii") || name.ends_with(".hdr") || name.ends_with(".img");
+bool is_nifti_name(const Path& path) {
+  constexpr std::array kEndings = {".nii", ".hdr", ".img"};
+  return std::ranges::find(kEndings, lower_case(without_gz(path).extension().string())) != kEndings.end();
 }
 
 Opened open_self_described(const Path& path, const VolumeOptions& options) {
@@ -131,9 +160,11 @@ Opened open_self_described(const Path& path, const VolumeOptions& options) {
   if (name.ends_with(".mhd") || name.ends_with(".mha")) {
     return open_layout(path, read_meta_header(path), options);
   }
-  if (is_nifti_name(name)) return open_nifti(path, options);
+  if (is_nifti_name(path)) return open_nifti(path, options);
   if (has_image_name(path)) {
-    return bad_volume(path, "a single image; name the folder of all slices, with at least 2 of them");
+    return bad_volume(path,
+                      "a single image; name the folder of all slices, with at least 2 of them, each in a file of its "
+                      "own (no TIFF of several pages)");
   }
   if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom_series(path, options);
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return bad_volume(path, "not NRRD, or truncated");

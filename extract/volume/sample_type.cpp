@@ -78,6 +78,10 @@ std::optional<SampleType> sample_type_of(std::size_t bytes, bool is_signed, bool
   return found == kTypes.end() ? std::nullopt : std::optional(found->type);
 }
 
+bool is_rounded_to_float(SampleType type) {
+  return bytes_per_sample(type) > (facts(type).is_floating_point ? sizeof(float) : sizeof(std::int16_t));
+}
+
 void decode_samples(std::span<const std::byte> bytes, SampleType type, ByteOrder order, const Rescale& rescale,
                     std::span<float> samples) {
   SCANKNIT_CHECK(bytes.size() == samples.size() * bytes_per_sample(type));

@@ -20,6 +20,9 @@ enum class ByteOrder { kLittle, kBig };
 /// The type of a floating-point, signed or unsigned number of 1, 2, 4 or 8 bytes; nothing where there is none.
 [[nodiscard]] std::optional<SampleType> sample_type_of(std::size_t bytes, bool is_signed, bool is_floating_point);
 
+/// Whether a float may be unable to hold what the type can: whole numbers beyond 2^24, the last digits of a double.
+[[nodiscard]] bool is_rounded_to_float(SampleType type);
+
 /// A sample's value is slope * stored + intercept.
 struct Rescale {
   double slope = 1;

@@ -43,8 +43,8 @@ struct VolumeOptions {
 
 /// Opens, by content and name: a folder of DICOM slices or one file in it (series by UID, the largest is taken; slices
 /// sorted along the normal); a folder of PNG or TIFF slices (natural order of names; grey, or the luminance of colour;
-/// needs options.spacing); NRRD (.nrrd, .nhdr); MetaImage (.mha, .mhd); NIfTI-1 (.nii, .hdr and .img, with or without
-/// .gz); any other file as raw samples where options.dims, type and spacing are all given.
+/// needs options.spacing; no TIFF of several pages); NRRD (.nrrd, .nhdr); MetaImage (.mha, .mhd); NIfTI-1 (.nii, .hdr
+/// and .img, with or without .gz); any other file as raw samples where options.dims, type and spacing are all given.
 /// Streamed: DICOM, image stacks, raw files, and NRRD, MetaImage and NIfTI that are neither compressed nor text; these
 /// are decoded whole, to the check sum at their end, else kBudget. Their samples are in one file: no lists of files.
 /// Every size is checked against the file and the budget before memory is asked for. Rescale slopes are applied.

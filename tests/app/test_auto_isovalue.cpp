@@ -92,13 +92,15 @@ TEST(AutoIsovalue, IsNotMovedByOutliersNaNAndInfinity) {
 }
 
 TEST(AutoIsovalue, OfOneValueOrNoneIsAnError) {
-  for (const std::vector<float>& values :
-       {std::vector<float>(100, 7), std::vector<float>{}, std::vector<float>{kNaN}}) {
+  const auto expect_refused = [](const std::vector<float>& values, const char* part) {
     const auto proposed = propose_isovalue(source_of(values));
     ASSERT_FALSE(proposed);
     EXPECT_EQ(proposed.error().code, ErrorCode::kInput);
-    EXPECT_NE(proposed.error().message.find("--isovalue"), std::string::npos);
-  }
+    EXPECT_NE(proposed.error().message.find(part), std::string::npos) << proposed.error().message;
+  };
+  expect_refused(std::vector<float>(100, 7), "--isovalue");
+  expect_refused({}, "not one finite sample");
+  expect_refused({kNaN, std::numeric_limits<float>::infinity()}, "not one finite sample");
 }
 
 TEST(ValueCensus, KnowsCountMinimumAndMaximum) {

@@ -12,6 +12,13 @@ TEST(VolumeArguments, DimsAreThreeWholeNumbers) {
   }
 }
 
+TEST(VolumeArguments, HeaderBytesAreAWholeNumber) {
+  EXPECT_EQ(parse_header_bytes("0"), 0u);
+  EXPECT_EQ(parse_header_bytes("352"), 352u);
+  for (const char* text : {"", "-1", "1.5", "x", "99999999999999999999"})
+    EXPECT_FALSE(parse_header_bytes(text)) << text;
+}
+
 TEST(VolumeArguments, SpacingIsOneNumberOrThree) {
   EXPECT_EQ(parse_spacing("0.5"), Eigen::Vector3d(0.5, 0.5, 0.5));
   EXPECT_EQ(parse_spacing("0.5x0.25x1.2"), Eigen::Vector3d(0.5, 0.25, 1.2));

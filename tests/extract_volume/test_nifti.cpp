@@ -128,6 +128,55 @@ TEST(Nifti, ReadsAPairByEitherName) {
   expect_test_volume(read_file_volume(folder.path() / "a.img"));
 }
 
+TEST(Nifti, FindsNamesInCapitals) {
+  const TemporaryFolder folder;
+  const std::string single = nifti() + sample_bytes();
+  expect_test_volume(read_file_volume(folder.write("A.NII", single)));
+  expect_test_volume(read_file_volume(folder.write("A.NII.GZ", deflated(single, true))));
+  std::string header = nifti().substr(0, 348);
+  header.replace(344, 4, std::string("ni1\0", 4));
+  put(header, 108, 0.0f);
+  folder.write("B.HDR", header);
+  folder.write("B.IMG", sample_bytes());
+  folder.write("C.HDR.GZ", deflated(header, true));
+  folder.write("C.IMG.GZ", deflated(sample_bytes(), true));
+  for (const char* name : {"B.HDR", "B.IMG", "C.HDR.GZ", "C.IMG.GZ"}) {
+    SCOPED_TRACE(name);
+    expect_test_volume(read_file_volume(folder.path() / name));
+  }
+  expect_error(read_file_volume(folder.write("D.IMG", sample_bytes())), ErrorCode::kInput, ".hdr, is missing");
+}
+
+TEST(Nifti, TakesAVoxOffsetOfZeroAsTheEndOfTheHeader) {
+  const TemporaryFolder folder;
+  std::string file = nifti() + sample_bytes();
+  put(file, 108, 0.0f);
+  expect_test_volume(read_file_volume(folder.write("a.nii", file)));
+  expect_test_volume(read_file_volume(folder.write("a.nii.gz", deflated(file, true))));
+  std::string longer = nifti() + std::string(16, 'x') + sample_bytes();
+  put(longer, 108, 368.0f);
+  expect_test_volume(read_file_volume(folder.write("b.nii", longer)));
+}
+
+TEST(Nifti, RefusesAVoxOffsetWhereNoSamplesCanBe) {
+  const TemporaryFolder folder;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const float offset : {std::nanf(""), kInfinity, -kInfinity, -8.0f, 3e38f, 352.5f, 1.0f, 348.0f, 351.0f}) {
+    std::string file = nifti() + sample_bytes() + std::string(64, '\0');
+    put(file, 108, offset);
+    for (const auto& path : {folder.write("a.nii", file), folder.write("a.nii.gz", deflated(file, true))}) {
+      expect_error(read_file_volume(path), ErrorCode::kInput, "vox_offset");
+    }
+  }
+  std::string pair = nifti().substr(0, 348);
+  pair.replace(344, 4, std::string("ni1\0", 4));
+  folder.write("b.img", sample_bytes());
+  for (const float offset : {std::nanf(""), -1.0f}) {
+    put(pair, 108, offset);
+    expect_error(read_file_volume(folder.write("b.hdr", pair)), ErrorCode::kInput, "vox_offset");
+  }
+}
+
 TEST(Nifti, RefusesTimeColourAndAnalyze) {
   const TemporaryFolder folder;
   std::string time = nifti();

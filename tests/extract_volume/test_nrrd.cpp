@@ -161,6 +161,21 @@ TEST(Nrrd, RefusesSamplesInSeveralFiles) {
   }
 }
 
+TEST(Nrrd, NamesTheEncodingsThatAreRead) {
+  const TemporaryFolder folder;
+  for (const std::string encoding : {"bzip2", "hex"}) {
+    const auto path = folder.write("a.nrrd", nrrd(kCommon + "encoding: " + encoding + "\n"));
+    expect_error(read_file_volume(path), ErrorCode::kInput, "encoding " + encoding + ", expected raw, gzip or ascii");
+  }
+}
+
+TEST(Nrrd, FindsNamesInCapitals) {
+  const TemporaryFolder folder;
+  expect_test_volume(read_file_volume(folder.write("A.NRRD", nrrd(kCommon + "encoding: raw\n"))));
+  folder.write("A.RAW", sample_bytes());
+  expect_test_volume(read_file_volume(folder.write("A.NHDR", nrrd(kCommon + "encoding: raw\ndata file: A.RAW\n", ""))));
+}
+
 TEST(Nrrd, SkipsBytesOfWhatAGzipStreamHolds) {
   const TemporaryFolder folder;
   const std::string packed = deflated("skipped" + sample_bytes(), true);
@@ -213,6 +228,13 @@ TEST(MetaImage, ReadsAttachedDetachedAndCompressed) {
   expect_test_volume(read_file_volume(
       folder.write("d.mha", kMeta + "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size()) +
                                 "\nElementDataFile = LOCAL\n" + packed)));
+}
+
+TEST(MetaImage, FindsNamesInCapitals) {
+  const TemporaryFolder folder;
+  expect_test_volume(read_file_volume(folder.write("A.MHA", kMeta + "ElementDataFile = LOCAL\n" + sample_bytes())));
+  folder.write("A.RAW", sample_bytes());
+  expect_test_volume(read_file_volume(folder.write("A.MHD", kMeta + "ElementDataFile = A.RAW\n")));
 }
 
 TEST(MetaImage, ReadsDirectionsAsTheFileSays) {

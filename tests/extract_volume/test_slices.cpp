@@ -71,6 +71,19 @@ TEST(RawSamples, AreNeverInfinite) {
   EXPECT_EQ(volume->samples[7], -3.4e38f);
 }
 
+TEST(RawSamples, WarnOfTypesThatFloatsCannotHold) {
+  const TemporaryFolder folder;
+  for (const SampleType type : kAllTypes) {
+    const auto volume = read_file_volume(folder.write("a.raw", sample_bytes(type)), raw_options(type));
+    ASSERT_TRUE(volume.has_value()) << volume.error().text();
+    const bool is_wide = bytes_per_sample(type) > 2 && type != SampleType::kFloat;
+    ASSERT_EQ(volume->header.warnings.size(), is_wide ? 1u : 0u) << sample_type_name(type);
+    if (!is_wide) continue;
+    const std::string& warning = volume->header.warnings[0];
+    EXPECT_TRUE(warning.starts_with("samples of " + volume->header.sample_type + " become 32-bit floats")) << warning;
+  }
+}
+
 TEST(RawSamples, NoticesThatTheFileShrank) {
   const TemporaryFolder folder;
   const auto path = folder.write("a.raw", sample_bytes());
@@ -161,6 +174,83 @@ TEST(ImageStack, NeedsSpacingAndTwoEqualSlices) {
   expect_error(read_file_volume(folder.path() / "1.png"), ErrorCode::kInput, "folder of all slices");
   write_image<std::uint16_t>(folder.path() / "2.png", 0);
   expect_error(read_file_volume(folder.path(), stack_options()), ErrorCode::kInput, "2.png: differs");
+}
+
+TEST(ImageStack, NamesTheFirstMissingNumber) {
+  const auto warnings_of = [](const std::vector<std::string>& names) {
+    const TemporaryFolder folder;
+    for (const std::string& name : names) write_image<std::uint8_t>(folder.path() / name, 0);
+    const auto volume = read_file_volume(folder.path(), stack_options());
+    return volume ? volume->header.warnings : std::vector<std::string>{volume.error().text()};
+  };
+  const auto gap = warnings_of({"slice_001.png", "slice_002.png", "slice_004.png", "slice_009.png"});
+  ASSERT_EQ(gap.size(), 1u);
+  EXPECT_TRUE(gap[0].starts_with("no slice number 3: slice_004.png follows slice_002.png")) << gap[0];
+  EXPECT_EQ(warnings_of({"slice_001.png", "slice_003.png"}).size(), 1u);
+  EXPECT_EQ(warnings_of({"8.png", "9.png", "10.png", "11.png"}), std::vector<std::string>{});
+  EXPECT_EQ(warnings_of({"a.png", "b.png", "z.png"}), std::vector<std::string>{});
+  EXPECT_EQ(warnings_of({"1_8bit.png", "2_8bit.png", "5_9bit.png"}), std::vector<std::string>{});
+}
+
+TEST(SkippedNumber, IsTheOneAfterTheFirstNames) {
+  EXPECT_EQ(skipped_number("s_099.png", "s_101.png"), 100u);
+  EXPECT_EQ(skipped_number("s_9.png", "s_11.png"), 10u);
+  EXPECT_EQ(skipped_number("1_16bit.png", "3_16bit.png"), 2u);
+  EXPECT_EQ(skipped_number("s_9.png", "s_10.png"), std::nullopt);
+  EXPECT_EQ(skipped_number("s_1.png", "s_01.png"), std::nullopt);
+  EXPECT_EQ(skipped_number("s_1.png", "s_3.tif"), std::nullopt);
+  EXPECT_EQ(skipped_number("", "3"), std::nullopt);
+  EXPECT_EQ(skipped_number("1", "99999999999999999999"), std::nullopt);
+}
+
+TEST(ImageStack, NamesTheFormatsThatAreRead) {
+  const TemporaryFolder folder;
+  for (const char* name : {"1.jpg", "2.jpg"}) folder.write(name, "\xff\xd8\xff");
+  expect_error(read_file_volume(folder.path(), stack_options()), ErrorCode::kInput,
+               "1.jpg; of images only PNG and TIFF");
+  expect_error(read_file_volume(folder.path()), ErrorCode::kInput, "no PNG, TIFF or DICOM slices");
+}
+
+/// A TIFF of 4 x 3 pixels whose second page is of `kind` (NewSubfileType).
+std::string tiff_of_two_pages(std::uint32_t kind) {
+  std::string file("II*\0", 4);
+  append(file, std::uint32_t{20});
+  file += std::string(12, '\7');
+  for (const std::uint32_t page : {0u, 1u}) {
+    const std::vector<std::array<std::uint32_t, 2>> entries = {{254, page == 0 ? 0 : kind},
+                                                               {256, 4},
+                                                               {257, 3},
+                                                               {258, 8},
+                                                               {259, 1},
+                                                               {262, 1},
+                                                               {273, 8},
+                                                               {277, 1},
+                                                               {278, 3},
+                                                               {279, 12}};
+    append(file, static_cast<std::uint16_t>(entries.size()));
+    for (const auto& [tag, value] : entries) {
+      append(file, static_cast<std::uint16_t>(tag));
+      append(file, std::uint16_t{4});  // LONG
+      append(file, std::uint32_t{1});
+      append(file, value);
+    }
+    append(file, page == 0 ? static_cast<std::uint32_t>(file.size() + 4) : 0u);
+  }
+  return file;
+}
+
+TEST(ImageStack, RefusesTiffsOfSeveralPagesButNotTheirThumbnails) {
+  const TemporaryFolder folder;
+  folder.write("1.tif", tiff_of_two_pages(0));
+  expect_error(read_file_volume(folder.path(), stack_options()), ErrorCode::kInput, "several pages");
+  expect_error(read_file_volume(folder.path() / "1.tif"), ErrorCode::kInput, "several pages");
+  folder.write("2.tif", tiff_of_two_pages(0));
+  expect_error(read_file_volume(folder.path(), stack_options()), ErrorCode::kInput, "1.tif: a TIFF of several pages");
+  constexpr std::uint32_t kThumbnail = 1;
+  for (const char* name : {"1.tif", "2.tif"}) folder.write(name, tiff_of_two_pages(kThumbnail));
+  const auto volume = read_file_volume(folder.path(), stack_options());
+  ASSERT_TRUE(volume.has_value()) << volume.error().text();
+  EXPECT_EQ(volume->at(3, 2, 1), 7);
 }
 
 TEST(ImageStack, SurvivesTruncationAtEveryByte) {
