@@ -256,7 +256,7 @@ std::vector<ConfigKey> fusion_keys() {
       number(
           {"fusion.max_weight", "",
            "Observations beyond this weight replace old ones, so that the volume follows a scene that changes."},
-          {1, 1e6}, [](auto& c) -> auto& { return c.fusion.max_weight; }),
+          {1, 4095}, [](auto& c) -> auto& { return c.fusion.max_weight; }),
       boolean(
           {"fusion.carve_free_space", "",
            "Frames that look through a known voxel push it towards free space; removes what moved away."},

@@ -17,7 +17,11 @@ namespace scanknit {
 namespace {
 
 FieldView field_view(const TsdfVolume& volume) {
-  return {&volume.tsdf(), &volume.weight(), &volume.colour(), true};
+  FieldView view;
+  view.field = &volume.tsdf();
+  view.weight_codes = &volume.weight();
+  view.colour_codes = &volume.colour();
+  return view;
 }
 
 Result<void> fuse_frames(FrameIntake& intake, const Config& config, TsdfVolume& volume, RunReport& report) {

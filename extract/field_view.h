@@ -3,7 +3,12 @@
 
 #include <openvdb/openvdb.h>
 
+#include "core/voxel_codes.h"
+
 namespace scanknit {
+
+using WeightCodeGrid = openvdb::Grid<openvdb::tree::Tree4<WeightCode, 5, 4, 3>::Type>;
+using ColourCodeGrid = openvdb::Grid<openvdb::tree::Tree4<ColourCode, 5, 4, 3>::Type>;
 
 /// Grids of one transform (uniform scale and translation) and, where given, one topology. A sample sits AT index
 /// (i, j, k). Voxels outside the field's leaves and active tiles are unobserved, and so are samples that are not
@@ -15,6 +20,9 @@ struct FieldView {
   const openvdb::FloatGrid* weight = nullptr;
   /// sRGB-encoded, 0 to 1; a negative component: no colour was seen. Null: no colours.
   const openvdb::Vec3SGrid* colour = nullptr;
+  /// The same of a live volume, as codes; given instead of `weight` and `colour`.
+  const WeightCodeGrid* weight_codes = nullptr;
+  const ColourCodeGrid* colour_codes = nullptr;
   /// What InsideSide::kAuto goes by: matter is Low.
   bool is_signed_distance = true;
 };

@@ -96,33 +96,80 @@ float observed_weight(double min_weight) {
   return std::max(float_isovalue(min_weight), std::numeric_limits<float>::denorm_min());
 }
 
-/// A leaf of the field, and the leaf of weights that says which of its voxels were observed; where the weight is
-/// constant or not given, the active ones were.
+/// The least code that decodes to `min_weight` or more.
+WeightCode least_code(float min_weight) {
+  WeightCode code = encode_weight(min_weight);
+  while (code > 1 && decode_weight(static_cast<WeightCode>(code - 1)) >= min_weight) --code;
+  while (code < std::numeric_limits<WeightCode>::max() && decode_weight(code) < min_weight) ++code;
+  return code;
+}
+
+/// A leaf of the field, and the weights or codes that say which of its voxels were observed; where these are constant
+/// or not given, the active ones were.
 struct ObservedLeaf {
   const FieldLeaf* field = nullptr;
-  const FieldLeaf* weight = nullptr;
+  const float* weights = nullptr;
+  const WeightCode* codes = nullptr;
 };
 
 /// Finds observed leaves; for one thread.
 class LeafFinder {
  public:
-  LeafFinder(const FieldView& view, float min_weight) : fields_(view.field->tree()), min_weight_(min_weight) {
+  LeafFinder(const FieldView& view, float min_weight)
+      : fields_(view.field->tree()), min_weight_(min_weight), min_code_(least_code(min_weight)) {
     if (view.weight != nullptr) weights_.emplace(view.weight->tree());
+    if (view.weight_codes != nullptr) codes_.emplace(view.weight_codes->tree());
   }
 
   [[nodiscard]] ObservedLeaf operator()(const Coord& origin) const {
     ObservedLeaf leaf{fields_.probeConstLeaf(origin)};
-    if (!weights_ || leaf.field == nullptr) return leaf;
-    leaf.weight = weights_->probeConstLeaf(origin);
-    const bool is_constant_and_light = leaf.weight == nullptr && !(weights_->getValue(origin) >= min_weight_);
-    return is_constant_and_light ? ObservedLeaf{} : leaf;
+    if (leaf.field == nullptr) return leaf;
+    bool is_light = false;  // throughout
+    if (weights_) leaf.weights = data_of(*weights_, origin, min_weight_, is_light);
+    if (codes_) leaf.codes = data_of(*codes_, origin, min_code_, is_light);
+    return is_light ? ObservedLeaf{} : leaf;
+  }
+
+  /// Bit z: voxel z of row `row` = 8 x + y was observed.
+  [[nodiscard]] unsigned observed(const ObservedLeaf& leaf, std::size_t row) const {
+    if (leaf.weights != nullptr) return heavy(leaf.weights + kBlockCells * row, min_weight_);
+    if (leaf.codes != nullptr) return heavy(leaf.codes + kBlockCells * row, min_code_);
+    return leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row));
   }
 
  private:
+  /// The values of the leaf at `origin`; null where they are constant.
+  template <typename Accessor, typename Value>
+  static const Value* data_of(const Accessor& values, const Coord& origin, Value least, bool& is_light) {
+    const auto* leaf = values.probeConstLeaf(origin);
+    if (leaf != nullptr) return leaf->buffer().data();
+    is_light = !(values.getValue(origin) >= least);
+    return nullptr;
+  }
+
+  template <typename Value>
+  static unsigned heavy(const Value* row, Value least) {
+    unsigned bits = 0;
+    for (unsigned z = 0; z < kBlockCells; ++z) bits |= (row[z] >= least ? 1u : 0u) << z;
+    return bits;
+  }
+
   openvdb::FloatGrid::ConstAccessor fields_;
   std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
+  std::optional<WeightCodeGrid::ConstAccessor> codes_;
   float min_weight_;
+  WeightCode min_code_;
 };
+
+Eigen::Vector3f colour_of(const openvdb::Vec3s& value) {
+  const Eigen::Vector3f colour(value.x(), value.y(), value.z());
+  return colour.allFinite() && colour.minCoeff() >= 0 ? colour : no_colour();
+}
+
+Eigen::Vector3f colour_of(ColourCode code) {
+  const Rgb8 colour = decode_colour(code);
+  return has_colour(code) ? Eigen::Vector3f(colour.r, colour.g, colour.b) / 255 : no_colour();
+}
 
 }  // namespace
 
@@ -133,8 +180,11 @@ Result<VdbBlocks> VdbBlocks::open(const FieldView& view, double min_weight) {
   const auto map = linear_map(view.field->transform());
   if (!map)
     return config_error("its transform must be linear and invertible, within reach of floats; resample it first");
-  if ((view.weight != nullptr && view.weight->transform() != view.field->transform()) ||
-      (view.colour != nullptr && view.colour->transform() != view.field->transform())) {
+  const auto lies_elsewhere = [&](const openvdb::GridBase* grid) {
+    return grid != nullptr && grid->transform() != view.field->transform();
+  };
+  if (lies_elsewhere(view.weight) || lies_elsewhere(view.colour) || lies_elsewhere(view.weight_codes) ||
+      lies_elsewhere(view.colour_codes)) {
     return config_error("the field, weight and colour grids must have the same transform");
   }
 
@@ -176,24 +226,18 @@ void VdbBlocks::classify(std::size_t first, float isovalue, std::span<BlockSigns
   constexpr std::size_t kRows = FieldLeaf::SIZE / kBlockCells;
   std::array<std::uint8_t, kRows> high{};
   std::array<std::uint8_t, kRows> missing{};
-  std::array<std::uint8_t, kRows> heavy{};
-  std::array<std::uint8_t, kRows> without_weight{};
   for (std::size_t i = 0; i < signs.size(); ++i) {
     const Eigen::Vector3i& origin = origins_[first + i];
     const ObservedLeaf leaf = leaf_at(Coord(origin.x(), origin.y(), origin.z()));
     signs[i].missing.fill(~std::uint64_t{0});
     if (leaf.field == nullptr) continue;
     sign_bytes(leaf.field->buffer().data(), kRows, isovalue, high.data(), missing.data());
-    if (leaf.weight != nullptr)
-      sign_bytes(leaf.weight->buffer().data(), kRows, min_weight_, heavy.data(), without_weight.data());
     for (std::size_t x = 0; x < kBlockCells; ++x) {
       std::uint64_t is_high = 0;
       std::uint64_t is_missing = 0;
       for (std::size_t y = 0; y < kBlockCells; ++y) {
         const std::size_t row = kBlockCells * x + y;
-        const unsigned observed =
-            leaf.weight != nullptr ? heavy[row] : leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row));
-        const unsigned unobserved = (~observed | missing[row]) & 0xFFu;
+        const unsigned unobserved = (~leaf_at.observed(leaf, row) | missing[row]) & 0xFFu;
         is_missing |= std::uint64_t{unobserved} << (kBlockCells * y);
         is_high |= std::uint64_t{high[row] & ~unobserved} << (kBlockCells * y);
       }
@@ -204,33 +248,33 @@ void VdbBlocks::classify(std::size_t first, float isovalue, std::span<BlockSigns
 }
 
 void VdbBlocks::load_values(std::size_t block, ValueBlock& values) const {
+  const LeafFinder leaf_at(view_, min_weight_);
   const auto copy_row = [&](const ObservedLeaf& leaf, unsigned row, unsigned z, std::span<float> to) {
     if (leaf.field == nullptr) return std::fill(to.begin(), to.end(), kUnobserved);
     const float* value = leaf.field->buffer().data() + kBlockCells * row + z;
-    const float* weight = leaf.weight != nullptr ? leaf.weight->buffer().data() + kBlockCells * row + z : nullptr;
-    const unsigned active = unsigned{leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row))} >> z;
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      const bool observed = weight != nullptr ? weight[i] >= min_weight_ : ((active >> i) & 1) != 0;
-      to[i] = observed ? value[i] : kUnobserved;
-    }
+    const unsigned observed = leaf_at.observed(leaf, row) >> z;
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = ((observed >> i) & 1) != 0 ? value[i] : kUnobserved;
   };
-  for_each_row(LeafFinder(view_, min_weight_), origins_[block], values, copy_row);
+  for_each_row(leaf_at, origins_[block], values, copy_row);
   values.show_buffer();
 }
 
 void VdbBlocks::load_colours(std::size_t block, ColourBlock& colours) const {
-  using ColourLeaf = openvdb::Vec3STree::LeafNodeType;
-  const auto accessor = view_.colour->getConstAccessor();
-  const auto copy_row = [](const ColourLeaf* leaf, unsigned row, unsigned z, std::span<Eigen::Vector3f> to) {
-    if (leaf == nullptr) return std::fill(to.begin(), to.end(), no_colour());
-    const openvdb::Vec3s* from = leaf->buffer().data() + kBlockCells * row + z;
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      const Eigen::Vector3f colour(from[i].x(), from[i].y(), from[i].z());
-      to[i] = colour.allFinite() && colour.minCoeff() >= 0 ? colour : no_colour();
-    }
+  const auto load_from = [&](const auto& grid) {
+    const auto accessor = grid.getConstAccessor();
+    const auto leaf_at = [&](const Coord& origin) { return accessor.probeConstLeaf(origin); };
+    const auto copy_row = [](const auto* leaf, unsigned row, unsigned z, std::span<Eigen::Vector3f> to) {
+      if (leaf == nullptr) return std::fill(to.begin(), to.end(), no_colour());
+      const auto* from = leaf->buffer().data() + kBlockCells * row + z;
+      std::transform(from, from + to.size(), to.begin(), [](const auto& value) { return colour_of(value); });
+    };
+    for_each_row(leaf_at, origins_[block], colours, copy_row);
   };
-  for_each_row([&](const Coord& origin) { return accessor.probeConstLeaf(origin); }, origins_[block], colours,
-               copy_row);
+  if (view_.colour != nullptr) {
+    load_from(*view_.colour);
+  } else {
+    load_from(*view_.colour_codes);
+  }
 }
 
 }  // namespace scanknit

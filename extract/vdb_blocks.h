@@ -26,7 +26,7 @@ class VdbBlocks final : public BlockSource {
   [[nodiscard]] std::span<const Eigen::Vector3i> origins() const override { return origins_; }
   void classify(std::size_t first, float isovalue, std::span<BlockSigns> signs) const override;
   void load_values(std::size_t block, ValueBlock& values) const override;
-  [[nodiscard]] bool has_colours() const override { return view_.colour != nullptr; }
+  [[nodiscard]] bool has_colours() const override { return view_.colour != nullptr || view_.colour_codes != nullptr; }
   void load_colours(std::size_t block, ColourBlock& colours) const override;
   [[nodiscard]] const Eigen::Affine3d& T_world_index() const override { return T_world_index_; }
 

@@ -148,7 +148,6 @@ std::vector<Coord> find_band_blocks(const Observation& observation, const Pose& 
   for (const auto& part : found) {
     for (const Node& node : part) origins.push_back(node.origin);
   }
-  std::sort(origins.begin(), origins.end());
   return origins;
 }
 

@@ -33,9 +33,9 @@ class BoxProjector {
 /// False when the frame's voxel indices would leave the 32-bit range (a pose thousands of kilometres away).
 [[nodiscard]] bool is_indexable(const Observation& observation, const Pose& T_world_camera, double voxel_size_m);
 
-/// The origins (multiples of 8, sorted) of all blocks whose box of samples meets the truncation band of some pixel: an
-/// octree over the camera's frustum, cut where the pyramid of bands shows nothing. No ray is walked; no block is
-/// missed. The frame must be indexable.
+/// The origins (multiples of 8, in Morton order) of all blocks whose box of samples meets the truncation band of some
+/// pixel: an octree over the camera's frustum, cut where the pyramid of bands shows nothing. No ray is walked; no block
+/// is missed. The frame must be indexable.
 [[nodiscard]] std::vector<openvdb::Coord> find_band_blocks(const Observation& observation, const Pose& T_world_camera,
                                                            double voxel_size_m);
 

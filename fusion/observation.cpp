@@ -38,16 +38,34 @@ void Observation::prepare_bands(const FusionConfig& config) {
 }
 
 void Observation::prepare_colour(const ColourFrame& colour) {
-  colours_ = Image<Eigen::Vector4f>(colour.image.width(), colour.image.height(), Eigen::Vector4f::Zero());
+  colour_camera_ = colour.intrinsics;
+  T_colour_depth_ = colour.T_colour_depth;
+  colours_ = Image<ColourCode>(colour.image.width(), colour.image.height());
   tbb::parallel_for(0, colours_.height(), [&](int y) {
-    for (int x = 0; x < colours_.width(); ++x) {
-      const Rgb8 pixel = colour.image.at(x, y);
-      colours_.at(x, y) = Eigen::Vector4f(pixel.r, pixel.g, pixel.b, 255) / 255.0f;
-    }
+    const auto from = colour.image.row(y);
+    std::transform(from.begin(), from.end(), colours_.row(y).begin(),
+                   [](const Rgb8& pixel) { return encode_colour(pixel, 0); });
   });
-  colour_camera_ = PictureCamera(colour.intrinsics);
-  R_colour_depth_ = colour.T_colour_depth.linear().cast<float>();
-  t_colour_depth_ = colour.T_colour_depth.translation().cast<float>();
+}
+
+ColourView Observation::colours(std::uint32_t number) const {
+  ColourView view;
+  if (!colour_camera_) return view;
+  view.pixels = colours_.pixels().data();
+  view.width = colours_.width();
+  view.height = colours_.height();
+  view.fx = static_cast<float>(colour_camera_->fx);
+  view.fy = static_cast<float>(colour_camera_->fy);
+  view.cx = static_cast<float>(colour_camera_->cx);
+  view.cy = static_cast<float>(colour_camera_->cy);
+  for (std::size_t row = 0; row < 3; ++row) {
+    const auto at = static_cast<Eigen::Index>(row);
+    for (std::size_t column = 0; column < 3; ++column)
+      view.R[3 * row + column] = static_cast<float>(T_colour_depth_.linear()(at, static_cast<Eigen::Index>(column)));
+    view.t[row] = static_cast<float>(T_colour_depth_.translation()[at]);
+  }
+  view.seed = number * 0x9E3779B9u;
+  return view;
 }
 
 }  // namespace scanknit

@@ -7,8 +7,9 @@ namespace scanknit {
 namespace {
 
 /// A leaf of each grid and its share of the inner nodes, as openvdb's memUsage() counts a dense band (measured by the
-/// test FusionVolume.BlockSizeIsWhatOpenVdbCounts).
-constexpr std::size_t kBytesPerBlock = 512 * (sizeof(float) + sizeof(float) + sizeof(openvdb::Vec3s)) + 640;
+/// test FusionVolume.BlockSizeIsWhatOpenVdbCounts), and its entries in the index.
+constexpr std::size_t kBytesPerBlock =
+    512 * (sizeof(float) + sizeof(WeightCode) + sizeof(ColourCode)) + 640 + 2 * sizeof(VolumeBlock);
 
 void initialise_openvdb() {
   static std::once_flag once;  // registers grid types; openvdb asks for one call per process
@@ -40,9 +41,9 @@ Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   TsdfVolume volume;
   volume.config_ = config;
   const auto truncation_m = static_cast<float>(config.truncation_voxels * config.voxel_size_m);
-  volume.tsdf_ = make_grid<openvdb::FloatGrid>("tsdf", truncation_m, config.voxel_size_m);
-  volume.weight_ = make_grid<openvdb::FloatGrid>("weight", 0.0f, config.voxel_size_m);
-  volume.colour_ = make_grid<openvdb::Vec3SGrid>("colour", openvdb::Vec3s(-1.0f), config.voxel_size_m);
+  volume.tsdf_ = make_grid<TsdfGrid>("tsdf", truncation_m, config.voxel_size_m);
+  volume.weight_ = make_grid<WeightGrid>("weight", WeightCode{0}, config.voxel_size_m);
+  volume.colour_ = make_grid<ColourGrid>("colour", ColourCode{0}, config.voxel_size_m);
   return volume;
 }
 
@@ -50,8 +51,27 @@ std::size_t TsdfVolume::bytes_per_block() {
   return kBytesPerBlock;
 }
 
-std::size_t TsdfVolume::blocks() const {
-  return tsdf_->tree().leafCount();
+Voxel TsdfVolume::voxel(const openvdb::Coord& index) const {
+  const ColourCode colour = colour_->tree().getValue(index);
+  Voxel voxel{tsdf_->tree().getValue(index), decode_weight(weight_->tree().getValue(index)), {}};
+  if (has_colour(colour)) voxel.colour = decode_colour(colour);
+  return voxel;
+}
+
+void TsdfVolume::add_block(const VolumeBlock& block) {
+  tsdf_->tree().addLeaf(block.tsdf);
+  weight_->tree().addLeaf(block.weight);
+  colour_->tree().addLeaf(block.colour);
+  index_.add(block);
+}
+
+std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {
+  std::vector<openvdb::Coord> origins;
+  for (VolumeBlock& block : index_.blocks()) {
+    if (block.has_changed) origins.push_back(block.origin);
+    block.has_changed = false;
+  }
+  return origins;
 }
 
 std::size_t TsdfVolume::active_voxels() const {

@@ -5,51 +5,78 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
+#include "core/image.h"
 #include "core/result.h"
+#include "fusion/block_index.h"
 #include "fusion/fusion_config.h"
 
 namespace scanknit {
+
+/// What is known of one sample.
+struct Voxel {
+  float tsdf_m = 0;            ///< see TsdfVolume
+  float weight = 0;            ///< 0: unknown
+  std::optional<Rgb8> colour;  ///< nothing: none was seen
+};
 
 /// Three grids named "tsdf", "weight", "colour", a sample AT index (i, j, k), world = voxel_size * index, allocated in
 /// leaves of 8^3 voxels. Per voxel:
 ///   weight  sum of the observations' weights; 0 = unknown (never seen), > 0 = observed
 ///   tsdf    mean signed distance, metres, positive in free space; background +truncation
-///   colour  mean sRGB-encoded colour, 0 to 1; negative = no colour was seen
-/// A voxel is active iff its weight is > 0. Free space is weight > 0 with tsdf at +truncation.
+///   colour  mean sRGB-encoded colour
+/// Ten bytes: weight and colour are codes (core/voxel_codes.h). A voxel is active iff its weight is > 0. Free space is
+/// weight > 0 with tsdf at +truncation.
 class TsdfVolume {
  public:
   /// Errors (kConfig): a voxel size, truncation or budget that is not positive and finite.
   [[nodiscard]] static Result<TsdfVolume> create(const FusionConfig& config);
 
-  [[nodiscard]] const FusionConfig& config() const { return config_; }
-  [[nodiscard]] const openvdb::FloatGrid& tsdf() const { return *tsdf_; }
-  [[nodiscard]] const openvdb::FloatGrid& weight() const { return *weight_; }
-  [[nodiscard]] const openvdb::Vec3SGrid& colour() const { return *colour_; }
-  [[nodiscard]] openvdb::FloatGrid& tsdf() { return *tsdf_; }
-  [[nodiscard]] openvdb::FloatGrid& weight() { return *weight_; }
-  [[nodiscard]] openvdb::Vec3SGrid& colour() { return *colour_; }
+  TsdfVolume(TsdfVolume&&) = default;
+  TsdfVolume& operator=(TsdfVolume&&) = default;
+  TsdfVolume(const TsdfVolume&) = delete;
+  TsdfVolume& operator=(const TsdfVolume&) = delete;
+  ~TsdfVolume() = default;
 
-  [[nodiscard]] std::size_t blocks() const;         ///< leaves of 8^3 voxels
-  [[nodiscard]] std::size_t active_voxels() const;  ///< observed voxels
-  [[nodiscard]] double memory_mib() const;          ///< of the three grids
-  /// Memory of one block of 8^3 voxels, its share of the tree included.
+  [[nodiscard]] const FusionConfig& config() const { return config_; }
+  [[nodiscard]] const TsdfGrid& tsdf() const { return *tsdf_; }
+  [[nodiscard]] const WeightGrid& weight() const { return *weight_; }
+  [[nodiscard]] const ColourGrid& colour() const { return *colour_; }
+  /// For looking at a few; a walk through three trees.
+  [[nodiscard]] Voxel voxel(const openvdb::Coord& index) const;
+
+  [[nodiscard]] std::size_t blocks() const { return index_.blocks().size(); }  ///< leaves of 8^3 voxels
+  [[nodiscard]] std::size_t active_voxels() const;                             ///< observed voxels
+  [[nodiscard]] double memory_mib() const;                                     ///< of the three grids
+  /// Memory of one block of 8^3 voxels, its share of the trees and of the index included.
   [[nodiscard]] static std::size_t bytes_per_block();
   /// Blocks that fit the memory budget.
   [[nodiscard]] std::size_t max_blocks() const;
 
+  [[nodiscard]] const BlockIndex& index() const { return index_; }
+  [[nodiscard]] BlockIndex& index() { return index_; }
+  /// The leaves become those of a block. They are the volume's from now on.
+  void add_block(const VolumeBlock& block);
+  /// The origins of the blocks that changed since the last call, for meshing these alone.
+  [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
+
   /// True once integrate() had to leave out blocks because of the budget.
   bool is_budget_reached = false;
+  std::uint32_t frames = 0;  ///< integrated
 
-  /// Writes the three grids, all or nothing; stock grid types that any OpenVDB program opens. Errors: kOutput.
+  /// Writes the three grids, all or nothing, in stock types that any OpenVDB program opens: weights as floats, colours
+  /// as three floats from 0 to 1, negative where none was seen. Errors: kOutput.
   [[nodiscard]] Result<void> save(const std::filesystem::path& path) const;
 
  private:
   TsdfVolume() = default;
   FusionConfig config_;
-  openvdb::FloatGrid::Ptr tsdf_;
-  openvdb::FloatGrid::Ptr weight_;
-  openvdb::Vec3SGrid::Ptr colour_;
+  TsdfGrid::Ptr tsdf_;
+  WeightGrid::Ptr weight_;
+  ColourGrid::Ptr colour_;
+  BlockIndex index_;
 };
 
 /// A volume read from a .vdb: ours, or any file with a FloatGrid.

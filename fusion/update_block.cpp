@@ -4,6 +4,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <tuple>
+#include <type_traits>
+
 #include "fusion/update_block.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -14,20 +17,125 @@ using Floats = hn::CappedTag<float, kBlockSide>;
 using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
 
+using Codes16 = hn::Rebind<WeightCode, Floats>;
+using Codes32 = hn::RebindToUnsigned<Floats>;
+using VI = hn::Vec<Ints>;
+using MF = hn::Mask<Floats>;
+
+HWY_INLINE VF set(float value) {
+  return hn::Set(Floats(), value);
+}
+
+HWY_INLINE std::uint64_t bits(MF mask) {
+  alignas(8) std::array<std::uint8_t, 8> bytes{};
+  hn::StoreMaskBits(Floats(), mask, bytes.data());
+  return bytes[0];
+}
+
+/// Voxels in camera coordinates.
+struct Points {
+  VF x, y, z;
+};
+
+/// A frame's colours.
+class ColourUpdate {
+ public:
+  explicit ColourUpdate(const ColourView& view) : view_(view) {}
+
+  /// `goodness`: (cos(incidence) / z)^2 against the best that can be. `noise`: any number, another for every voxel.
+  HWY_INLINE void apply(const Points& p, MF takes, VF goodness, std::uint32_t noise, ColourCode* codes) const {
+    const Floats f;
+    const Ints i;
+    const Codes32 c;
+    const auto& [R, t] = std::tie(view_.R, view_.t);
+    const auto turned = [&](std::size_t row) {
+      return hn::Add(hn::Add(hn::Add(hn::Mul(set(R[3 * row]), p.x), hn::Mul(set(R[3 * row + 1]), p.y)),
+                             hn::Mul(set(R[3 * row + 2]), p.z)),
+                     set(t[row]));
+    };
+    const auto z = turned(2);
+    const auto per_z = hn::Div(set(1), z);
+    const auto u = hn::Add(hn::Mul(hn::Mul(set(view_.fx), turned(0)), per_z), set(view_.cx));
+    const auto v = hn::Add(hn::Mul(hn::Mul(set(view_.fy), turned(1)), per_z), set(view_.cy));
+    const auto inside = [&](VF at, int size) {
+      return hn::And(hn::Ge(at, hn::Zero(f)), hn::Lt(at, set(static_cast<float>(size - 1))));
+    };
+    const auto seen =
+        hn::And(hn::And(takes, hn::Gt(z, hn::Zero(f))), hn::And(inside(u, view_.width), inside(v, view_.height)));
+    if (hn::AllFalse(f, seen)) return;
+
+    const auto pixel_x = hn::ConvertTo(i, hn::IfThenElseZero(seen, u));
+    const auto pixel_y = hn::ConvertTo(i, hn::IfThenElseZero(seen, v));
+    const auto share_x = hn::Sub(u, hn::ConvertTo(f, pixel_x));
+    const auto share_y = hn::Sub(v, hn::ConvertTo(f, pixel_y));
+    const auto pixel = hn::Add(hn::Mul(pixel_y, hn::Set(i, view_.width)), pixel_x);
+    const auto* const pixels = reinterpret_cast<const std::int32_t*>(view_.pixels);
+    const auto p00 = hn::GatherIndex(i, pixels, pixel);
+    const auto p10 = hn::GatherIndex(i, pixels + 1, pixel);
+    const auto p01 = hn::GatherIndex(i, pixels + view_.width, pixel);
+    const auto p11 = hn::GatherIndex(i, pixels + view_.width + 1, pixel);
+
+    const auto old = hn::LoadU(c, codes);
+    const auto byte = hn::Set(c, 0xFF);
+    const auto best = hn::Mul(hn::ConvertTo(f, hn::BitCast(i, hn::ShiftRight<24>(old))), set(1.0f / 255));
+    const auto good = hn::Mul(goodness, goodness);
+    const auto best_squared = hn::Mul(best, best);
+    const auto others = hn::Mul(set(kColourViews - 1), hn::Mul(best_squared, best_squared));
+    const auto share = hn::Div(good, hn::Add(good, others));
+    const auto dither = dither_of(noise);
+    const auto mixed = [&](auto shift) {
+      constexpr int kShift = decltype(shift)::value;
+      const auto channel = [&](auto code) {
+        return hn::ConvertTo(f, hn::And(hn::ShiftRight<kShift>(code), hn::Set(i, 0xFF)));
+      };
+      const auto mix = [&](VF a, VF b, VF part) { return hn::Add(a, hn::Mul(hn::Sub(b, a), part)); };
+      const auto now = mix(mix(channel(p00), channel(p10), share_x), mix(channel(p01), channel(p11), share_x), share_y);
+      const auto mean = mix(channel(hn::BitCast(i, old)), now, share);
+      const auto rounded = hn::ConvertTo(i, hn::Min(hn::Add(mean, dither), set(255)));
+      return hn::ShiftLeft<kShift>(hn::And(hn::BitCast(c, rounded), byte));
+    };
+    const auto quality = hn::Min(hn::Max(best, hn::Sqrt(goodness)), set(1));
+    const auto quality_code = hn::ConvertTo(i, hn::Max(hn::Add(hn::Mul(quality, set(255)), set(0.5f)), set(1)));
+    const auto colour = hn::Or(hn::Or(mixed(Shift<0>()), mixed(Shift<8>())),
+                               hn::Or(mixed(Shift<16>()), hn::ShiftLeft<24>(hn::BitCast(c, quality_code))));
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(c, seen), colour, old), c, codes);
+  }
+
+ private:
+  template <int kBits>
+  using Shift = std::integral_constant<int, kBits>;
+
+  /// From 0 to below 1, as if at random.
+  HWY_INLINE VF dither_of(std::uint32_t noise) const {
+    const Codes32 c;
+    const auto number = hn::Add(hn::Iota(c, 0), hn::Set(c, noise + view_.seed));
+    const auto mixed = hn::Mul(
+        hn::Xor(hn::Mul(number, hn::Set(c, 0x9E3779B1u)), hn::ShiftRight<15>(hn::Mul(number, hn::Set(c, 0x85EBCA77u)))),
+        hn::Set(c, 0xC2B2AE3Du));
+    return hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), hn::ShiftRight<9>(mixed))), set(0x1p-23f));
+  }
+
+  const ColourView& view_;
+};
+
 /// A row of voxels along z, or a part of one, against the planes of the pixels they project to.
 class RowUpdate {
  public:
-  explicit RowUpdate(const FrameView& frame) : frame_(frame) {}
+  explicit RowUpdate(const FrameView& frame) : frame_(frame), colours_(frame.colour) {}
 
-  /// Returns the bits of the voxels that the frame says something of; `colour` gets those of the inner band.
-  HWY_INLINE std::uint64_t apply(VF x, VF y, VF z, float* tsdf, float* weight, float* added,
-                                 std::uint64_t& colour) const {
+  struct Done {
+    std::uint64_t observed = 0;  ///< the voxels that the frame says something of
+    std::uint64_t free = 0;      ///< those of them that are in free space by now
+  };
+
+  HWY_INLINE Done apply(const Points& p, std::uint32_t noise, float* tsdf, WeightCode* weights,
+                        ColourCode* colours) const {
     const Floats f;
     const Ints i;
-    const auto set = [&](float value) { return hn::Set(f, value); };
     const auto zero = hn::Zero(f);
     const auto half = set(0.5f);
     const auto one = set(1);
+    const auto& [x, y, z] = p;
 
     const auto per_z = hn::Div(one, z);
     const auto u = hn::Add(hn::Add(hn::Mul(hn::Mul(set(frame_.fx), x), per_z), set(frame_.cx)), half);
@@ -35,7 +143,7 @@ class RowUpdate {
     const auto in_u = hn::And(hn::Ge(u, zero), hn::Lt(u, set(static_cast<float>(frame_.width))));
     const auto in_v = hn::And(hn::Ge(v, zero), hn::Lt(v, set(static_cast<float>(frame_.height))));
     const auto in_picture = hn::And(hn::And(in_u, in_v), hn::Gt(z, zero));
-    if (hn::AllFalse(f, in_picture)) return 0;
+    if (hn::AllFalse(f, in_picture)) return {};
 
     const auto pixel_x = hn::ConvertTo(i, hn::IfThenElseZero(in_picture, u));
     const auto pixel_y = hn::ConvertTo(i, hn::IfThenElseZero(in_picture, v));
@@ -46,7 +154,7 @@ class RowUpdate {
     const auto sigma = hn::Add(set(frame_.noise_floor), hn::Mul(set(frame_.noise_growth), hn::Mul(beyond, beyond)));
     const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.band_sigmas), sigma));
     const auto is_seen = hn::And(hn::And(in_picture, hn::Gt(seen_z, zero)), hn::Le(hn::Sub(z, seen_z), truncation));
-    if (hn::AllFalse(f, is_seen)) return 0;
+    if (hn::AllFalse(f, is_seen)) return {};
 
     // The plane: its normal, and the point on the pixel's own ray.
     const auto packed = hn::GatherIndex(i, reinterpret_cast<const std::int32_t*>(frame_.normals), pixel);
@@ -62,34 +170,59 @@ class RowUpdate {
     const auto distance =
         dot(hn::Sub(x, hn::Mul(ray_x, seen_z)), hn::Sub(y, hn::Mul(ray_y, seen_z)), hn::Sub(z, seen_z));
 
-    const auto ray_length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(ray_x, ray_x), hn::Mul(ray_y, ray_y)), one));
-    const auto cosine = hn::Min(hn::Max(hn::Neg(hn::Div(dot(ray_x, ray_y, one), ray_length)), zero), one);
-    const auto certainty = hn::Div(set(frame_.best_variance), hn::Mul(sigma, sigma));
-    const auto nearness = hn::Max(zero, hn::Sub(one, hn::Div(hn::Abs(distance), truncation)));
-    const auto cube = hn::Mul(hn::Mul(nearness, nearness), nearness);
-    const auto share = hn::IfThenElse(hn::Ge(distance, zero), hn::Max(cube, set(kFreeSpaceShare)), cube);
-    const auto weight_now = hn::IfThenElseZero(is_seen, hn::Mul(hn::Mul(cosine, certainty), share));
+    // weight = cos(incidence) best_variance / sigma^2 * max(((truncation - |distance|) / truncation)^3, share of free
+    // space), as one fraction. Behind the band there is no such share.
+    const auto slope = hn::Max(hn::Neg(dot(ray_x, ray_y, one)), zero);
+    const auto ray_squared = hn::Add(hn::Add(hn::Mul(ray_x, ray_x), hn::Mul(ray_y, ray_y)), one);
+    const auto cube = [](VF a) { return hn::Mul(hn::Mul(a, a), a); };
+    const auto truncation_cubed = cube(truncation);
+    const auto nearness = cube(hn::Max(zero, hn::Sub(truncation, hn::Abs(distance))));
+    const auto in_front = hn::Max(nearness, hn::Mul(truncation_cubed, set(kFreeSpaceShare)));
+    const auto share = hn::IfThenElse(hn::Ge(distance, zero), in_front, nearness);
+    const auto above = hn::IfThenElseZero(is_seen, hn::Mul(hn::Mul(slope, set(frame_.best_variance)), share));
+    const auto below = hn::Mul(hn::Mul(hn::Mul(sigma, sigma), hn::Sqrt(ray_squared)), truncation_cubed);
+    const auto weight_now = hn::Div(above, below);
     const auto observed = hn::Gt(weight_now, zero);
+    const std::uint64_t observed_bits = bits(observed);
+    if (observed_bits == 0) return {};
 
+    const auto old_weight = decoded(weights);
     const auto mean = hn::LoadU(f, tsdf);
-    const auto sum = hn::Add(hn::LoadU(f, weight), weight_now);
-    const auto part = hn::IfThenElseZero(observed, hn::Div(weight_now, sum));
-    const auto step = hn::Mul(hn::Sub(hn::Min(distance, truncation), mean), part);
-    hn::StoreU(hn::IfThenElse(observed, hn::Add(mean, step), mean), f, tsdf);
-    hn::StoreU(hn::Min(sum, set(frame_.max_weight)), f, weight);
-    hn::StoreU(weight_now, f, added);
-    colour = bits(hn::And(observed, hn::Lt(hn::Abs(distance), hn::Mul(set(kInnerBand), truncation))));
-    return bits(observed);
+    const auto sum = hn::Add(old_weight, weight_now);
+    const auto step = hn::Mul(hn::Sub(hn::Min(distance, truncation), mean), hn::Div(weight_now, sum));
+    const auto moved = hn::IfThenElse(observed, hn::Add(mean, step), mean);
+    hn::StoreU(moved, f, tsdf);
+    store_encoded(hn::IfThenElse(observed, hn::Min(sum, set(frame_.max_weight)), old_weight), weights);
+
+    if (frame_.colour.pixels != nullptr) {
+      const auto takes = hn::And(observed, hn::Lt(hn::Abs(distance), hn::Mul(set(kInnerBand), truncation)));
+      if (!hn::AllFalse(f, takes)) {
+        const auto per_range = hn::Mul(per_z, set(kBestColourRange));
+        const auto cosine_squared = hn::Div(hn::Mul(slope, slope), ray_squared);
+        const auto goodness = hn::Min(hn::Mul(cosine_squared, hn::Mul(per_range, per_range)), one);
+        colours_.apply(p, takes, goodness, noise, colours);
+      }
+    }
+    return {observed_bits, bits(hn::And(observed, hn::Ge(moved, set(frame_.band_m))))};
   }
 
  private:
-  static HWY_INLINE std::uint64_t bits(hn::Mask<Floats> mask) {
-    alignas(8) std::array<std::uint8_t, 8> bytes{};
-    hn::StoreMaskBits(Floats(), mask, bytes.data());
-    return bytes[0];
+  static HWY_INLINE VF decoded(const WeightCode* codes) {
+    const auto code = hn::PromoteTo(Ints(), hn::LoadU(Codes16(), codes));
+    const auto root = hn::Mul(hn::ConvertTo(Floats(), code), set(kWeightCodeUnit));
+    return hn::Mul(root, root);
+  }
+
+  /// As encode_weight.
+  static HWY_INLINE void store_encoded(VF weight, WeightCode* codes) {
+    const auto code = hn::Mul(hn::Sqrt(weight), set(1 / kWeightCodeUnit));
+    const auto least = hn::IfThenElseZero(hn::Gt(weight, hn::Zero(Floats())), set(1));
+    const auto rounded = hn::NearestInt(hn::Min(hn::Max(code, least), set(65535)));
+    hn::StoreU(hn::DemoteTo(Codes16(), rounded), Codes16(), codes);
   }
 
   const FrameView& frame_;
+  ColourUpdate colours_;
 };
 
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change) {
@@ -99,25 +232,27 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
   const auto row = [&](std::size_t axis, int x, int y, std::size_t first_z) {
     const float start =
         place.first[axis] + static_cast<float>(x) * along_x[axis] + static_cast<float>(y) * along_y[axis];
-    return hn::Add(hn::Set(f, start), hn::Mul(hn::Iota(f, static_cast<float>(first_z)), hn::Set(f, along_z[axis])));
+    return hn::Add(set(start), hn::Mul(hn::Iota(f, static_cast<float>(first_z)), set(along_z[axis])));
   };
+  std::uint64_t free = ~std::uint64_t{0};
   for (int x = 0; x < kBlockSide; ++x) {
     std::uint64_t observed = 0;
-    std::uint64_t takes_colour = 0;
+    std::uint64_t free_here = 0;
     for (int y = 0; y < kBlockSide; ++y) {
       for (std::size_t z = 0; z < kBlockSide; z += hn::Lanes(f)) {
         const std::size_t bit = static_cast<std::size_t>(kBlockSide * y) + z;
         const std::size_t voxel = static_cast<std::size_t>(kBlockSide * kBlockSide * x) + bit;
-        std::uint64_t colour = 0;
-        observed |= update.apply(row(0, x, y, z), row(1, x, y, z), row(2, x, y, z), voxels.tsdf + voxel,
-                                 voxels.weight + voxel, change.added.data() + voxel, colour)
-                    << bit;
-        takes_colour |= colour << bit;
+        const auto done =
+            update.apply({row(0, x, y, z), row(1, x, y, z), row(2, x, y, z)}, static_cast<std::uint32_t>(voxel),
+                         voxels.tsdf + voxel, voxels.weight + voxel, voxels.colour + voxel);
+        observed |= done.observed << bit;
+        free_here |= done.free << bit;
       }
     }
     change.observed[static_cast<std::size_t>(x)] = observed;
-    change.takes_colour[static_cast<std::size_t>(x)] = takes_colour;
+    free &= free_here;
   }
+  change.is_free = free == ~std::uint64_t{0};
 }
 
 }  // namespace scanknit::HWY_NAMESPACE
@@ -150,7 +285,7 @@ FrameView::FrameView(const SurfaceImage& surface, const CameraIntrinsics& camera
       noise_from(static_cast<float>(config.noise.from_m)),
       best_variance(
           static_cast<float>(config.noise.sigma_m(config.noise.from_m) * config.noise.sigma_m(config.noise.from_m))),
-      max_weight(static_cast<float>(config.max_weight)) {}
+      max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)) {}
 
 }  // namespace scanknit
 #endif

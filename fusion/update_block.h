@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/camera.h"
+#include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"
 #include "fusion/surface_image.h"
 
@@ -18,6 +19,21 @@ inline constexpr float kInnerBand = 0.5f;
 
 /// Free space in front of a surface counts as much of an observation: enough to carve.
 inline constexpr float kFreeSpaceShare = 0.05f;
+
+/// Colours are the mean of about so many views as good as the best one ...
+inline constexpr float kColourViews = 8;
+/// ... which is one at a right angle from this range, metres.
+inline constexpr float kBestColourRange = 0.4f;
+
+/// A frame's colours as the inner loop wants them.
+struct ColourView {
+  const ColourCode* pixels = nullptr;  ///< null: the frame has no colours
+  int width = 0, height = 0;
+  float fx = 0, fy = 0, cx = 0, cy = 0;
+  std::array<float, 9> R{};  ///< T_colour_depth, row by row
+  std::array<float, 3> t{};
+  std::uint32_t seed = 0;  ///< another one for every frame
+};
 
 /// What is the same for all blocks of a frame, as the inner loop wants it.
 struct FrameView {
@@ -33,6 +49,7 @@ struct FrameView {
   float noise_floor, noise_growth, noise_from;  ///< NoiseModel
   float best_variance;                          ///< of the noise at its least
   float max_weight;
+  ColourView colour;
 };
 
 /// Camera coordinates of a block's voxels: `first` + x step[0] + y step[1] + z step[2].
@@ -44,14 +61,14 @@ struct BlockPlace {
 /// Voxel n = 64 x + 8 y + z, as in a leaf of OpenVDB.
 struct BlockVoxels {
   float* tsdf;
-  float* weight;
+  WeightCode* weight;
+  ColourCode* colour;
 };
 
-/// What a frame did to a block. Masks: word x, bit 8 y + z.
+/// What a frame did to a block.
 struct BlockChange {
-  std::array<std::uint64_t, kBlockSide> observed;      ///< voxels that the frame says something of
-  std::array<std::uint64_t, kBlockSide> takes_colour;  ///< those in the inner band
-  alignas(64) std::array<float, kBlockVoxels> added;   ///< the weight of its word; where observed
+  std::array<std::uint64_t, kBlockSide> observed;  ///< voxels that the frame says something of: word x, bit 8 y + z
+  bool is_free;                                    ///< all of them, and each is free space by now
 };
 
 /// Updates the weighted running mean of signed distances (Curless & Levoy 1996). A voxel that projects to a pixel is
@@ -61,6 +78,11 @@ struct BlockChange {
 /// that sees the nearest part. On both sides alike, so that noise has no preferred direction; free space keeps
 /// kFreeSpaceShare. Nothing is known beyond the truncation behind the pixel's plane. Chooses the widest instructions of
 /// the processor at run time; each operation is rounded as IEEE 754 says, none are fused, so all give the same bits.
+///
+/// Colour is a running mean, too, of the views about as good as the best one: its share falls with the fourth power of
+/// cos(incidence) / z against the best view's. Rounded with a dither, without which eight bits stall: a mean that moves
+/// by less than half a step would not move.
+///
 /// Why the cube: ScanKnit's rows of bench/compare.py, with other powers here. On the turntable the first power doubles
 /// the error; in the noisy desk scene the fourth adds a tenth.
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change);

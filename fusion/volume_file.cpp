@@ -1,8 +1,10 @@
 // Volumes on disk: TsdfVolume::save and load_volume.
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
+#include <openvdb/tree/LeafManager.h>
 
 #include <exception>
+#include <memory>
 #include <ostream>
 #include <streambuf>
 #include <string>
@@ -62,6 +64,29 @@ typename Grid::Ptr find_grid(const openvdb::GridPtrVec& grids, const std::string
   return nullptr;
 }
 
+/// The grid in a stock type: every voxel's code decoded.
+template <typename Stock, typename Coded, typename Decode>
+typename Stock::Ptr in_stock_type(const Coded& coded, const typename Stock::ValueType& background,
+                                  const Decode& decode) {
+  auto tree = std::make_shared<typename Stock::TreeType>(coded.tree(), background, openvdb::TopologyCopy());
+  using StockLeaf = typename Stock::TreeType::LeafNodeType;
+  openvdb::tree::LeafManager<typename Stock::TreeType> leaves(*tree);
+  leaves.foreach ([&](StockLeaf& leaf, std::size_t) {
+    const auto* from = coded.tree().probeConstLeaf(leaf.origin());
+    for (openvdb::Index i = 0; i < StockLeaf::SIZE; ++i) leaf.setValueOnly(i, decode(from->getValue(i)));
+  });
+  auto grid = Stock::create(tree);
+  grid->setName(coded.getName());
+  grid->setTransform(coded.transform().copy());
+  return grid;
+}
+
+openvdb::Vec3s floats_of(ColourCode code) {
+  if (!has_colour(code)) return openvdb::Vec3s(-1);
+  const Rgb8 colour = decode_colour(code);
+  return openvdb::Vec3s(colour.r, colour.g, colour.b) / 255.0f;
+}
+
 }  // namespace
 
 Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
@@ -74,7 +99,9 @@ Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
     metadata.insertMeta("creator", openvdb::StringMetadata("ScanKnit"));
     metadata.insertMeta("unit", openvdb::StringMetadata("metre"));
     metadata.insertMeta("colour_encoding", openvdb::StringMetadata("sRGB, 0 to 1; negative: not seen"));
-    openvdb::io::Stream(stream).write(openvdb::GridCPtrVec{tsdf_, weight_, colour_}, metadata);
+    const openvdb::GridCPtrVec grids{tsdf_, in_stock_type<openvdb::FloatGrid>(*weight_, 0.0f, decode_weight),
+                                     in_stock_type<openvdb::Vec3SGrid>(*colour_, openvdb::Vec3s(-1), floats_of)};
+    openvdb::io::Stream(stream).write(grids, metadata);
     if (buffer.status() && !stream) return Error{ErrorCode::kOutput, "OpenVDB failed to write", path.string()};
   } catch (const std::exception& e) {
     if (buffer.status())

@@ -35,24 +35,22 @@ TsdfVolume make_volume(const FusionConfig& config) {
   return std::move(volume).value();
 }
 
-/// Calls visit(coord, tsdf, weight) for every observed voxel.
+/// Calls visit(coord, tsdf) for every observed voxel.
 template <typename Visit>
 void for_each_observed(const TsdfVolume& volume, Visit visit) {
-  const auto weight = volume.weight().getConstAccessor();
-  for (auto voxel = volume.tsdf().cbeginValueOn(); voxel; ++voxel) {
-    visit(voxel.getCoord(), *voxel, weight.getValue(voxel.getCoord()));
-  }
+  for (auto voxel = volume.tsdf().cbeginValueOn(); voxel; ++voxel) visit(voxel.getCoord(), *voxel);
 }
 
 bool are_equal(const TsdfVolume& a, const TsdfVolume& b) {
   if (a.active_voxels() != b.active_voxels() || a.blocks() != b.blocks()) return false;
   const auto tsdf = b.tsdf().getConstAccessor();
   const auto weight = b.weight().getConstAccessor();
+  const auto weight_a = a.weight().getConstAccessor();
   const auto colour = b.colour().getConstAccessor();
   const auto colour_a = a.colour().getConstAccessor();
   bool equal = true;
-  for_each_observed(a, [&](const Coord& c, float value, float w) {
-    equal = equal && tsdf.isValueOn(c) && tsdf.getValue(c) == value && weight.getValue(c) == w &&
+  for_each_observed(a, [&](const Coord& c, float value) {
+    equal = equal && tsdf.isValueOn(c) && tsdf.getValue(c) == value && weight.getValue(c) == weight_a.getValue(c) &&
             colour.getValue(c) == colour_a.getValue(c);
   });
   return equal;
@@ -65,7 +63,7 @@ TEST(Integrate, GivesTheExactDistanceToASlantedPlane) {
   ASSERT_TRUE(integrate(plane_frame(small_camera(), normal, offset_m), Pose::Identity(), volume));
   ASSERT_GT(volume.active_voxels(), 10000u);
   const float band_m = static_cast<float>(4 * kVoxel);
-  for_each_observed(volume, [&](const Coord& c, float value, float) {
+  for_each_observed(volume, [&](const Coord& c, float value) {
     const Eigen::Vector3d p = Eigen::Vector3d(c.x(), c.y(), c.z()) * kVoxel;
     const auto truth = static_cast<float>(normal.dot(p) - offset_m);
     ASSERT_NEAR(value, std::min(truth, band_m), kFloatNoise) << c;
@@ -81,7 +79,7 @@ TEST(Integrate, GivesTheExactDistanceWhereEveryThirdPixelIsMissing) {
   TsdfVolume volume = make_volume(fixed_band());
   ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
   ASSERT_GT(volume.active_voxels(), 10000u);
-  for_each_observed(volume, [&](const Coord& c, float value, float) {
+  for_each_observed(volume, [&](const Coord& c, float value) {
     const Eigen::Vector3d p = Eigen::Vector3d(c.x(), c.y(), c.z()) * kVoxel;
     ASSERT_NEAR(value, std::min(static_cast<float>(normal.dot(p) + 0.8), static_cast<float>(4 * kVoxel)), kFloatNoise);
   });
@@ -90,12 +88,11 @@ TEST(Integrate, GivesTheExactDistanceWhereEveryThirdPixelIsMissing) {
 TEST(Integrate, LeavesHiddenSpaceUnknown) {
   TsdfVolume volume = make_volume(fixed_band());
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
-  const auto weight = volume.weight().getConstAccessor();
-  EXPECT_GT(weight.getValue(Coord(0, 0, 80)), 0);  // on the surface
-  EXPECT_GT(weight.getValue(Coord(0, 0, 77)), 0);  // in front
-  EXPECT_GT(weight.getValue(Coord(0, 0, 83)), 0);  // within the band behind
-  EXPECT_EQ(weight.getValue(Coord(0, 0, 85)), 0);  // beyond the band: never seen
-  EXPECT_FALSE(weight.isValueOn(Coord(0, 0, 85)));
+  EXPECT_GT(volume.voxel({0, 0, 80}).weight, 0);  // on the surface
+  EXPECT_GT(volume.voxel({0, 0, 77}).weight, 0);  // in front
+  EXPECT_GT(volume.voxel({0, 0, 83}).weight, 0);  // within the band behind
+  EXPECT_EQ(volume.voxel({0, 0, 85}).weight, 0);  // beyond the band: never seen
+  EXPECT_FALSE(volume.weight().tree().isValueOn({0, 0, 85}));
 }
 
 TEST(Integrate, MarksSpaceInFrontAsFree) {
@@ -103,10 +100,10 @@ TEST(Integrate, MarksSpaceInFrontAsFree) {
   const Frame wall_at_80 = plane_frame(small_camera(), {0, 0, -1}, -0.8);
   const Frame wall_at_100 = plane_frame(small_camera(), {0, 0, -1}, -1.0);
   ASSERT_TRUE(integrate(wall_at_80, Pose::Identity(), volume));
-  const float before_m = volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82));
+  const float before_m = volume.voxel({0, 0, 82}).tsdf_m;
   EXPECT_LT(before_m, 0);
   for (int i = 0; i < 8; ++i) ASSERT_TRUE(integrate(wall_at_100, Pose::Identity(), volume));
-  EXPECT_GT(volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82)), 0);  // the wall that went away is carved
+  EXPECT_GT(volume.voxel({0, 0, 82}).tsdf_m, 0);  // the wall that went away is carved
 }
 
 TEST(Integrate, LeavesKnownSpaceAloneWithoutCarving) {
@@ -114,9 +111,9 @@ TEST(Integrate, LeavesKnownSpaceAloneWithoutCarving) {
   config.carve_free_space = false;
   TsdfVolume volume = make_volume(config);
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
-  const float before_m = volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82));
+  const float before_m = volume.voxel({0, 0, 82}).tsdf_m;
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -1.6), Pose::Identity(), volume));
-  EXPECT_EQ(volume.tsdf().getConstAccessor().getValue(Coord(0, 0, 82)), before_m);
+  EXPECT_EQ(volume.voxel({0, 0, 82}).tsdf_m, before_m);
 }
 
 TEST(Integrate, WeighsHeadOnViewsByTheNoiseOfTheirRange) {
@@ -124,7 +121,7 @@ TEST(Integrate, WeighsHeadOnViewsByTheNoiseOfTheirRange) {
   TsdfVolume volume = make_volume(config);
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -2.0), Pose::Identity(), volume));
   const double sigma_ratio = config.noise.sigma_m(config.noise.from_m) / config.noise.sigma_m(2.0);
-  const float weight = volume.weight().getConstAccessor().getValue(Coord(0, 0, 200));
+  const float weight = volume.voxel({0, 0, 200}).weight;
   const double kOffAxisPixel = 0.001;  // cosine of the pixel next to the principal point
   EXPECT_NEAR(static_cast<double>(weight), sigma_ratio * sigma_ratio, kOffAxisPixel);
 }
@@ -137,28 +134,66 @@ TEST(Integrate, WidensTheBandWithTheNoise) {
   const double band_m = 10 * config.noise.sigma_m(2.0);
   const int voxels = static_cast<int>(band_m / kVoxel);
   ASSERT_GT(voxels, 4);
-  const auto weight = volume.weight().getConstAccessor();
-  EXPECT_GT(weight.getValue(Coord(0, 0, 200 + voxels)), 0);
-  EXPECT_EQ(weight.getValue(Coord(0, 0, 200 + voxels + 1)), 0);
+  EXPECT_GT(volume.voxel({0, 0, 200 + voxels}).weight, 0);
+  EXPECT_EQ(volume.voxel({0, 0, 200 + voxels + 1}).weight, 0);
 }
 
-TEST(Integrate, AveragesColour) {
-  Frame frame = plane_frame(small_camera(), {0, 0, -1}, -0.8);
-  frame.colour = ColourFrame{ColourImage(160, 120, Rgb8{200, 100, 0}), small_camera(), Pose::Identity()};
+/// A wall that the camera sees from `range_m` in one colour; it stands at z = 0.8 m in the world.
+void see_wall(TsdfVolume& volume, double range_m, const Rgb8& colour) {
+  Frame frame = plane_frame(small_camera(), {0, 0, -1}, -range_m);
+  frame.colour = ColourFrame{ColourImage(160, 120, colour), small_camera(), Pose::Identity()};
+  ASSERT_TRUE(integrate(frame, Pose(Eigen::Translation3d(0, 0, 0.8 - range_m)), volume));
+}
+
+Rgb8 wall_colour(const TsdfVolume& volume) {
+  return volume.voxel({0, 0, 80}).colour.value_or(Rgb8{1, 2, 3});
+}
+
+TEST(Integrate, TakesTheColourOfTheFirstView) {
   TsdfVolume volume = make_volume(fixed_band());
-  ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
-  frame.colour->image = ColourImage(160, 120, Rgb8{100, 100, 255});
-  ASSERT_TRUE(integrate(frame, Pose::Identity(), volume));
-  const openvdb::Vec3s colour = volume.colour().getConstAccessor().getValue(Coord(0, 0, 80));
-  EXPECT_NEAR(colour.x(), 150 / 255.0f, kFloatNoise);
-  EXPECT_NEAR(colour.y(), 100 / 255.0f, kFloatNoise);
-  EXPECT_NEAR(colour.z(), 127.5f / 255.0f, kFloatNoise);
+  see_wall(volume, 0.8, {200, 100, 0});
+  EXPECT_EQ(wall_colour(volume), (Rgb8{200, 100, 0}));
+}
+
+TEST(Integrate, AveragesTheColoursOfEqualViewsWithoutStalling) {
+  TsdfVolume volume = make_volume(fixed_band());
+  see_wall(volume, 0.8, {200, 100, 255});
+  for (int i = 0; i < 100; ++i) see_wall(volume, 0.8, {203, 97, 0});  // by less than the steps of eight bits
+  const Rgb8 colour = wall_colour(volume);
+  EXPECT_NEAR(colour.r, 203, 1);
+  EXPECT_NEAR(colour.g, 97, 1);
+  EXPECT_NEAR(colour.b, 0, 1);
+}
+
+TEST(Integrate, PrefersTheColourOfTheBetterView) {
+  TsdfVolume near_first = make_volume(fixed_band());
+  see_wall(near_first, 0.5, {200, 100, 0});
+  for (int i = 0; i < 4; ++i) see_wall(near_first, 2.0, {0, 0, 255});
+  TsdfVolume far_first = make_volume(fixed_band());
+  for (int i = 0; i < 4; ++i) see_wall(far_first, 2.0, {0, 0, 255});
+  see_wall(far_first, 0.5, {200, 100, 0});
+  for (const TsdfVolume* volume : {&near_first, &far_first}) {
+    EXPECT_NEAR(wall_colour(*volume).r, 200, 10);
+    EXPECT_NEAR(wall_colour(*volume).b, 0, 12);
+  }
 }
 
 TEST(Integrate, SaysWhereNoColourWasSeen) {
   TsdfVolume volume = make_volume(fixed_band());
   ASSERT_TRUE(integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume));
-  EXPECT_LT(volume.colour().getConstAccessor().getValue(Coord(0, 0, 80)).x(), 0);
+  EXPECT_FALSE(volume.voxel({0, 0, 80}).colour);
+}
+
+TEST(Integrate, TellsWhichBlocksChanged) {
+  TsdfVolume volume = make_volume(fixed_band());
+  see_wall(volume, 0.8, {1, 2, 3});
+  EXPECT_EQ(volume.take_changed_blocks().size(), volume.blocks());
+  EXPECT_TRUE(volume.take_changed_blocks().empty());
+  const Frame ball = sphere_frame(small_camera(), {0, 0, 0.7}, 0.05);
+  ASSERT_TRUE(integrate(ball, Pose::Identity(), volume));
+  const auto changed = volume.take_changed_blocks();
+  EXPECT_FALSE(changed.empty());
+  EXPECT_LT(changed.size(), volume.blocks());
 }
 
 TEST(Integrate, KeepsOneTopologyInTheThreeGrids) {
@@ -298,9 +333,10 @@ std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Pos
   const BlockPlace place{column(T_camera_world * (Eigen::Vector3d(block.x(), block.y(), block.z()) * kVoxel)),
                          {column(step.col(0)), column(step.col(1)), column(step.col(2))}};
   std::array<float, kBlockVoxels> tsdf{};
-  std::array<float, kBlockVoxels> weight{};
+  std::array<WeightCode, kBlockVoxels> weight{};
+  std::array<ColourCode, kBlockVoxels> colour{};
   BlockChange change;
-  update_block(view, place, {tsdf.data(), weight.data()}, change);
+  update_block(view, place, {tsdf.data(), weight.data(), colour.data()}, change);
   for (std::size_t n = 0; n < kBlockVoxels; ++n) {
     if (((change.observed[n / 64] >> (n % 64)) & 1) == 0) tsdf[n] = std::numeric_limits<float>::quiet_NaN();
   }

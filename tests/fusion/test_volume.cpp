@@ -49,10 +49,17 @@ TEST_F(VolumeFile, GivesBackTheThreeGrids) {
   EXPECT_EQ(loaded->field->transform(), volume.tsdf().transform());
   const auto field = loaded->field->getConstAccessor();
   const auto colour = loaded->colour->getConstAccessor();
-  const auto original_colour = volume.colour().getConstAccessor();
+  const auto weight = loaded->weight->getConstAccessor();
   for (auto voxel = volume.tsdf().cbeginValueOn(); voxel; ++voxel) {
     ASSERT_EQ(field.getValue(voxel.getCoord()), *voxel);
-    ASSERT_EQ(colour.getValue(voxel.getCoord()), original_colour.getValue(voxel.getCoord()));
+    const Voxel original = volume.voxel(voxel.getCoord());
+    ASSERT_EQ(weight.getValue(voxel.getCoord()), original.weight);
+    const openvdb::Vec3s loaded_colour = colour.getValue(voxel.getCoord());
+    if (original.colour) {
+      ASSERT_EQ(loaded_colour, openvdb::Vec3s(original.colour->r, original.colour->g, original.colour->b) / 255.0f);
+    } else {
+      ASSERT_LT(loaded_colour.x(), 0);
+    }
   }
 }
 

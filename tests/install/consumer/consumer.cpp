@@ -16,7 +16,10 @@ int main() {
 
   auto volume = scanknit::TsdfVolume::create({.voxel_size_m = 0.02});
   if (!volume || !scanknit::integrate(frame, scanknit::Pose::Identity(), *volume)) return 1;
-  const auto surface = scanknit::extract_surface({&volume->tsdf(), &volume->weight(), nullptr, true}, {});
+  scanknit::FieldView view;
+  view.field = &volume->tsdf();
+  view.weight_codes = &volume->weight();
+  const auto surface = scanknit::extract_surface(view, {});
   if (!surface || surface->mesh.empty()) return 1;
   const auto written = scanknit::write_mesh(surface->mesh, "wall.glb", {}, scanknit::UpAxis::kMinusY);
   if (!written) {

@@ -1,0 +1,48 @@
+// What a voxel of a live volume keeps beside its signed distance, in six bytes.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "core/image.h"
+
+namespace scanknit {
+
+/// A weight in 16 bits, as (code / 1024)^2: fine steps where weights are small. 0 only for the weight 0. Linear codes
+/// would do for one range only: weights of views from 0.5 and from 3 m differ by a factor of 100.
+using WeightCode = std::uint16_t;
+inline constexpr float kWeightCodeUnit = 1.0f / 1024.0f;
+inline constexpr float kMaxCodedWeight = 65535.0f * 65535.0f / (1024.0f * 1024.0f);  ///< 4095.9
+
+[[nodiscard]] inline float decode_weight(WeightCode code) {
+  const float root = static_cast<float>(code) * kWeightCodeUnit;
+  return root * root;
+}
+
+/// Rounded to the nearest code, at least 1 where weight > 0; at most kMaxCodedWeight.
+[[nodiscard]] inline WeightCode encode_weight(float weight) {
+  if (!(weight > 0)) return 0;
+  const float code = std::sqrt(weight) / kWeightCodeUnit;
+  return static_cast<WeightCode>(std::lrint(std::clamp(code, 1.0f, 65535.0f)));
+}
+
+/// sRGB in the low three bytes, red lowest. The highest byte tells how good the view was that it was taken from, 1 to
+/// 255; 0: no colour was seen.
+using ColourCode = std::uint32_t;
+
+[[nodiscard]] constexpr bool has_colour(ColourCode code) {
+  return code >> 24 != 0;
+}
+
+[[nodiscard]] constexpr Rgb8 decode_colour(ColourCode code) {
+  return {static_cast<std::uint8_t>(code & 0xFFu), static_cast<std::uint8_t>(code >> 8 & 0xFFu),
+          static_cast<std::uint8_t>(code >> 16 & 0xFFu)};
+}
+
+[[nodiscard]] constexpr ColourCode encode_colour(const Rgb8& colour, std::uint8_t quality) {
+  return colour.r | static_cast<ColourCode>(colour.g) << 8 | static_cast<ColourCode>(colour.b) << 16 |
+         static_cast<ColourCode>(quality) << 24;
+}
+
+}  // namespace scanknit

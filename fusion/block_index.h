@@ -1,0 +1,74 @@
+// BlockIndex: from a block's origin to its leaves, without a walk through three trees.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/voxel_codes.h"
+
+namespace scanknit {
+
+using TsdfGrid = openvdb::FloatGrid;
+using WeightGrid = openvdb::Grid<openvdb::tree::Tree4<WeightCode, 5, 4, 3>::Type>;
+using ColourGrid = openvdb::Grid<openvdb::tree::Tree4<ColourCode, 5, 4, 3>::Type>;
+using TsdfLeaf = TsdfGrid::TreeType::LeafNodeType;
+using WeightLeaf = WeightGrid::TreeType::LeafNodeType;
+using ColourLeaf = ColourGrid::TreeType::LeafNodeType;
+
+/// The leaves of one block of 8^3 voxels, owned by their trees; they stay where they are until a tree is pruned.
+struct VolumeBlock {
+  openvdb::Coord origin;
+  TsdfLeaf* tsdf = nullptr;
+  WeightLeaf* weight = nullptr;
+  ColourLeaf* colour = nullptr;
+  std::uint32_t last_frame = 0;  ///< that updated it
+  bool is_free = false;          ///< every voxel is known to be free space
+  bool has_changed = false;      ///< since somebody last asked
+};
+
+/// Blocks in the order in which they were added.
+class BlockIndex {
+ public:
+  using Number = std::uint32_t;
+  static constexpr Number kNone = ~Number{0};
+
+  /// Blocks within a cube of 8^3 blocks, for asking about many at once.
+  struct Region {
+    openvdb::Coord origin;
+    std::vector<Number> blocks;
+  };
+  static constexpr int kRegionVoxels = 64;  ///< along an edge
+
+  /// The number of the block at `origin`, or kNone.
+  [[nodiscard]] Number find(const openvdb::Coord& origin) const;
+  /// `block.origin` is not in it yet.
+  void add(const VolumeBlock& block);
+
+  [[nodiscard]] std::span<VolumeBlock> blocks() { return blocks_; }
+  [[nodiscard]] std::span<const VolumeBlock> blocks() const { return blocks_; }
+  [[nodiscard]] std::span<const Region> regions() const { return regions_; }
+
+ private:
+  /// Open addressing with linear probing; at most half full. Entries are numbers into a list of things with an origin.
+  template <typename Thing>
+  class Table {
+   public:
+    [[nodiscard]] Number find(const std::vector<Thing>& things, const openvdb::Coord& origin) const;
+    /// Enters the last thing of the list.
+    void enter_last(const std::vector<Thing>& things);
+
+   private:
+    void enter(const std::vector<Thing>& things, Number number);
+    std::vector<Number> slots_;
+  };
+
+  std::vector<VolumeBlock> blocks_;
+  std::vector<Region> regions_;
+  Table<VolumeBlock> block_table_;
+  Table<Region> region_table_;
+};
+
+}  // namespace scanknit
