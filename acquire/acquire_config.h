@@ -26,15 +26,23 @@ enum class RecordingFormat { kAuto, kSevenScenes, kTum, kOpen3d, kPhoneLidar, kP
 
 /// Where a frame's pose comes from.
 enum class PoseMode {
+  kAuto,       ///< kRecording when the recording has poses, else kTrack
   kRecording,  ///< from the recording; a frame without one is dropped
+  kTrack,      ///< found from what the frames show; the recording's are not looked at but for the first
+  kRefine,     ///< the recording's, each corrected a little by what the frame shows
   kStill,      ///< the scanner did not move: every frame is seen from the world's origin
 };
+
+/// True where poses are found from the frames.
+[[nodiscard]] constexpr bool is_tracked(PoseMode mode) {
+  return mode == PoseMode::kTrack || mode == PoseMode::kRefine;
+}
 
 struct AcquireConfig {
   RecordingFormat format = RecordingFormat::kAuto;
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
   std::optional<CameraModel> intrinsics;  ///< overrides the recording's
-  PoseMode poses = PoseMode::kRecording;
+  PoseMode poses = PoseMode::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
 
   std::size_t from = 0;  ///< first frame by its place in the recording, counting from 0

@@ -17,10 +17,11 @@ namespace scanknit {
 
 /// What is known of a recording without decoding all its frames.
 struct RecordingInfo {
-  std::string format;                ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf"
-  std::filesystem::path folder;      ///< where its files lie: the path that was opened, or a folder below it
-  std::size_t frames = 0;            ///< in the recording, whatever from/to/every select
-  std::size_t frames_with_pose = 0;  ///< of those, with a pose entry (not yet checked)
+  std::string format;                     ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf"
+  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it
+  std::size_t frames = 0;                 ///< in the recording, whatever from/to/every select
+  std::size_t frames_with_pose = 0;       ///< of those, with a pose entry (not yet checked)
+  PoseMode poses = PoseMode::kRecording;  ///< as asked for; kAuto is settled
   bool has_colour = false;
   std::optional<CameraIntrinsics> intrinsics;         ///< of the first depth frame
   std::optional<CameraIntrinsics> colour_intrinsics;  ///< of the first colour frame
@@ -35,6 +36,7 @@ class FrameSource {
 
   [[nodiscard]] virtual const RecordingInfo& info() const = 0;
 
+  /// When poses are tracked, frames may have no pose, and may have no depth either: that tells of a covered lens.
   /// Blocks until a frame, a dropped frame, the end, or an error that ends the source. A stop request is an
   /// EndOfStream.
   [[nodiscard]] virtual FrameEvent next(std::stop_token stop) = 0;

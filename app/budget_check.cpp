@@ -65,9 +65,11 @@ std::optional<double> fitting_voxel_size_m(const std::vector<Frame>& frames, con
 
 }  // namespace
 
-Result<void> check_budget(const std::filesystem::path& recording, const Config& config, std::stop_token stop) {
+Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses, const Config& config,
+                          std::stop_token stop) {
   const auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
+  if (poses == PoseMode::kTrack) return {};
   const std::size_t max_blocks = volume->max_blocks();
   const std::vector<Frame> frames = sample_frames(recording, config.acquire, stop);
   if (fits(frames, config.fusion, max_blocks)) return {};

@@ -118,7 +118,7 @@ void add_common(CLI::App& app, CommandLine& line) {
 
 void add_run(CLI::App& app, CommandLine& line) {
   RunArguments& run = line.run;
-  CLI::App* command = app.add_subcommand("run", "Fuse a recording with known poses and write the mesh");
+  CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
   command->add_option("recording", run.recording, "Folder of the recording")->required()->type_name("RECORDING");
   command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl)")
       ->required()
@@ -129,7 +129,8 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
-  add_shorthand(*command, line, "--poses", "acquire.poses", "Where poses come from: recording, still");
+  add_shorthand(*command, line, "--poses", "acquire.poses",
+                "Where poses come from: auto, recording, track, refine, still");
   command->add_option("--report", run.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");

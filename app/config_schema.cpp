@@ -195,9 +195,14 @@ std::vector<ConfigKey> acquire_keys() {
       std::move(intrinsics),
       choice<PoseMode>(
           {"acquire.poses", "",
-           "Where poses come from. recording: from the recording, a frame without one is dropped; still: "
-           "the scanner did not move."},
-          {{"recording", PoseMode::kRecording}, {"still", PoseMode::kStill}},
+           "Where poses come from. recording: from the recording, a frame without one is dropped; track: found from "
+           "the frames themselves; refine: the recording's, each corrected a little; still: the scanner did not move. "
+           "auto: recording if it has poses, else track."},
+          {{"auto", PoseMode::kAuto},
+           {"recording", PoseMode::kRecording},
+           {"track", PoseMode::kTrack},
+           {"refine", PoseMode::kRefine},
+           {"still", PoseMode::kStill}},
           [](auto& c) -> auto& { return c.acquire.poses; }),
       integer(
           {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},

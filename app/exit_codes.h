@@ -27,8 +27,8 @@ inline constexpr int kExitInterrupted = 130;  ///< 128 + SIGINT, as shells count
 /// For the end of --help.
 inline constexpr const char* kExitCodesHelp =
     "Exit codes: 0 ok, 1 internal error, 2 usage, 3 configuration, 4 input unreadable or no usable frame, 5 device,\n"
-    "6 too little data, 7 empty or invalid mesh, 8 output not writable, 9 memory budget, 130 interrupted (what there "
-    "was\n"
-    "has been written).";
+    "6 tracking lost or too little data, 7 empty or invalid mesh, 8 output not writable, 9 memory budget, 130 "
+    "interrupted\n"
+    "(what there was has been written).";
 
 }  // namespace scanknit

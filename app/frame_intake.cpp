@@ -27,7 +27,7 @@ Error no_usable_frame_error(const RunReport::Frames& frames) {
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
   const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
   if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {
-    why += "; if the scanner did not move: --poses still";
+    why += "; to find the poses from the frames: --poses track; if the scanner did not move: --poses still";
   }
   return {ErrorCode::kInput, "no usable frame: " + why};
 }
@@ -58,7 +58,7 @@ std::optional<Frame> FrameIntake::next() {
       continue;
     }
     Frame& frame = std::get<Frame>(event);
-    if (config_.poses == PoseMode::kRecording && !frame.T_world_camera) {
+    if (source_.info().poses == PoseMode::kRecording && !frame.T_world_camera) {
       note_dropped({frame.sequence, DropReason::kNoPose, {ErrorCode::kInput, "the recording has no pose for it"}});
       continue;
     }
@@ -116,12 +116,6 @@ Result<void> FrameIntake::result() {
   }
   if (stop_.stop_requested()) return Error{ErrorCode::kInput, "interrupted before the first frame was fused"};
   return no_usable_frame_error(frames);
-}
-
-Pose pose_of(const Frame& frame, const AcquireConfig& config) {
-  if (config.poses == PoseMode::kStill) return Pose::Identity();
-  SCANKNIT_CHECK(frame.T_world_camera.has_value());
-  return *frame.T_world_camera;
 }
 
 }  // namespace scanknit

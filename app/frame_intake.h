@@ -19,8 +19,8 @@ class FrameIntake {
   FrameIntake(FrameSource& source, const AcquireConfig& config, std::stop_token stop, Console& console,
               RunReport& report);
 
-  /// The next frame that has depth and a pose; nothing at the end, after an error of the source, or when stopped.
-  /// Dropped frames are counted and passed over.
+  /// The next frame that has depth and a pose, or is to be tracked; nothing at the end, after an error of the source,
+  /// or when stopped. Dropped frames are counted and passed over.
   [[nodiscard]] std::optional<Frame> next();
 
   void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
@@ -47,8 +47,5 @@ class FrameIntake {
   std::optional<Error> error_;
   std::vector<StampedPose> trajectory_;
 };
-
-/// The recording's pose, or the world's origin for a scanner that stood still.
-[[nodiscard]] Pose pose_of(const Frame& frame, const AcquireConfig& config);
 
 }  // namespace scanknit

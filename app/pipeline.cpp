@@ -7,6 +7,7 @@
 #include "app/budget_check.h"
 #include "app/frame_intake.h"
 #include "app/mesh_output.h"
+#include "app/pose_finder.h"
 #include "app/stage_timer.h"
 #include "core/atomic_file.h"
 #include "extract/extract_surface.h"
@@ -24,19 +25,23 @@ FieldView field_view(const TsdfVolume& volume) {
   return view;
 }
 
-Result<void> fuse_frames(FrameIntake& intake, const Config& config, TsdfVolume& volume, RunReport& report) {
+Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& config, TsdfVolume& volume,
+                         RunReport& report) {
   while (auto frame = intake.next()) {
     timed(report, "filter", [&] { filter_frame(*frame, config.acquire, config.fusion.noise); });
-    const Pose T_world_camera = pose_of(*frame, config.acquire);
-    const auto fused = timed(report, "integrate", [&] { return integrate(*frame, T_world_camera, volume); });
+    const auto T_world_camera = poses.find(*frame, volume, report);
+    if (!T_world_camera) continue;
+    const auto fused = timed(report, "integrate", [&] { return integrate(*frame, *T_world_camera, volume); });
     if (!fused && fused.error().code == ErrorCode::kInput) {
       intake.note_refused(*frame, fused.error());
       continue;
     }
     if (!fused) return fused.error();
-    intake.note_fused(*frame, T_world_camera, fused->is_budget_reached);
+    intake.note_fused(*frame, *T_world_camera, fused->is_budget_reached);
   }
-  return intake.result();
+  auto usable = intake.result();
+  if (auto tracked = check_tracking(report); !tracked) return tracked;
+  return usable;
 }
 
 Result<void> save_volume(const TsdfVolume& volume, const Outputs& outputs, RunReport& report) {
@@ -71,13 +76,14 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
   const auto source = open_recording(job.input, job.config.acquire);
   if (!source) return source.error();
-  if (auto fits = check_budget(job.input, job.config, stop); !fits) return fits;
+  if (auto fits = check_budget(job.input, (*source)->info().poses, job.config, stop); !fits) return fits;
   warn_of_holes(job.config.extract, console);
   auto volume = TsdfVolume::create(job.config.fusion);
   if (!volume) return volume.error();
 
   FrameIntake intake(**source, job.config.acquire, stop, console, report);
-  if (auto fused = fuse_frames(intake, job.config, *volume, report); !fused) return fused;
+  if (auto fused = fuse_frames(intake, PoseFinder((*source)->info().poses), job.config, *volume, report); !fused)
+    return fused;
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;

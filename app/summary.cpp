@@ -25,6 +25,13 @@ std::string frames_line(const RunReport& report) {
   return fmt::format("Frames   {} of {} fused{}\n", frames.fused, frames.read, dropped);
 }
 
+std::string tracking_line(const RunReport& report) {
+  if (!report.tracking) return "";
+  std::vector<std::string> parts;
+  for (const auto& [state, count] : report.tracking->states) parts.push_back(fmt::format("{} {}", count, state));
+  return fmt::format("Tracking {}\n", fmt::join(parts, ", "));
+}
+
 std::string volume_line(const RunReport& report) {
   const RunReport::Volume& volume = report.volume;
   if (volume.dims[0] > 0) {
@@ -89,7 +96,7 @@ std::string next_line(const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report) {
-  std::string text = frames_line(report) + volume_line(report) + isovalue_line(report);
+  std::string text = frames_line(report) + tracking_line(report) + volume_line(report) + isovalue_line(report);
   if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);
 }

@@ -43,6 +43,28 @@ Json frames_json(const RunReport::Frames& frames) {
   return json;
 }
 
+Json tracking_json(const std::optional<RunReport::Tracking>& tracking) {
+  if (!tracking) return nullptr;
+  Json json;
+  json["mode"] = tracking->mode;
+  for (const char* state : {"ok", "weak", "lost", "recovered"}) {
+    const auto found = tracking->states.find(state);
+    json["states"][state] = found == tracking->states.end() ? 0 : found->second;
+  }
+  json["frames"] = Json::array();
+  for (const RunReport::TrackedFrame& frame : tracking->frames) {
+    json["frames"].push_back({{"frame", frame.sequence},
+                              {"state", frame.state},
+                              {"reason", frame.reason},
+                              {"points", frame.points},
+                              {"overlap", finite(frame.overlap)},
+                              {"inlier_share", finite(frame.inlier_share)},
+                              {"rms_sigma", finite(frame.rms_sigma)},
+                              {"weak_directions", frame.weak_directions}});
+  }
+  return json;
+}
+
 Json stage_json(const StageTimes& times) {
   return Json{{"total_ms", finite(times.total_ms())},
               {"median_ms", finite(times.median_ms())},
@@ -132,6 +154,7 @@ std::string to_json(const RunReport& report) {
   json["status"] = report.status;
   json["exit_code"] = report.exit_code;
   json["frames"] = frames_json(report.frames);
+  json["tracking"] = tracking_json(report.tracking);
   json["stages"] = stages_json(report.stages);
   json["total_ms"] = finite(report.total_ms);
   json["peak_rss_mib"] = finite(report.peak_rss_mib);

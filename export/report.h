@@ -37,6 +37,22 @@ struct RunReport {
     std::vector<std::string> drop_messages;  ///< the first 100
   } frames;
 
+  /// How well one frame's pose was found.
+  struct TrackedFrame {
+    std::uint64_t sequence = 0;
+    std::string state, reason;  ///< "ok", "weak", "lost" or "recovered"; why, unless ok
+    double overlap = 0, inlier_share = 0, rms_sigma = 0;
+    std::size_t points = 0;
+    int weak_directions = 0;
+  };
+  /// Nothing unless poses were tracked.
+  struct Tracking {
+    std::string mode;  ///< "track" or "refine"
+    std::map<std::string, std::size_t> states;
+    std::vector<TrackedFrame> frames;
+  };
+  std::optional<Tracking> tracking;
+
   /// acquire filter track raycast integrate extract export: always all of them, and read and write for the files.
   std::map<std::string, StageTimes> stages;
   double total_ms = 0;

@@ -26,6 +26,7 @@ struct VolumeBlock {
   ColourLeaf* colour = nullptr;
   std::uint32_t last_frame = 0;  ///< that updated it
   bool is_free = false;          ///< every voxel is known to be free space
+  bool has_matter = false;       ///< some voxel was behind a surface, once
   bool has_changed = false;      ///< since somebody last asked
 };
 

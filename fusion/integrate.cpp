@@ -24,6 +24,7 @@ struct BlockTask {
   std::unique_ptr<TsdfLeaf> tsdf = {};
   std::unique_ptr<WeightLeaf> weight = {};
   std::unique_ptr<ColourLeaf> colour = {};
+  bool has_matter = false;
 };
 
 /// Applies one frame to blocks. Holds what is the same for all voxels.
@@ -51,6 +52,7 @@ class BlockUpdate {
     task.colour = std::make_unique<ColourLeaf>(task.origin, ColourCode{0});
     VolumeBlock block{task.origin, task.tsdf.get(), task.weight.get(), task.colour.get()};
     if (!apply(block)) task.tsdf.reset();
+    task.has_matter = block.has_matter;
   }
 
  private:
@@ -66,6 +68,7 @@ class BlockUpdate {
     update_block(view_, place,
                  {block.tsdf->buffer().data(), block.weight->buffer().data(), block.colour->buffer().data()}, change);
     block.is_free = change.is_free;
+    block.has_matter = block.has_matter || change.has_matter;
 
     TsdfLeaf::NodeMaskType observed = block.tsdf->getValueMask();
     std::uint64_t any = 0;
@@ -152,6 +155,7 @@ std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
     VolumeBlock block{task.origin, task.tsdf.release(), task.weight.release(), task.colour.release()};
     block.last_frame = volume.frames;
     block.has_changed = true;
+    block.has_matter = task.has_matter;
     volume.add_block(block);
     ++added;
   }

@@ -126,6 +126,7 @@ class RowUpdate {
   struct Done {
     std::uint64_t observed = 0;  ///< the voxels that the frame says something of
     std::uint64_t free = 0;      ///< those of them that are in free space by now
+    bool has_matter = false;     ///< some of them are behind a surface by now
   };
 
   HWY_INLINE Done apply(const Points& p, std::uint32_t noise, float* tsdf, WeightCode* weights,
@@ -203,7 +204,8 @@ class RowUpdate {
         colours_.apply(p, takes, goodness, noise, colours);
       }
     }
-    return {observed_bits, bits(hn::And(observed, hn::Ge(moved, set(frame_.band_m))))};
+    return {observed_bits, bits(hn::And(observed, hn::Ge(moved, set(frame_.band_m)))),
+            !hn::AllFalse(f, hn::And(observed, hn::Lt(moved, zero)))};
   }
 
  private:
@@ -235,6 +237,7 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
     return hn::Add(set(start), hn::Mul(hn::Iota(f, static_cast<float>(first_z)), set(along_z[axis])));
   };
   std::uint64_t free = ~std::uint64_t{0};
+  change.has_matter = false;
   for (int x = 0; x < kBlockSide; ++x) {
     std::uint64_t observed = 0;
     std::uint64_t free_here = 0;
@@ -247,6 +250,7 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
                          voxels.tsdf + voxel, voxels.weight + voxel, voxels.colour + voxel);
         observed |= done.observed << bit;
         free_here |= done.free << bit;
+        change.has_matter = change.has_matter || done.has_matter;
       }
     }
     change.observed[static_cast<std::size_t>(x)] = observed;

@@ -69,6 +69,7 @@ struct BlockVoxels {
 struct BlockChange {
   std::array<std::uint64_t, kBlockSide> observed;  ///< voxels that the frame says something of: word x, bit 8 y + z
   bool is_free;                                    ///< all of them, and each is free space by now
+  bool has_matter;                                 ///< one of them is behind a surface by now
 };
 
 /// Updates the weighted running mean of signed distances (Curless & Levoy 1996). A voxel that projects to a pixel is

@@ -66,6 +66,12 @@ void IndexedSource::describe() {
           : static_cast<std::size_t>(std::count_if(entries.begin(), entries.end(), [](const FrameEntry& entry) {
               return entry.T_world_camera.has_value();
             }));
+  info_.poses = config_.poses;
+  if (info_.poses == PoseMode::kAuto) {
+    info_.poses = info_.frames_with_pose > 0 ? PoseMode::kRecording : PoseMode::kTrack;
+  }
+  // Without a single pose the world is the first camera's.
+  if (info_.frames_with_pose == 0) info_.world_up = UpAxis::kMinusY;
   info_.has_colour =
       std::any_of(entries.begin(), entries.end(), [](const FrameEntry& entry) { return !entry.colour.empty(); });
   has_clock_ = std::all_of(entries.begin(), entries.end(), [](const FrameEntry& entry) {
@@ -128,7 +134,8 @@ OrDrop<Frame> IndexedSource::load(std::size_t index) {
                      entry.depth);
   }
   const auto depth = frame.depth_m.pixels();
-  if (std::none_of(depth.begin(), depth.end(), [](float z) { return z > 0; })) {
+  const bool has_depth = std::any_of(depth.begin(), depth.end(), [](float z) { return z > 0; });
+  if (!has_depth && !is_tracked(info_.poses)) {
     return make_drop(DropReason::kNoDepth, "not one pixel has a depth", entry.depth);
   }
   if (auto drop = settle_pose(entry, pose, frame)) return *std::move(drop);
@@ -169,8 +176,12 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
 
 std::optional<Drop> IndexedSource::settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
                                                Frame& frame) const {
-  if (config_.poses == PoseMode::kStill) {
+  if (info_.poses == PoseMode::kStill) {
     frame.T_world_camera = Pose::Identity();
+    return std::nullopt;
+  }
+  if (is_tracked(info_.poses)) {
+    if (pose && *pose) frame.T_world_camera = **pose;
     return std::nullopt;
   }
   if (!pose) return make_drop(DropReason::kNoPose, "the frame has no pose", entry.depth);

@@ -1,11 +1,13 @@
 // The main job measured against the exact surface of synthetic scenes, at full picture size.
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "tests/app/program.h"
+#include "tests/app/trajectory_error.h"
 
 namespace scanknit {
 namespace {
@@ -47,6 +49,29 @@ TEST(Accuracy, ATurntableObjectSeenFromAllSidesIsOneClosedMeshOfItsOwnTopology) 
 TEST(Accuracy, KinectNoiseDoesNotSpoilATurntableObject) {
   const Json result = measure("turntable", {"--frames", "120", "--noise"});
   EXPECT_LE(result["distance"]["area"]["mean_m"].get<double>(), 0.25e-3);  // a fifth of one depth reading's sigma
+}
+
+TEST(Accuracy, ADeskOrbitIsTrackedFromScratchAsWellAsFromTruePoses) {
+  const TempFolder folder;
+  const std::string recording = folder / "recording";
+  ASSERT_EQ(scanknit_command({"synth", "desk", "-o", recording, "--frames", "120", "--noise", "--quiet"}).exit_code, 0);
+  const auto scan = [&](const std::string& poses) {
+    const std::string mesh = folder / (poses + ".ply");
+    const Outcome run = scanknit_command({"run", recording, "-o", mesh, "--poses", poses, "--trajectory",
+                                          folder / (poses + ".txt"), "--set", "fusion.voxel_size=4mm", "--quiet"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const Outcome distance = scanknit_command({"distance", mesh, recording, "--json"});
+    EXPECT_EQ(distance.exit_code, 0) << distance.err;
+    return Json::parse(distance.out)["area"]["mean_m"].get<double>();
+  };
+  const double true_error_m = scan("recording");
+  const double tracked_error_m = scan("track");
+  const TrajectoryError path = trajectory_error(folder / "track.txt", folder / "recording.txt");
+  std::cout << "desk, tracked: ATE RMSE " << 1000 * path.rmse_m << " mm, surface error " << 1000 * tracked_error_m
+            << " mm; with true poses " << 1000 * true_error_m << " mm\n";
+  EXPECT_EQ(path.pairs, 120u);
+  EXPECT_LE(path.rmse_m, 5e-3);
+  EXPECT_LE(tracked_error_m, 1.5 * true_error_m);
 }
 
 }  // namespace

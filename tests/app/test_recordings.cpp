@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
+#include "tests/app/trajectory_error.h"
 
 namespace scanknit {
 namespace {
@@ -59,6 +61,44 @@ TEST_P(RealRecording, BecomesAMesh) {
     EXPECT_TRUE(fs::exists(out / name)) << name;
   }
 }
+
+struct TrackedRecording {
+  const char* name;
+  const char* folder;
+  const char* voxel_size;
+  double rmse_m;  ///< at most, from the recorded poses, which are estimates themselves (../shared/data/README.md)
+};
+
+std::ostream& operator<<(std::ostream& out, const TrackedRecording& recording) {
+  return out << recording.name;
+}
+
+class Tracked : public ::testing::TestWithParam<TrackedRecording> {};
+
+TEST_P(Tracked, FollowsTheRecordedPoses) {
+  const TrackedRecording& recording = GetParam();
+  const fs::path folder = data_folder() / recording.folder;
+  if (!fs::exists(folder)) GTEST_SKIP() << "SKIPPED: no recording at " << folder;
+  const TempFolder out;
+  const auto run = [&](const std::string& poses) {
+    const Outcome outcome = scanknit_command({"run", folder.string(), "-o", out / (poses + ".ply"), "--trajectory",
+                                              out / (poses + ".txt"), "--poses", poses, "--set",
+                                              std::string("fusion.voxel_size=") + recording.voxel_size, "--json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(outcome.out, nullptr, false);
+  };
+  (void)run("recording");
+  EXPECT_EQ(run("track")["frames"]["lost"], 0);
+  const TrajectoryError error = trajectory_error(out / "track.txt", out / "recording.txt");
+  std::cout << recording.name << ", tracked: ATE RMSE " << 1000 * error.rmse_m << " mm against the recorded poses\n";
+  EXPECT_EQ(error.pairs, error.estimated);
+  EXPECT_LE(error.rmse_m, recording.rmse_m);
+}
+
+INSTANTIATE_TEST_SUITE_P(Main, Tracked,
+                         ::testing::Values(TrackedRecording{"box_f200", "rgbd_box_f200", "2mm", 0.006},
+                                           TrackedRecording{"redwood", "rgbd_redwood_lr1_211", "1cm", 0.02}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 INSTANTIATE_TEST_SUITE_P(
     Main, RealRecording,

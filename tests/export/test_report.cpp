@@ -67,6 +67,8 @@ RunReport sample() {
   report.input = "recordings/desk";
   report.status = "ok";
   report.frames = {10, 8, 2, 0, {{"no_pose", 2}}, {"frame-000003.pose.txt: no such file"}};
+  report.tracking =
+      RunReport::Tracking{"track", {{"ok", 8}, {"lost", 1}}, {{3, "lost", "too fast", 0.9, 0.3, 1.5, 70'000, 0}}};
   report.stages["integrate"].samples_ms = {4, 1, 3, 2};
   report.total_ms = 12.5;
   report.peak_rss_mib = 300;
@@ -97,10 +99,13 @@ TEST(Report, SchemaTestSeesWhatIsWrong) {
 TEST(Report, EveryKeyIsInItsTable) {
   const std::string table = test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.md");
   const Json json = Json::parse(to_json(sample()));
-  for (const char* part : {"frames", "volume", "mesh", "extract"}) {
+  for (const char* part : {"frames", "tracking", "volume", "mesh", "extract"}) {
     for (const auto& [key, value] : json[part].items()) {
       EXPECT_NE(table.find("`" + std::string(part) + "." + key + "`"), std::string::npos) << key;
     }
+  }
+  for (const auto& [key, value] : json["tracking"]["frames"][0].items()) {
+    EXPECT_NE(table.find("`tracking.frames[]." + key + "`"), std::string::npos) << key;
   }
   for (const auto& [key, value] : json.items()) EXPECT_NE(table.find("`" + key), std::string::npos) << key;
 }
@@ -124,6 +129,13 @@ TEST(Report, WithoutAMeshSaysNull) {
   RunReport report = sample();
   report.mesh.reset();
   EXPECT_TRUE(Json::parse(to_json(report))["mesh"].is_null());
+}
+
+TEST(Report, CountsEveryStateOfTracking) {
+  const Json tracking = Json::parse(to_json(sample()))["tracking"];
+  EXPECT_EQ(tracking["states"], Json::parse(R"({"ok": 8, "weak": 0, "lost": 1, "recovered": 0})"));
+  EXPECT_EQ(tracking["frames"][0]["reason"], "too fast");
+  EXPECT_TRUE(Json::parse(to_json(RunReport{}))["tracking"].is_null());
 }
 
 TEST(Report, TextThatIsNotUtf8IsRepaired) {

@@ -1,0 +1,69 @@
+#include "app/pose_finder.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/check.h"
+
+namespace scanknit {
+namespace {
+
+void note(const Frame& frame, const TrackResult& result, RunReport& report) {
+  RunReport::Tracking& tracking = *report.tracking;
+  ++tracking.states[to_string(result.state)];
+  if (result.is_lost()) ++report.frames.lost;
+  tracking.frames.push_back({.sequence = frame.sequence,
+                             .state = to_string(result.state),
+                             .reason = result.reason,
+                             .overlap = result.overlap,
+                             .inlier_share = result.inlier_share,
+                             .rms_sigma = result.rms_sigma,
+                             .points = result.points,
+                             .weak_directions = result.weak_directions});
+}
+
+double milliseconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+}  // namespace
+
+PoseFinder::PoseFinder(PoseMode mode)
+    : mode_(mode), tracker_(mode == PoseMode::kRefine ? PosePrior::kRefine : PosePrior::kIgnore) {
+  SCANKNIT_CHECK(mode != PoseMode::kAuto);
+}
+
+std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, RunReport& report) {
+  if (!is_tracked(mode_)) return frame.T_world_camera;
+  if (!report.tracking) report.tracking = RunReport::Tracking{mode_ == PoseMode::kRefine ? "refine" : "track", {}, {}};
+  const auto begin = std::chrono::steady_clock::now();
+  const TrackResult result = tracker_.track(frame, volume);
+  const auto spent = std::chrono::steady_clock::now() - begin;
+  report.stages["track"].samples_ms.push_back(milliseconds(spent - result.raycast_time));
+  report.stages["raycast"].samples_ms.push_back(milliseconds(result.raycast_time));
+  note(frame, result, report);
+  if (result.is_lost()) return std::nullopt;
+  return result.T_world_camera;
+}
+
+Result<void> check_tracking(const RunReport& report) {
+  if (!report.tracking || 2 * report.frames.lost <= report.tracking->frames.size()) return {};
+  std::map<std::string, std::size_t> reasons;
+  for (const auto& frame : report.tracking->frames) {
+    if (frame.state == "lost") ++reasons[frame.reason];
+  }
+  std::vector<std::string> parts;
+  for (const auto& [reason, count] : reasons) parts.push_back(fmt::format("{} x {}", count, reason));
+  return Error{ErrorCode::kTooLittle,
+               fmt::format("tracking was lost in {} of {} frames ({}); scan more slowly, with more of what was already "
+                           "seen in view",
+                           report.frames.lost, report.tracking->frames.size(), fmt::join(parts, "; "))};
+}
+
+}  // namespace scanknit

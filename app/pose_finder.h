@@ -1,0 +1,33 @@
+// PoseFinder: where each frame was taken, from the recording or by tracking, with its quality in the report.
+#pragma once
+
+#include <optional>
+
+#include "acquire/acquire_config.h"
+#include "core/frame.h"
+#include "core/pose.h"
+#include "core/result.h"
+#include "export/report.h"
+#include "fusion/tracker.h"
+#include "fusion/tsdf_volume.h"
+
+namespace scanknit {
+
+class PoseFinder {
+ public:
+  /// kAuto must have been settled.
+  explicit PoseFinder(PoseMode mode);
+
+  /// Nothing when tracking is lost: the frame must not be fused. Stages "track" and "raycast" of the report are filled.
+  [[nodiscard]] std::optional<Pose> find(const Frame& frame, const TsdfVolume& volume, RunReport& report);
+
+ private:
+  PoseMode mode_;
+  Tracker tracker_;
+};
+
+/// Errors (kTooLittle): poses were tracked, and tracking was lost in more than half of the frames; the message counts
+/// the reasons.
+[[nodiscard]] Result<void> check_tracking(const RunReport& report);
+
+}  // namespace scanknit

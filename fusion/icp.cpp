@@ -1,0 +1,174 @@
+#include "fusion/icp.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "fusion/icp_rows.h"
+
+namespace scanknit {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// A direction held by less than this share of the points is moved by noise. A wall's normals wander by two degrees
+// where it is seen in few noisy frames: the square of that.
+constexpr double kWeakStrength = 1e-3;
+constexpr double kInlierSigmas = 3;
+constexpr double kFewestPairs = 50;
+
+/// What one level does: `iterations` rounds, with gates that narrow from the first to the last.
+struct LevelPlan {
+  int iterations;
+  double distance_m, distance_per_m;
+  double first_tukey, last_tukey;  ///< sigmas
+  double min_cosine;
+  double intensity_share;  ///< of IcpConfig::intensity_sigma: coarse pictures differ less
+};
+
+// The coarse level begins wide: 3 degrees and 5 cm between frames are 30 sigma at arm's length.
+constexpr std::array<LevelPlan, kPyramidLevels> kPlans{{
+    {4, 0.02, 0.02, 6, 5, 0.7, 1.0},
+    {6, 0.05, 0.03, 12, 6, 0.6, 1.0},
+    {12, 0.10, 0.06, 40, 12, 0.5, 1.0},
+}};
+
+PairGate gate_of(const LevelPlan& plan, int iteration, const IcpConfig& config, double intensity_offset) {
+  const double progress =
+      plan.iterations <= 1 ? 1.0 : static_cast<double>(iteration) / static_cast<double>(plan.iterations - 1);
+  PairGate gate;
+  gate.distance_m = static_cast<float>(plan.distance_m);
+  gate.distance_per_m = static_cast<float>(plan.distance_per_m);
+  gate.min_cosine = static_cast<float>(plan.min_cosine);
+  gate.tukey_sigmas = static_cast<float>(plan.first_tukey * std::pow(plan.last_tukey / plan.first_tukey, progress));
+  gate.inlier_sigmas = static_cast<float>(kInlierSigmas);
+  gate.intensity_sigma = static_cast<float>(config.intensity_sigma * plan.intensity_share);
+  gate.intensity_offset = static_cast<float>(intensity_offset);
+  return gate;
+}
+
+/// Row by row, in the rows' order.
+PairSums sum_pairs(const Registration& registration) {
+  std::vector<PairSums> rows(static_cast<std::size_t>(registration.frame->intrinsics.height));
+  constexpr std::size_t kRowsAtATime = 8;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.size(), kRowsAtATime), [&](const auto& range) {
+    for (std::size_t y = range.begin(); y != range.end(); ++y) rows[y] = sum_row(registration, static_cast<int>(y));
+  });
+  PairSums sums;
+  for (const PairSums& row : rows) sums += row;
+  return sums;
+}
+
+Matrix6d information_of(const PairSums& sums) {
+  Matrix6d JtJ;
+  std::size_t entry = 0;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) JtJ(row, column) = JtJ(column, row) = sums.JtJ[entry++];
+  }
+  return JtJ;
+}
+
+/// One Gauss-Newton step, and what it says of the scene.
+struct Step {
+  Vector6d motion = Vector6d::Zero();  ///< translation (m), rotation times scale
+  Vector6d strengths = Vector6d::Zero();
+  int weak_directions = 6;
+};
+
+Step solve(const PairSums& sums) {
+  Step step;
+  if (sums.weights < kFewestPairs || !(sums.information > 0)) return step;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information_of(sums));
+  step.strengths = eigen.eigenvalues() / sums.information;
+  step.weak_directions = 0;
+  const Vector6d downhill = -Eigen::Map<const Vector6d>(sums.Jtr.data());
+  for (int i = 0; i < 6; ++i) {
+    if (!(step.strengths(i) > kWeakStrength)) {
+      ++step.weak_directions;
+      continue;
+    }
+    const Vector6d direction = eigen.eigenvectors().col(i);
+    step.motion += direction * (direction.dot(downhill) / eigen.eigenvalues()(i));
+  }
+  return step;
+}
+
+/// p' = R (p - centre) + centre + translation
+Pose motion_about(const Vector6d& motion, const Eigen::Vector3d& centre, double scale_m) {
+  const Eigen::Vector3d turn = motion.tail<3>() / scale_m;
+  const double angle = turn.norm();
+  Pose pose = Pose::Identity();
+  if (angle > 0) pose.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  pose.translation() = centre + motion.head<3>() - pose.linear() * centre;
+  return pose;
+}
+
+/// The mean depth of a level, for the unit of rotation; 1 without a surface.
+double mean_depth(const SurfaceLevel& level) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const float z : level.z_m) {
+    if (!(z > 0)) continue;
+    sum += static_cast<double>(z);
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 1.0;
+}
+
+void describe(const PairSums& sums, const Step& step, IcpResult& result) {
+  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0; };
+  result.points = static_cast<std::size_t>(sums.points);
+  result.overlap = share(sums.seen, sums.points);
+  result.inlier_share = share(sums.inliers, sums.seen);
+  result.rms_sigma = std::sqrt(share(sums.squares, sums.weights));
+  result.colour_agreement = sums.coloured > kFewestPairs ? sums.colour_weights / sums.coloured : 1;
+  result.support = share(sums.weights + sums.colour_weights, sums.points);
+  result.strengths = step.strengths;
+  result.weak_directions = step.weak_directions;
+}
+
+/// So small that the next round would change nothing that can be seen.
+bool has_settled(const Vector6d& motion) {
+  constexpr double kSettled_m = 5e-5;
+  return motion.norm() < kSettled_m;
+}
+
+}  // namespace
+
+IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& model, const Pose& T_model_frame,
+                         const IcpConfig& config) {
+  IcpResult result;
+  result.T_model_frame = T_model_frame;
+  Registration registration;
+  registration.noise = config.noise;
+  registration.scale_m = mean_depth(frame.levels.back());
+  registration.centre = Eigen::Vector3d(0, 0, registration.scale_m);
+  double intensity_offset = 0;
+  for (int level = config.first_level; level >= config.last_level; --level) {
+    const LevelPlan& plan = kPlans[static_cast<std::size_t>(level)];
+    registration.frame = &frame.levels[static_cast<std::size_t>(level)];
+    registration.model = &model.levels[static_cast<std::size_t>(level)];
+    for (int iteration = 0; iteration < plan.iterations; ++iteration) {
+      registration.T_model_frame = result.T_model_frame;
+      registration.gate = gate_of(plan, iteration, config, intensity_offset);
+      const PairSums sums = sum_pairs(registration);
+      const Step step = solve(sums);
+      result.T_model_frame =
+          motion_about(step.motion, registration.centre, registration.scale_m) * result.T_model_frame;
+      if (sums.colour_weights > kFewestPairs) intensity_offset = sums.colour_offset / sums.colour_weights;
+      if (has_settled(step.motion)) break;
+    }
+  }
+  result.T_model_frame.linear() = Eigen::Quaterniond(result.T_model_frame.linear()).normalized().toRotationMatrix();
+  const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
+  registration.T_model_frame = result.T_model_frame;
+  registration.gate = gate_of(last, last.iterations - 1, config, intensity_offset);
+  const PairSums sums = sum_pairs(registration);
+  describe(sums, solve(sums), result);
+  return result;
+}
+
+}  // namespace scanknit

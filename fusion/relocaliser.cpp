@@ -1,0 +1,67 @@
+#include "fusion/relocaliser.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace scanknit {
+namespace {
+
+constexpr double kNewPlace = 0.15;       // a frame that differs by more from all key frames becomes one
+constexpr std::size_t kMostKeys = 2000;  // some 50 MB of features
+constexpr std::size_t kSimilar = 4;      // candidates: each costs a raycast
+constexpr std::size_t kMatched = 12;     // key frames whose features are compared
+constexpr std::size_t kMostMatches = 3;
+
+double median_depth(const SurfaceLevel& level) {
+  std::vector<float> depths;
+  std::copy_if(level.z_m.begin(), level.z_m.end(), std::back_inserter(depths), [](float z) { return z > 0; });
+  if (depths.empty()) return 1;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return static_cast<double>(*middle);
+}
+
+}  // namespace
+
+void Relocaliser::learn(const SurfacePyramid& frame, const Pose& T_world_camera) {
+  if (keys_.size() == kMostKeys) return;
+  if (!ferns_) ferns_.emplace(median_depth(frame.levels.back()));
+  FernCode code = ferns_->encode(frame.levels.back());
+  const bool is_known = std::any_of(keys_.begin(), keys_.end(),
+                                    [&](const KeyFrame& key) { return dissimilarity(key.code, code) < kNewPlace; });
+  if (is_known) return;
+  keys_.push_back({std::move(code), T_world_camera, find_features(frame.levels.front())});
+}
+
+std::vector<const Relocaliser::KeyFrame*> Relocaliser::most_alike(const SurfacePyramid& frame,
+                                                                  std::size_t count) const {
+  if (!ferns_) return {};
+  const FernCode code = ferns_->encode(frame.levels.back());
+  std::vector<std::pair<double, std::size_t>> order;  // ties go to the older key frame
+  for (std::size_t i = 0; i < keys_.size(); ++i) order.emplace_back(dissimilarity(keys_[i].code, code), i);
+  std::sort(order.begin(), order.end());
+  std::vector<const KeyFrame*> alike;
+  for (const auto& [difference, i] : order) {
+    if (alike.size() < count && difference < 1) alike.push_back(&keys_[i]);
+  }
+  return alike;
+}
+
+std::vector<Pose> Relocaliser::similar_poses(const SurfacePyramid& frame) const {
+  std::vector<Pose> poses;
+  for (const KeyFrame* key : most_alike(frame, kSimilar)) poses.push_back(key->T_world_camera);
+  return poses;
+}
+
+std::vector<Pose> Relocaliser::matched_poses(const SurfacePyramid& frame) const {
+  std::vector<Pose> poses;
+  const std::vector<Feature> features = find_features(frame.levels.front());
+  for (const KeyFrame* key : most_alike(frame, kMatched)) {
+    const auto T_key_frame = match_features(key->features, features, frame.levels.front().intrinsics);
+    if (T_key_frame) poses.push_back(key->T_world_camera * *T_key_frame);
+    if (poses.size() == kMostMatches) break;
+  }
+  return poses;
+}
+
+}  // namespace scanknit

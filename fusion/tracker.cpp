@@ -1,0 +1,247 @@
+#include "fusion/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/picture_shift.h"
+#include "fusion/raycast.h"
+
+namespace scanknit {
+namespace {
+
+// A frame with a surface at fewer of its pixels says too little.
+constexpr double kFewestPoints = 0.03;
+
+// Nearer than this most depth cameras see nothing.
+constexpr double kTooClose_m = 0.7;
+
+// Of the points, the share that must lie before something known; of those, the share that must agree with it.
+constexpr double kLeastOverlap = 0.15;
+constexpr double kLeastInliers = 0.5;
+constexpr double kGoodInliers = 0.65;
+
+// Colours of the right place agree to a mean weight of 0.9; those of a wrong one by chance to 0.3.
+constexpr double kLeastColour = 0.35;
+
+// Who has been lost must be sure: a wrong place would be fused as a second copy.
+constexpr double kSureOverlap = 0.4;
+constexpr double kSureInliers = 0.65;
+constexpr double kSureColour = 0.5;
+
+// A view from elsewhere shows less of what the camera sees: look again from the place that was found.
+constexpr double kNearView_m = 0.1;
+constexpr double kNearView_rad = 0.1;
+
+// Recorded poses are corrected by no more than this.
+constexpr double kSmallCorrection_m = 0.05;
+constexpr double kSmallCorrection_rad = 0.05;
+
+struct Surfaces {
+  std::size_t points = 0;
+  double share = 0;    ///< of the picture
+  double depth_m = 0;  ///< median
+};
+
+Surfaces surfaces_of(const SurfaceLevel& level) {
+  std::vector<float> depths;
+  std::copy_if(level.z_m.begin(), level.z_m.end(), std::back_inserter(depths), [](float z) { return z > 0; });
+  if (depths.empty()) return {};
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  const double pixels = static_cast<double>(level.intrinsics.width) * level.intrinsics.height;
+  return {depths.size(), static_cast<double>(depths.size()) / pixels, static_cast<double>(*middle)};
+}
+
+double angle_of(const Pose& motion) {
+  return Eigen::AngleAxisd(motion.linear()).angle();
+}
+
+NoiseModel scaled(const NoiseModel& noise, double scale) {
+  return {noise.floor_m * scale, noise.growth_per_m * scale, noise.from_m};
+}
+
+/// Why a frame shows too little to be tracked; nothing when it shows enough.
+std::optional<std::string> why_blind(const Surfaces& surfaces, std::optional<double> last_depth_m) {
+  if (surfaces.points == 0) return "nothing seen";
+  if (surfaces.share >= kFewestPoints) return std::nullopt;
+  return last_depth_m && *last_depth_m < kTooClose_m ? "too close" : "too few points";
+}
+
+bool is_believable(const IcpResult& fit) {
+  return fit.overlap >= kLeastOverlap && fit.inlier_share >= kLeastInliers && fit.colour_agreement >= kLeastColour;
+}
+
+bool is_sure(const IcpResult& fit) {
+  return fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers && fit.colour_agreement >= kSureColour &&
+         fit.weak_directions == 0;
+}
+
+/// Why a believable pose is held by little; nothing when it is held well.
+std::optional<std::string> why_weak(const IcpResult& fit) {
+  if (fit.weak_directions > 0) return "flat scene";
+  if (fit.inlier_share < kGoodInliers) return "scene has changed";
+  if (fit.overlap < 2 * kLeastOverlap) return "little overlap";
+  return std::nullopt;
+}
+
+TrackResult describe(TrackState state, std::string reason, const Pose& T_world_camera, const IcpResult& fit) {
+  TrackResult result;
+  result.state = state;
+  result.reason = std::move(reason);
+  result.T_world_camera = T_world_camera;
+  result.points = fit.points;
+  result.overlap = fit.overlap;
+  result.inlier_share = fit.inlier_share;
+  result.rms_sigma = fit.rms_sigma;
+  result.weak_directions = fit.weak_directions;
+  return result;
+}
+
+}  // namespace
+
+const char* to_string(TrackState state) {
+  switch (state) {
+    case TrackState::kOk: return "ok";
+    case TrackState::kWeak: return "weak";
+    case TrackState::kLost: return "lost";
+    case TrackState::kRecovered: return "recovered";
+  }
+  return "";
+}
+
+TrackResult Tracker::track(const Frame& frame, const TsdfVolume& volume) {
+  volume_ = &volume;
+  raycast_time_ = {};
+  noise_ = scaled(volume.config().noise, noise_scale_);
+  const SurfacePyramid seen = pyramid_of(frame, noise_);
+  TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
+  result.rms_sigma *= noise_scale_;
+  remember(frame, seen, result);
+  result.raycast_time = raycast_time_;
+  return result;
+}
+
+TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
+  const Pose T_last = last_ ? last_->T_world_camera : frame.T_world_camera.value_or(Pose::Identity());
+  const Surfaces surfaces = surfaces_of(seen.levels.front());
+  IcpResult nothing;
+  nothing.points = surfaces.points;
+  const auto blind = why_blind(surfaces, last_ ? std::optional(last_->depth_m) : std::nullopt);
+  if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
+  if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, "", T_last, nothing);
+
+  const Fit followed = follow_motion(seen, frame.timestamp_ns);
+  if (is_lost_ ? is_sure(followed.icp) : is_believable(followed.icp)) {
+    if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
+    const auto weak = why_weak(followed.icp);
+    return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
+                    followed.icp);
+  }
+  if (const auto again = find_again(seen)) {
+    return describe(TrackState::kRecovered, "", again->T_world_camera, again->icp);
+  }
+  const char* reason = is_lost_ ? "place not recognised" : "too fast";
+  return describe(TrackState::kLost, reason, T_last, followed.icp);
+}
+
+TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
+  const Pose& T_recorded = *frame.T_world_camera;
+  const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
+  if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
+  const Pose correction = T_recorded.inverse() * found.T_world_camera;
+  const bool is_small =
+      correction.translation().norm() < kSmallCorrection_m && angle_of(correction) < kSmallCorrection_rad;
+  if (!is_believable(found.icp) || !is_small) {
+    return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
+  }
+  const auto weak = why_weak(found.icp);
+  return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), found.T_world_camera, found.icp);
+}
+
+Tracker::Model Tracker::look(const CameraIntrinsics& camera, const Pose& T_world_camera) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ModelView view = raycast(*volume_, camera, T_world_camera);
+  raycast_time_ += std::chrono::steady_clock::now() - begin;
+  return {T_world_camera, pyramid_of(view, noise_)};
+}
+
+Tracker::Fit Tracker::fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses) {
+  IcpConfig coarse{noise_};
+  coarse.last_level = coarse.first_level;
+  const Pose T_model_world = model.T_world_camera.inverse();
+  IcpResult best;
+  best.support = -1;
+  for (const Pose& guess : T_world_guesses) {
+    const IcpResult tried = register_frame(seen, model.pyramid, T_model_world * guess, coarse);
+    if (tried.support > best.support) best = tried;
+  }
+  IcpConfig fine{noise_};
+  fine.first_level = coarse.last_level - 1;
+  const IcpResult found = register_frame(seen, model.pyramid, best.T_model_frame, fine);
+  return {model.T_world_camera * found.T_model_frame, found};
+}
+
+Tracker::Fit Tracker::follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns) {
+  const Pose expected = is_lost_ ? last_->T_world_camera : predicted(timestamp_ns);
+  const Model model = look(seen.levels.front().intrinsics, expected);
+  const Pose turned = expected * turn_by_shift(seen, model.pyramid);
+  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned});
+  const Pose apart = expected.inverse() * found.T_world_camera;
+  if (apart.translation().norm() < kNearView_m && angle_of(apart) < kNearView_rad) return found;
+  if (!is_believable(found.icp)) return found;
+  return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera});
+}
+
+std::optional<Tracker::Fit> Tracker::find_again(const SurfacePyramid& seen) {
+  const CameraIntrinsics& camera = seen.levels.front().intrinsics;
+  const auto sure_fit = [&](const Pose& place) -> std::optional<Fit> {
+    const Model model = look(camera, place);
+    const Fit first = fit(seen, model, {place, place * turn_by_shift(seen, model.pyramid)});
+    if (!is_believable(first.icp)) return std::nullopt;
+    const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera});
+    return is_sure(second.icp) ? std::optional(second) : std::nullopt;
+  };
+  std::optional<Fit> best;
+  const auto keep_best = [&](const std::vector<Pose>& poses) {
+    for (const Pose& place : poses) {
+      const auto found = sure_fit(place);
+      if (found && (!best || found->icp.inliers() > best->icp.inliers())) best = found;
+    }
+  };
+  keep_best(places_.similar_poses(seen));
+  if (!best) keep_best(places_.matched_poses(seen));
+  return best;
+}
+
+Pose Tracker::predicted(std::int64_t timestamp_ns) const {
+  constexpr double kFarthest = 4;  // intervals: so long after, nothing is known of a motion
+  if (!T_before_last_ || moved_in_ns_ <= 0) return last_->T_world_camera;
+  const double intervals = static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(moved_in_ns_);
+  if (!(intervals > 0 && intervals <= kFarthest)) return last_->T_world_camera;
+  const Eigen::AngleAxisd turn(T_before_last_->linear());
+  Pose motion = Pose::Identity();
+  motion.linear() = Eigen::AngleAxisd(turn.angle() * intervals, turn.axis()).toRotationMatrix();
+  motion.translation() = T_before_last_->translation() * intervals;
+  return last_->T_world_camera * motion;
+}
+
+void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
+  is_lost_ = result.is_lost();
+  if (is_lost_) {
+    T_before_last_.reset();
+    return;
+  }
+  if (last_ && result.state != TrackState::kRecovered) {
+    T_before_last_ = last_->T_world_camera.inverse() * result.T_world_camera;
+    moved_in_ns_ = frame.timestamp_ns - last_->timestamp_ns;
+  }
+  last_ = Known{result.T_world_camera, frame.timestamp_ns, surfaces_of(seen.levels.back()).depth_m};
+  if (result.state == TrackState::kOk && result.overlap > 0) {
+    constexpr double kSlowly = 0.1;
+    constexpr double kNoisiest = 4;
+    noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
+  }
+  if (result.state != TrackState::kWeak) places_.learn(seen, result.T_world_camera);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,98 @@
+// Tracker: where the camera is, found from what it sees and what the volume holds.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/pose.h"
+#include "fusion/icp.h"
+#include "fusion/relocaliser.h"
+#include "fusion/surface_pyramid.h"
+#include "fusion/tsdf_volume.h"
+
+namespace scanknit {
+
+enum class TrackState {
+  kOk,         ///< the pose is known
+  kWeak,       ///< the pose is usable, but some of it is held by little
+  kLost,       ///< the pose is not known: such a frame must not be fused
+  kRecovered,  ///< known again, after it was not
+};
+
+/// "ok", "weak", "lost", "recovered".
+[[nodiscard]] const char* to_string(TrackState state);
+
+struct TrackResult {
+  TrackState state = TrackState::kLost;
+  std::string reason = {};                  ///< why not ok, in a few words of docs/report.md; empty when ok
+  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: where it was last known
+  std::size_t points = 0;                   ///< of the frame, that were compared with the model
+  double overlap = 0;                       ///< share of them before which the model has a surface
+  double inlier_share = 0;                  ///< of those, the share that agrees with it
+  double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
+  int weak_directions = 0;                  ///< of the six, those in which the scene does not hold the camera
+  std::chrono::nanoseconds raycast_time{};  ///< of the time it took, what was spent on looking at the volume
+
+  [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }
+};
+
+/// What the tracker makes of poses that a recording has.
+enum class PosePrior {
+  kIgnore,  ///< only the first frame's pose is taken, so that the world is the recording's
+  kRefine,  ///< each is where registration starts; only small corrections are believed
+};
+
+class Tracker {
+ public:
+  explicit Tracker(PosePrior prior = PosePrior::kIgnore) : prior_(prior) {}
+
+  /// Finds the frame's pose in the world of `volume`, which holds the frames fused so far. Frames come in their order;
+  /// `frame` is filtered and has normals. The first frame's pose is the recording's, or the world's origin. A frame
+  /// whose pose is not believed is lost: that is a state, no error, and later frames are found again by what they see.
+  [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
+
+ private:
+  /// The last frame whose pose was found.
+  struct Known {
+    Pose T_world_camera;
+    std::int64_t timestamp_ns;
+    double depth_m;  ///< typical, of what it saw
+  };
+  /// A pose, and how well the frame fits the volume there.
+  struct Fit {
+    Pose T_world_camera = Pose::Identity();
+    IcpResult icp;
+  };
+  struct Model {
+    Pose T_world_camera;
+    SurfacePyramid pyramid;
+  };
+
+  [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
+  [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
+  [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
+  [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses);
+  [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
+  [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
+  [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
+  void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
+
+  PosePrior prior_;
+  std::optional<Known> last_;
+  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two known frames ...
+  std::int64_t moved_in_ns_ = 0;       ///< ... in this time
+  bool is_lost_ = false;
+  double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
+  Relocaliser places_;
+
+  // While a frame is tracked.
+  const TsdfVolume* volume_ = nullptr;
+  NoiseModel noise_;
+  std::chrono::nanoseconds raycast_time_{};
+};
+
+}  // namespace scanknit
