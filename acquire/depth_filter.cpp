@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
+#include "acquire/depth_rows.h"
+#include "acquire/inverse_depth.h"
 #include "acquire/outlier_filter.h"
 
 namespace scanknit {
@@ -85,14 +88,21 @@ DepthImage clip_range(const DepthImage& depth_m, double min_m, double max_m) {
 DepthImage mask_discontinuities(const DepthImage& depth_m, const NoiseModel& noise, double sigmas) {
   DepthImage masked = depth_m;
   if (!(sigmas > 0)) return masked;
+  const InverseDepth inverse(depth_m);
+  const FloatNoise noise_in_float(noise);
   for_each_row(depth_m.height(), [&](int y) {
-    for (int x = 0; x < depth_m.width(); ++x) {
-      const double z = depth_m.at(x, y);
-      if (!(z > 0)) continue;
-      const double sigma_m = noise.sigma_m(z);
-      if (deviation(depth_m, x, y, 1, 0, sigma_m) > sigmas || deviation(depth_m, x, y, 0, 1, sigma_m) > sigmas) {
-        masked.at(x, y) = 0;
+    for (int x = 0; x < depth_m.width(); x += kPixelGroup) {
+      const auto along_x = find_deviations(noise_in_float, inverse.at(x, y), 1, static_cast<float>(sigmas));
+      const auto along_y =
+          find_deviations(noise_in_float, inverse.at(x, y), inverse.pitch(), static_cast<float>(sigmas));
+      unsigned deviates = along_x.deviates | along_y.deviates;
+      for (unsigned unsure = (along_x.is_unsure | along_y.is_unsure) & ~deviates; unsure != 0; unsure &= unsure - 1) {
+        const int lane = std::countr_zero(unsure);
+        const double sigma_m = noise.sigma_m(depth_m.at(x + lane, y));
+        const auto is_off = [&](int dx, int dy) { return deviation(depth_m, x + lane, y, dx, dy, sigma_m) > sigmas; };
+        deviates |= is_off(1, 0) || is_off(0, 1) ? 1u << lane : 0;
       }
+      for (; deviates != 0; deviates &= deviates - 1) masked.at(x + std::countr_zero(deviates), y) = 0;
     }
   });
   return masked;

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Fuses a recording in Open3D's layout with Open3D's legacy ScalableTSDFVolume and writes the mesh.
+"""Fuses a recording in Open3D's layout with Open3D's legacy ScalableTSDFVolume, or its tensor VoxelBlockGrid, and
+writes the mesh.
 
 Needs Debian's python3-open3d and python3-numpy. Prints one JSON object: times in milliseconds, counts, versions.
 The same frames, poses, voxel size and truncation can be given to `scanknit run`; see compare.py.
@@ -7,6 +8,7 @@ The same frames, poses, voxel size and truncation can be given to `scanknit run`
 
 import argparse
 import json
+import resource
 import statistics
 import sys
 import time
@@ -21,8 +23,9 @@ def parse_arguments():
     parser.add_argument("recording", type=Path, help="folder with depth/, color/, camera_intrinsic.json, trajectory.log")
     parser.add_argument("-o", "--output", type=Path, required=True, help="the mesh, a PLY file")
     parser.add_argument("--voxel", type=float, default=0.004, help="voxel size, metres (default %(default)s)")
-    parser.add_argument("--truncation", type=float, default=4, help="half width of the band, voxels (default %(default)s)")
+    parser.add_argument("--truncation", type=float, default=4.0, help="half width of the band, voxels (default %(default)s)")
     parser.add_argument("--max-depth", type=float, default=10.0, help="metres; farther depth is left out")
+    parser.add_argument("--tensor", action="store_true", help="the tensor VoxelBlockGrid instead of the legacy volume")
     parser.add_argument("--frames", type=int, default=0, help="only the first N frames (default: all)")
     return parser.parse_args()
 
@@ -50,31 +53,65 @@ def milliseconds_since(start):
     return 1000 * (time.perf_counter() - start)
 
 
+def peak_memory_mib():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def legacy(arguments, camera, depth_scale, poses):
+    """The milliseconds of each frame, and the function that makes the mesh."""
+    volume = open3d.pipelines.integration.ScalableTSDFVolume(
+        voxel_length=arguments.voxel,
+        sdf_trunc=arguments.truncation * arguments.voxel,
+        color_type=open3d.pipelines.integration.TSDFVolumeColorType.RGB8,
+    )
+    times = []
+    for frame, pose in zip(read_frames(arguments.recording, depth_scale, arguments.max_depth), poses):
+        world_to_camera = numpy.linalg.inv(pose)
+        start = time.perf_counter()
+        volume.integrate(frame, camera, world_to_camera)
+        times.append(milliseconds_since(start))
+    return times, volume.extract_triangle_mesh
+
+
+def tensor(arguments, camera, depth_scale, poses):
+    """The same with blocks of 8^3 voxels; a frame's time is that of finding its blocks and of integrating."""
+    core = open3d.core
+    grid = open3d.t.geometry.VoxelBlockGrid(
+        ("tsdf", "weight", "color"), (core.float32, core.float32, core.float32), ((1), (1), (3)),
+        voxel_size=arguments.voxel, block_resolution=8, block_count=100000, device=core.Device("CPU:0"))
+    intrinsic = core.Tensor(camera.intrinsic_matrix, core.float64)
+    colours = {path.stem: path for path in (arguments.recording / "color").iterdir()}
+    times = []
+    for path, pose in zip(sorted((arguments.recording / "depth").glob("*.png")), poses):
+        depth = open3d.t.io.read_image(str(path))
+        colour = open3d.t.io.read_image(str(colours[path.stem]))
+        extrinsic = core.Tensor(numpy.linalg.inv(pose), core.float64)
+        start = time.perf_counter()
+        blocks = grid.compute_unique_block_coordinates(
+            depth, intrinsic, extrinsic, depth_scale, arguments.max_depth, arguments.truncation)
+        grid.integrate(blocks, depth, colour, intrinsic, intrinsic, extrinsic, depth_scale, arguments.max_depth,
+                       arguments.truncation)
+        times.append(milliseconds_since(start))
+    return times, lambda: grid.extract_triangle_mesh().to_legacy()
+
+
 def main():
     arguments = parse_arguments()
     camera_file = arguments.recording / "camera_intrinsic.json"
     camera = open3d.io.read_pinhole_camera_intrinsic(str(camera_file))
     depth_scale = json.loads(camera_file.read_text()).get("depth_scale", 1000.0)
     poses = read_poses(arguments.recording / "trajectory.log")
-    volume = open3d.pipelines.integration.ScalableTSDFVolume(
-        voxel_length=arguments.voxel,
-        sdf_trunc=arguments.truncation * arguments.voxel,
-        color_type=open3d.pipelines.integration.TSDFVolumeColorType.RGB8,
-    )
-
-    integrate_ms = []
-    for index, frame in enumerate(read_frames(arguments.recording, depth_scale, arguments.max_depth)):
-        if index >= len(poses) or (arguments.frames and index >= arguments.frames):
-            break
-        world_to_camera = numpy.linalg.inv(poses[index])
-        start = time.perf_counter()
-        volume.integrate(frame, camera, world_to_camera)
-        integrate_ms.append(milliseconds_since(start))
+    if arguments.frames:
+        poses = poses[:arguments.frames]
+    fuse = tensor if arguments.tensor else legacy
+    before_mib = peak_memory_mib()
+    integrate_ms, make_mesh = fuse(arguments, camera, depth_scale, poses)
     if not integrate_ms:
         sys.exit(f"{arguments.recording}: no frames")
+    grown_mib = peak_memory_mib() - before_mib
 
     start = time.perf_counter()
-    mesh = volume.extract_triangle_mesh()
+    mesh = make_mesh()
     extract_ms = milliseconds_since(start)
     if not open3d.io.write_triangle_mesh(str(arguments.output), mesh):
         sys.exit(f"{arguments.output}: cannot be written")
@@ -85,6 +122,7 @@ def main():
         "truncation_vox": arguments.truncation,
         "integrate_ms": {"median": statistics.median(integrate_ms), "mean": statistics.fmean(integrate_ms)},
         "extract_ms": extract_ms,
+        "grown_mib": grown_mib,
         "vertices": len(mesh.vertices),
         "triangles": len(mesh.triangles),
     }, indent=2))

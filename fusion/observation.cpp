@@ -3,16 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
+
+#include "fusion/surface_rows.h"
 
 namespace scanknit {
-namespace {
-
-// In front of a slanted surface the band is longer along the ray than across it, up to this slope.
-constexpr float kMinSlope = 0.25f;
-
-}  // namespace
 
 Observation::Observation(const Frame& frame, const FusionConfig& config)
     : intrinsics_(frame.intrinsics), surface_(frame, config.noise) {
@@ -21,18 +15,12 @@ Observation::Observation(const Frame& frame, const FusionConfig& config)
 }
 
 void Observation::prepare_bands(const FusionConfig& config) {
-  const double voxels_m = config.truncation_voxels * config.voxel_size_m;
+  const Rays rays(intrinsics_);
+  const Band band{static_cast<float>(config.truncation_voxels * config.voxel_size_m),
+                  static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise)};
   Image<DepthRange> bands(surface_.z_m.width(), surface_.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
-    for (int x = 0; x < bands.width(); ++x) {
-      const float z_m = surface_.z_m.at(x, y);
-      if (!(z_m > 0)) continue;
-      const double sigma_m = config.noise.sigma_m(static_cast<double>(z_m));
-      const auto truncation_m = static_cast<float>(std::max(voxels_m, config.truncation_sigmas * sigma_m));
-      const Eigen::Vector3f ray = intrinsics_.unproject(x, y, 1).cast<float>();
-      const float slope = std::max(-unpack(surface_.normals.at(x, y)).dot(ray), kMinSlope);
-      bands.at(x, y) = {z_m - truncation_m / slope, z_m + truncation_m};
-    }
+    band_row(surface_.z_m.row(y), surface_.normals.row(y).data(), y, rays, band, bands.row(y).data());
   });
   bands_ = DepthPyramid(std::move(bands));
 }

@@ -5,27 +5,10 @@
 #include <algorithm>
 #include <array>
 
+#include "fusion/surface_rows.h"
+
 namespace scanknit {
 namespace {
-
-// Two pixels of one surface differ by sqrt(2) sigma; a neighbour that is off by three times that shows another surface.
-constexpr float kSameSurfaceSigmas = 4.25f;
-
-// Where a surface is seen at a more grazing angle its offset says little of its depth.
-constexpr float kMinSlope = 0.1f;
-
-/// Rays through pixel centres, z = 1.
-struct Rays {
-  float per_fx, per_fy, cx, cy;
-  explicit Rays(const CameraIntrinsics& k)
-      : per_fx(static_cast<float>(1 / k.fx)),
-        per_fy(static_cast<float>(1 / k.fy)),
-        cx(static_cast<float>(k.cx)),
-        cy(static_cast<float>(k.cy)) {}
-  [[nodiscard]] Eigen::Vector3f at(int x, int y) const {
-    return {(static_cast<float>(x) - cx) * per_fx, (static_cast<float>(y) - cy) * per_fy, 1};
-  }
-};
 
 class Planes {
  public:
@@ -39,7 +22,7 @@ class Planes {
     const Eigen::Vector3f normal = normal_at(x, y, ray);
     packed = pack(normal);
     const float slope = normal.dot(ray);  // negative: the normal points to the camera
-    if (!(slope < -kMinSlope)) {
+    if (!(slope < -kMinSmoothedSlope)) {
       z_m = depth_m;
       return;
     }
@@ -77,7 +60,7 @@ class Planes {
         continue;
       const Eigen::Vector3f normal = (normal_a + normal_b).normalized();
       const float slope = normal.dot(rays_.at(x, y));
-      if (!(slope < -kMinSlope)) continue;
+      if (!(slope < -kMinSmoothedSlope)) continue;
       packed = pack(normal);
       z_m = 0.5f * normal.dot(a + b) / slope;
       return;
@@ -91,14 +74,12 @@ class Planes {
     const Eigen::Vector3f normal = normals_.empty() ? Eigen::Vector3f::Zero() : normals_.at(x, y);
     return normal.squaredNorm() > 0 ? normal : Eigen::Vector3f(-ray.normalized());
   }
-  [[nodiscard]] float same_surface_m(float depth_m) const {
-    return kSameSurfaceSigmas * static_cast<float>(noise_.sigma_m(static_cast<double>(depth_m)));
-  }
+  [[nodiscard]] float same_surface_m(float depth_m) const { return kSameSurfaceSigmas * noise_.sigma_m(depth_m); }
 
   const DepthImage& depth_m_;
   const Image<Eigen::Vector3f>& normals_;
   Rays rays_;
-  const NoiseModel& noise_;
+  FloatNoise noise_;
 };
 
 }  // namespace
@@ -120,12 +101,24 @@ Eigen::Vector3f unpack(PackedNormal packed) {
 SurfaceImage::SurfaceImage(const Frame& frame, const NoiseModel& noise)
     : z_m(frame.depth_m.width(), frame.depth_m.height()), normals(frame.depth_m.width(), frame.depth_m.height()) {
   const Planes planes(frame, noise);
-  tbb::parallel_for(0, z_m.height(), [&](int y) {
-    for (int x = 0; x < z_m.width(); ++x) {
-      if (planes.has_return(x, y)) {
-        planes.smooth(x, y, z_m.at(x, y), normals.at(x, y));
-      } else {
+  const Rays rays(frame.intrinsics);
+  const FloatNoise noise_in_float(noise);
+  const int width = z_m.width();
+  const int height = z_m.height();
+  constexpr int kLeastWidth = 10;  // of smooth_row
+  tbb::parallel_for(0, height, [&](int y) {
+    const bool is_inner = y > 0 && y + 1 < height && width >= kLeastWidth;
+    if (is_inner) {
+      const DepthRows rows{&frame.depth_m.at(0, y - 1), &frame.depth_m.at(0, y), &frame.depth_m.at(0, y + 1),
+                           frame.normals.empty() ? nullptr : &frame.normals.at(0, y), width};
+      smooth_row(rows, y, rays, noise_in_float, &z_m.at(0, y), &normals.at(0, y));
+    }
+    for (int x = 0; x < width; ++x) {
+      const bool is_done = is_inner && x > 0 && x + 1 < width;
+      if (!planes.has_return(x, y)) {
         planes.bridge(x, y, z_m.at(x, y), normals.at(x, y));
+      } else if (!is_done) {
+        planes.smooth(x, y, z_m.at(x, y), normals.at(x, y));
       }
     }
   });

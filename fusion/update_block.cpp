@@ -26,6 +26,10 @@ HWY_INLINE VF set(float value) {
   return hn::Set(Floats(), value);
 }
 
+// Loaded: hn::Iota is a loop of stores on some targets.
+alignas(32) constexpr std::array<float, kBlockSide> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
+alignas(32) constexpr std::array<std::uint32_t, kBlockSide> kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7};
+
 HWY_INLINE std::uint64_t bits(MF mask) {
   alignas(8) std::array<std::uint8_t, 8> bytes{};
   hn::StoreMaskBits(Floats(), mask, bytes.data());
@@ -108,7 +112,7 @@ class ColourUpdate {
   /// From 0 to below 1, as if at random.
   HWY_INLINE VF dither_of(std::uint32_t noise) const {
     const Codes32 c;
-    const auto number = hn::Add(hn::Iota(c, 0), hn::Set(c, noise + view_.seed));
+    const auto number = hn::Add(hn::Load(c, kLaneNumbers.data()), hn::Set(c, noise + view_.seed));
     const auto mixed = hn::Mul(
         hn::Xor(hn::Mul(number, hn::Set(c, 0x9E3779B1u)), hn::ShiftRight<15>(hn::Mul(number, hn::Set(c, 0x85EBCA77u)))),
         hn::Set(c, 0xC2B2AE3Du));
@@ -234,7 +238,7 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
   const auto row = [&](std::size_t axis, int x, int y, std::size_t first_z) {
     const float start =
         place.first[axis] + static_cast<float>(x) * along_x[axis] + static_cast<float>(y) * along_y[axis];
-    return hn::Add(set(start), hn::Mul(hn::Iota(f, static_cast<float>(first_z)), set(along_z[axis])));
+    return hn::Add(set(start), hn::Mul(hn::LoadU(f, kLanes.data() + first_z), set(along_z[axis])));
   };
   std::uint64_t free = ~std::uint64_t{0};
   change.has_matter = false;

@@ -71,7 +71,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"pcl", {"acquire"}},
     {"openvdb", {"fusion", "extract", "app"}},
     {"boost", {"extract"}},
-    {"hwy", {"fusion", "extract"}},
+    {"hwy", {"acquire", "fusion", "extract"}},
     {"zlib.h", {"extract"}},
     {"gdcmReader.h", {"extract"}},
     {"NrrdIO.h", {"extract"}},

@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""Times ScanKnit's frames against Open3D's on a synthetic desk: 640 x 480 depth and colour, Kinect noise, 4 mm voxels.
+
+Prints a table in Markdown: milliseconds a frame by stage, ratios against Open3D's tensor VoxelBlockGrid and its legacy
+ScalableTSDFVolume in the same run, peak memory. Needs a built `scanknit` and Debian's python3-open3d and python3-numpy.
+"""
+
+import argparse
+import json
+import statistics
+from pathlib import Path
+
+from compare import HERE, make_recording, run
+
+STAGES = ("filter", "raycast", "track", "integrate")
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scanknit", default="scanknit", help="the command (default: the one in PATH)")
+    parser.add_argument("--python", default="/usr/bin/python3", help="a Python that has Open3D")
+    parser.add_argument("--work", type=Path, default=Path("out/compare"), help="folder for recordings and meshes")
+    parser.add_argument("--scene", default="desk")
+    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--voxel-mm", type=float, default=4)
+    parser.add_argument("--rounds", type=int, default=3, help="each program runs so often, in turn")
+    return parser.parse_args()
+
+
+def scanknit(arguments, recording, *options):
+    out = recording / "speed"
+    run(arguments.scanknit, "run", recording, "-o", out, "--set", f"fusion.voxel_size={arguments.voxel_mm}mm", *options)
+    return json.loads((out / "report.json").read_text())
+
+
+def open3d(arguments, recording, *options):
+    printed = run(arguments.python, HERE / "compare_open3d.py", recording, "-o", recording / "open3d.ply",
+                  "--voxel", arguments.voxel_mm / 1000, "--truncation", 4, *options)
+    return json.loads(printed)
+
+
+def medians(reports, stage):
+    times = [report["stages"][stage] for report in reports if stage in report["stages"]]
+    if not times:
+        return None
+    return tuple(statistics.median(time[key] for time in times) for key in ("median_ms", "p95_ms"))
+
+
+def main():
+    arguments = parse_arguments()
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    recording = make_recording(arguments, arguments.scene, True)
+    runs = {
+        "ScanKnit, fixed band of 4 voxels, true poses": ("--set", "fusion.truncation_sigmas=0"),
+        "ScanKnit, defaults, true poses": (),
+        "ScanKnit, fixed band of 4 voxels, tracked": ("--set", "fusion.truncation_sigmas=0", "--poses", "track"),
+        "ScanKnit, defaults, tracked": ("--poses", "track"),
+    }
+    ours = {name: [] for name in runs}
+    theirs = {"tensor": [], "legacy": []}
+    for _ in range(arguments.rounds):
+        for name, options in runs.items():
+            ours[name].append(scanknit(arguments, recording, *options))
+        theirs["tensor"].append(open3d(arguments, recording, "--tensor"))
+        theirs["legacy"].append(open3d(arguments, recording))
+    peer = {name: statistics.median(result["integrate_ms"]["median"] for result in results)
+            for name, results in theirs.items()}
+
+    print("Median (95th percentile) of milliseconds a frame; median of the rounds.\n")
+    print("| program | " + " | ".join(STAGES) + " | integration: Open3D tensor / legacy are slower by |")
+    print("|---|" + "---|" * (len(STAGES) + 1))
+    for name, reports in ours.items():
+        cells = []
+        for stage in STAGES:
+            time = medians(reports, stage)
+            cells.append(f"{time[0]:.1f} ({time[1]:.1f})" if time else "")
+        integrate = medians(reports, "integrate")[0]
+        cells.append(f"{peer['tensor'] / integrate:.1f} / {peer['legacy'] / integrate:.1f}")
+        print(f"| {name} | " + " | ".join(cells) + " |")
+    for name, median_ms in peer.items():
+        print(f"| Open3D {theirs[name][0]['open3d']}, {name} | | | | {median_ms:.1f} | |")
+    volume = statistics.median(report["volume"]["memory_mib"] for report in ours["ScanKnit, fixed band of 4 voxels, true poses"])
+    peak = {name: statistics.median(result["grown_mib"] for result in results) for name, results in theirs.items()}
+    print(f"\nMemory of the volume: ScanKnit {volume:.0f} MiB (fixed band); Open3D grew by {peak['tensor']:.0f} (tensor) and "
+          f"{peak['legacy']:.0f} MiB (legacy) while it fused.")
+
+
+if __name__ == "__main__":
+    main()

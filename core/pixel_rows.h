@@ -1,0 +1,26 @@
+// What inner loops over rows of pixels share.
+#pragma once
+
+#include "core/noise_model.h"
+
+namespace scanknit {
+
+/// Pixels that vectorised loops do together on every machine, whatever it could do at once, for the same bits.
+inline constexpr int kPixelGroup = 8;
+
+/// NoiseModel in float.
+struct FloatNoise {
+  float floor_m, growth_per_m, from_m;
+
+  explicit FloatNoise(const NoiseModel& noise)
+      : floor_m(static_cast<float>(noise.floor_m)),
+        growth_per_m(static_cast<float>(noise.growth_per_m)),
+        from_m(static_cast<float>(noise.from_m)) {}
+
+  [[nodiscard]] float sigma_m(float z_m) const {
+    const float beyond = z_m - from_m;
+    return floor_m + growth_per_m * (beyond * beyond);
+  }
+};
+
+}  // namespace scanknit
