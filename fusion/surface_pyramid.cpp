@@ -43,7 +43,8 @@ struct Rays {
 };
 
 /// The mean plane of the samples on the nearest surface, where `ray` meets it.
-[[gnu::always_inline]] inline Sample mean_of(const std::array<Sample, 4>& samples, const Eigen::Vector3f& ray, const NoiseModel& noise) {
+[[gnu::always_inline]] inline Sample mean_of(const std::array<Sample, 4>& samples, const Eigen::Vector3f& ray,
+                                             const NoiseModel& noise) {
   Sample mean;
   mean.ray = ray;
   const Sample* nearest = nullptr;
