@@ -18,6 +18,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // where it is seen in few noisy frames: the square of that.
 constexpr double kWeakStrength = 1e-3;
 constexpr double kInlierSigmas = 3;
+constexpr double kContradiction_m = 0.03;
+constexpr double kContradictionSigmas = 6;
 constexpr double kFewestPairs = 50;
 
 /// What one level does: `iterations` rounds, with gates that narrow from the first to the last.
@@ -44,6 +46,8 @@ PairGate gate_of(const LevelPlan& plan, int iteration, const IcpConfig& config, 
   gate.distance_per_m = static_cast<float>(plan.distance_per_m);
   gate.min_cosine = static_cast<float>(plan.min_cosine);
   gate.tukey_sigmas = static_cast<float>(plan.first_tukey * std::pow(plan.last_tukey / plan.first_tukey, progress));
+  gate.contradiction_m = static_cast<float>(kContradiction_m);
+  gate.contradiction_sigmas = static_cast<float>(kContradictionSigmas);
   gate.inlier_sigmas = static_cast<float>(kInlierSigmas);
   gate.intensity_sigma = static_cast<float>(config.intensity_sigma * plan.intensity_share);
   gate.intensity_offset = static_cast<float>(intensity_offset);
@@ -123,6 +127,7 @@ void describe(const PairSums& sums, const Step& step, IcpResult& result) {
   result.points = static_cast<std::size_t>(sums.points);
   result.overlap = share(sums.seen, sums.points);
   result.inlier_share = share(sums.inliers, sums.seen);
+  result.contradicted_share = share(sums.contradictions, sums.seen);
   result.rms_sigma = std::sqrt(share(sums.squares, sums.weights));
   result.colour_agreement = sums.coloured > kFewestPairs ? sums.colour_weights / sums.coloured : 1;
   result.support = share(sums.weights + sums.colour_weights, sums.points);
@@ -147,15 +152,20 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   registration.scale_m = mean_depth(frame.levels.back());
   registration.centre = Eigen::Vector3d(0, 0, registration.scale_m);
   double intensity_offset = 0;
+  PairSums sums;
+  Step step;
+  const auto look = [&](const LevelPlan& plan, int iteration) {
+    registration.T_model_frame = result.T_model_frame;
+    registration.gate = gate_of(plan, iteration, config, intensity_offset);
+    sums = sum_pairs(registration);
+    step = solve(sums);
+  };
   for (int level = config.first_level; level >= config.last_level; --level) {
     const LevelPlan& plan = kPlans[static_cast<std::size_t>(level)];
     registration.frame = &frame.levels[static_cast<std::size_t>(level)];
     registration.model = &model.levels[static_cast<std::size_t>(level)];
     for (int iteration = 0; iteration < plan.iterations; ++iteration) {
-      registration.T_model_frame = result.T_model_frame;
-      registration.gate = gate_of(plan, iteration, config, intensity_offset);
-      const PairSums sums = sum_pairs(registration);
-      const Step step = solve(sums);
+      look(plan, iteration);
       result.T_model_frame =
           motion_about(step.motion, registration.centre, registration.scale_m) * result.T_model_frame;
       if (sums.colour_weights > kFewestPairs) intensity_offset = sums.colour_offset / sums.colour_weights;
@@ -163,11 +173,11 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     }
   }
   result.T_model_frame.linear() = Eigen::Quaterniond(result.T_model_frame.linear()).normalized().toRotationMatrix();
-  const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
-  registration.T_model_frame = result.T_model_frame;
-  registration.gate = gate_of(last, last.iterations - 1, config, intensity_offset);
-  const PairSums sums = sum_pairs(registration);
-  describe(sums, solve(sums), result);
+  if (!has_settled(step.motion)) {
+    const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
+    look(last, last.iterations - 1);
+  }
+  describe(sums, step, result);
   return result;
 }
 

@@ -22,10 +22,11 @@ struct IcpResult {
   Pose T_model_frame = Pose::Identity();  ///< p_model_camera = T_model_frame * p_frame_camera
   std::size_t points = 0;                 ///< of the frame, at the last level
   double overlap = 0;                     ///< of the points, the share before which the model has a surface
-  double inlier_share = 0;      ///< of those, the share within 3 sigma of the model's plane, alike in place and normal
-  double rms_sigma = 0;         ///< of the weighted residuals, in standard deviations of the depth noise
-  double colour_agreement = 1;  ///< mean weight of the pairs whose colour is compared; 1 where none is
-  double support = 0;           ///< what the pairs weigh, colour included, a point: for comparing starts
+  double inlier_share = 0;  ///< of those, the share within 3 sigma of the model's plane, alike in place and normal
+  double contradicted_share = 0;  ///< of those, the share that the model has in quite another depth
+  double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
+  double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 where none is
+  double support = 0;             ///< what the pairs weigh, colour included, a point: for comparing starts
   /// How well each direction of motion is held, ascending: 1 is the whole of the points. Translation in metres and
   /// rotation times the mean depth have one unit here.
   Vector6d strengths = Vector6d::Zero();

@@ -23,6 +23,7 @@ enum RowSum : std::size_t {
   kInformation = 27,
   kWeights,
   kSquares,
+  kContradictions,
   kColoured,
   kColourWeights,
   kColourOffset,
@@ -130,6 +131,14 @@ class RowSummer {
     if (hn::AllFalse(f, is_seen)) return;
     count(is_seen, kSeen, lane, sums);
 
+    const VF beyond = hn::Sub(z, set(static_cast<float>(noise_.from_m)));
+    const VF sigma = hn::Add(set(static_cast<float>(noise_.floor_m)),
+                             hn::Mul(set(static_cast<float>(noise_.growth_per_m)), hn::Mul(beyond, beyond)));
+    const VF per_sigma = hn::Div(one, hn::Max(sigma, set(kLeastSigma_m)));
+    const VF differing = hn::Abs(hn::Sub(p.z, model_z));
+    const VF same = hn::Add(set(gate_.contradiction_m), hn::Mul(set(gate_.contradiction_sigmas), sigma));
+    count(hn::And(is_seen, hn::Gt(differing, same)), kContradictions, lane, sums);
+
     // The plane that the view shows at that pixel.
     const VF u_centre = hn::ConvertTo(f, pixel_x);
     const VF v_centre = hn::ConvertTo(f, pixel_y);
@@ -147,10 +156,6 @@ class RowSummer {
     const MF is_pair = hn::And(is_seen, hn::And(is_near, is_alike));
     if (hn::AllFalse(f, is_pair)) return;
 
-    const VF beyond = hn::Sub(z, set(static_cast<float>(noise_.from_m)));
-    const VF sigma = hn::Add(set(static_cast<float>(noise_.floor_m)),
-                             hn::Mul(set(static_cast<float>(noise_.growth_per_m)), hn::Mul(beyond, beyond)));
-    const VF per_sigma = hn::Div(one, hn::Max(sigma, set(kLeastSigma_m)));
     const VF residual = hn::Mul(dot(n, apart), per_sigma);
     count(hn::And(is_pair, hn::Lt(hn::Abs(residual), set(gate_.inlier_sigmas))), kInliers, lane, sums);
     const VF weight = hn::IfThenElseZero(is_pair, tukey(residual));
@@ -271,6 +276,7 @@ PairSums sum_row(const Registration& registration, int y) {
   sums.information = total(kInformation);
   sums.weights = total(kWeights);
   sums.squares = total(kSquares);
+  sums.contradictions = total(kContradictions);
   sums.coloured = total(kColoured);
   sums.colour_weights = total(kColourWeights);
   sums.colour_offset = total(kColourOffset);
@@ -286,6 +292,7 @@ PairSums& PairSums::operator+=(const PairSums& other) {
   information += other.information;
   weights += other.weights;
   squares += other.squares;
+  contradictions += other.contradictions;
   coloured += other.coloured;
   colour_weights += other.colour_weights;
   colour_offset += other.colour_offset;

@@ -43,7 +43,8 @@ struct Rays {
 };
 
 /// The mean plane of the samples on the nearest surface, where `ray` meets it.
-Sample mean_of(const std::array<Sample, 4>& samples, const Eigen::Vector3f& ray, const NoiseModel& noise) {
+[[gnu::always_inline]] inline Sample mean_of(const std::array<Sample, 4>& samples, const Eigen::Vector3f& ray,
+                                             const NoiseModel& noise) {
   Sample mean;
   mean.ray = ray;
   const Sample* nearest = nullptr;
@@ -130,32 +131,35 @@ SurfacePyramid finish(SurfaceLevel finest, const NoiseModel& noise) {
   return pyramid;
 }
 
-/// A picture's luma with its camera, halved while it stays at least as fine as `wanted`.
+/// A picture's luma with its camera, in blocks of pixels that are about as large as those of `wanted`.
 struct GreyPicture {
   Image<float> pixels;
   CameraIntrinsics intrinsics;
 };
 
 GreyPicture grey_of(const ColourFrame& colour, const CameraIntrinsics& wanted) {
-  GreyPicture grey{Image<float>(colour.image.width(), colour.image.height()), colour.intrinsics};
-  tbb::parallel_for(0, grey.pixels.height(), [&](int y) {
-    for (int x = 0; x < grey.pixels.width(); ++x) {
-      const Rgb8 pixel = colour.image.at(x, y);
-      grey.pixels.at(x, y) = luma(pixel.r, pixel.g, pixel.b) / 255.0f;
+  CameraIntrinsics k = colour.intrinsics;
+  int side = 1;
+  while (std::abs(k.fx) > 1.5 * std::abs(wanted.fx) && k.width > 1 && k.height > 1) {
+    k = halved(k);
+    side *= 2;
+  }
+  GreyPicture grey{Image<float>(k.width, k.height), k};
+  const float per_sum = 1.0f / (255.0f * static_cast<float>(side) * static_cast<float>(side));
+  tbb::parallel_for(0, k.height, [&](int y) {
+    for (int x = 0; x < k.width; ++x) {
+      unsigned r = 0, g = 0, b = 0;
+      for (int row = side * y; row < side * (y + 1); ++row) {
+        for (const Rgb8& pixel :
+             colour.image.row(row).subspan(static_cast<std::size_t>(side * x), static_cast<std::size_t>(side))) {
+          r += pixel.r;
+          g += pixel.g;
+          b += pixel.b;
+        }
+      }
+      grey.pixels.at(x, y) = per_sum * luma(static_cast<float>(r), static_cast<float>(g), static_cast<float>(b));
     }
   });
-  while (std::abs(grey.intrinsics.fx) > 1.5 * std::abs(wanted.fx) && grey.intrinsics.width > 1 &&
-         grey.intrinsics.height > 1) {
-    const CameraIntrinsics k = halved(grey.intrinsics);
-    Image<float> half(k.width, k.height);
-    tbb::parallel_for(0, k.height, [&](int y) {
-      for (int x = 0; x < k.width; ++x) {
-        half.at(x, y) = 0.25f * (grey.pixels.at(2 * x, 2 * y) + grey.pixels.at(2 * x + 1, 2 * y) +
-                                 grey.pixels.at(2 * x, 2 * y + 1) + grey.pixels.at(2 * x + 1, 2 * y + 1));
-      }
-    });
-    grey = {std::move(half), k};
-  }
   return grey;
 }
 
@@ -190,7 +194,7 @@ void add_intensities(const ColourFrame& colour, SurfaceLevel& level) {
   });
 }
 
-Sample sample_of(const Frame& frame, const Rays& rays, int x, int y) {
+[[gnu::always_inline]] inline Sample sample_of(const Frame& frame, const Rays& rays, int x, int y) {
   Sample sample{frame.depth_m.at(x, y), rays.at(x, y), Eigen::Vector3f::Zero()};
   if (!frame.normals.empty()) sample.normal = frame.normals.at(x, y);
   if (sample.normal.squaredNorm() == 0) sample.normal = -sample.ray.normalized();

@@ -27,6 +27,10 @@ constexpr double kLeastColour = 0.35;
 constexpr double kSureOverlap = 0.4;
 constexpr double kSureInliers = 0.65;
 constexpr double kSureColour = 0.5;
+constexpr double kSureContradicted = 0.1;
+
+// A place that was recognised must hold for so many frames in a row before anything is fused.
+constexpr int kSureViews = 3;
 
 // A view from elsewhere shows less of what the camera sees: look again from the place that was found.
 constexpr double kNearView_m = 0.1;
@@ -73,7 +77,7 @@ bool is_believable(const IcpResult& fit) {
 
 bool is_sure(const IcpResult& fit) {
   return fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers && fit.colour_agreement >= kSureColour &&
-         fit.weak_directions == 0;
+         fit.contradicted_share <= kSureContradicted && fit.weak_directions == 0;
 }
 
 /// Why a believable pose is held by little; nothing when it is held well.
@@ -130,6 +134,17 @@ TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
   if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
   if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, "", T_last, nothing);
 
+  if (recognised_) {
+    const auto again = sure_fit(seen, recognised_->T_world_camera);
+    if (again && recognised_->views + 1 >= kSureViews) {
+      return describe(TrackState::kRecovered, "", again->T_world_camera, again->icp);
+    }
+    if (again) {
+      recognised_ = Recognised{again->T_world_camera, recognised_->views + 1};
+      return describe(TrackState::kLost, "making sure", T_last, again->icp);
+    }
+    recognised_.reset();
+  }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
   if (is_lost_ ? is_sure(followed.icp) : is_believable(followed.icp)) {
     if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
@@ -138,7 +153,8 @@ TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
                     followed.icp);
   }
   if (const auto again = find_again(seen)) {
-    return describe(TrackState::kRecovered, "", again->T_world_camera, again->icp);
+    recognised_ = Recognised{again->T_world_camera, 1};
+    return describe(TrackState::kLost, is_lost_ ? "making sure" : "too fast", T_last, again->icp);
   }
   const char* reason = is_lost_ ? "place not recognised" : "too fast";
   return describe(TrackState::kLost, reason, T_last, followed.icp);
@@ -192,19 +208,20 @@ Tracker::Fit Tracker::follow_motion(const SurfacePyramid& seen, std::int64_t tim
   return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera});
 }
 
-std::optional<Tracker::Fit> Tracker::find_again(const SurfacePyramid& seen) {
+std::optional<Tracker::Fit> Tracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
-  const auto sure_fit = [&](const Pose& place) -> std::optional<Fit> {
-    const Model model = look(camera, place);
-    const Fit first = fit(seen, model, {place, place * turn_by_shift(seen, model.pyramid)});
-    if (!is_believable(first.icp)) return std::nullopt;
-    const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera});
-    return is_sure(second.icp) ? std::optional(second) : std::nullopt;
-  };
+  const Model model = look(camera, T_world_place);
+  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)});
+  if (!is_believable(first.icp)) return std::nullopt;
+  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera});
+  return is_sure(second.icp) ? std::optional(second) : std::nullopt;
+}
+
+std::optional<Tracker::Fit> Tracker::find_again(const SurfacePyramid& seen) {
   std::optional<Fit> best;
   const auto keep_best = [&](const std::vector<Pose>& poses) {
     for (const Pose& place : poses) {
-      const auto found = sure_fit(place);
+      const auto found = sure_fit(seen, place);
       if (found && (!best || found->icp.inliers() > best->icp.inliers())) best = found;
     }
   };
@@ -227,6 +244,7 @@ Pose Tracker::predicted(std::int64_t timestamp_ns) const {
 
 void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
   is_lost_ = result.is_lost();
+  if (!is_lost_) recognised_.reset();
   if (is_lost_) {
     T_before_last_.reset();
     return;

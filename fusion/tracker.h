@@ -67,6 +67,11 @@ class Tracker {
     Pose T_world_camera = Pose::Identity();
     IcpResult icp;
   };
+  /// A place that was recognised, and how many frames in a row have fitted there.
+  struct Recognised {
+    Pose T_world_camera;
+    int views;
+  };
   struct Model {
     Pose T_world_camera;
     SurfacePyramid pyramid;
@@ -77,6 +82,7 @@ class Tracker {
   [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses);
   [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
+  [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
   void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
@@ -86,6 +92,7 @@ class Tracker {
   std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two known frames ...
   std::int64_t moved_in_ns_ = 0;       ///< ... in this time
   bool is_lost_ = false;
+  std::optional<Recognised> recognised_;
   double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
   Relocaliser places_;
 

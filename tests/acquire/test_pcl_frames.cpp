@@ -205,7 +205,18 @@ TEST_F(PclzfFrame, IsReadWithBothCameras) {
 }
 
 TEST_F(PclzfFrame, HasNoPoseOfItsOwn) {
-  EXPECT_EQ(play(folder_.path()).reasons(), Reasons{"no_pose"});
+  AcquireConfig config;
+  config.poses = PoseMode::kRecording;
+  EXPECT_EQ(play(folder_.path(), config).reasons(), Reasons{"no_pose"});
+}
+
+TEST_F(PclzfFrame, IsToBeTracked) {
+  const auto source = open_recording(folder_.path(), {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ((*source)->info().poses, PoseMode::kTrack);
+  const Played played = play(**source);
+  ASSERT_EQ(played.frames.size(), 1u);
+  EXPECT_FALSE(played.frames[0].T_world_camera.has_value());
 }
 
 TEST_F(PclzfFrame, IsOpenedByItsDepthFile) {

@@ -131,6 +131,28 @@ TEST_F(BadFrame, IsNoneWhenTheScannerStoodStill) {
   EXPECT_TRUE(played.frames[1].T_world_camera->isApprox(Pose::Identity()));
 }
 
+TEST_F(BadFrame, MayHaveNoPoseOrABadOneWhereItIsTracked) {
+  fs::remove(middle("pose.txt"));
+  write_text(folder_ / seven_scenes_name(2, "pose.txt"), "lost\n");
+  for (const PoseMode poses : {PoseMode::kTrack, PoseMode::kRefine}) {
+    AcquireConfig config;
+    config.poses = poses;
+    const Played played = play(folder_.path(), config);
+    ASSERT_EQ(played.frames.size(), 3u);
+    EXPECT_TRUE(played.frames[0].T_world_camera.has_value());
+    EXPECT_FALSE(played.frames[1].T_world_camera.has_value());
+    EXPECT_FALSE(played.frames[2].T_world_camera.has_value());
+  }
+}
+
+TEST_F(BadFrame, WithoutDepthTellsATrackerThatTheLensIsCovered) {
+  write_depth(middle("depth.png"), 0);
+  EXPECT_EQ(play(folder_.path()).reasons(), Reasons{"no_depth"});
+  AcquireConfig config;
+  config.poses = PoseMode::kTrack;
+  EXPECT_EQ(play(folder_.path(), config).frames.size(), 3u);
+}
+
 TEST_F(BadFrame, OfAnotherSizeThanItsCameraMismatches) {
   AcquireConfig config;
   config.intrinsics = CameraModel{{kWidth, kHeight + 1, 100, 100, 3, 2}, {}};

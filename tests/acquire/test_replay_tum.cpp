@@ -70,7 +70,9 @@ TEST_F(TumRecording, TakesTheEndOfATrajectoryFor20Milliseconds) {
 TEST_F(TumRecording, DoesNotInterpolateAcrossAGap) {
   write_text(folder_ / "depth.txt", "5.0 depth/1.png\n");
   write_text(folder_ / "groundtruth.txt", "1 0 0 0 0 0 0 1\n9 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(played().reasons(), Reasons{"no_pose"});
+  AcquireConfig config;
+  config.poses = PoseMode::kRecording;
+  EXPECT_EQ(played(config).reasons(), Reasons{"no_pose"});
 }
 
 TEST_F(TumRecording, DropsFramesBesideABadPose) {
