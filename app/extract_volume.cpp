@@ -89,7 +89,11 @@ Result<void> extract_vdb(Job job, const VolumeRequest& request, Console& console
       !chosen) {
     return chosen;
   }
-  const FieldView view{volume->field.get(), volume->weight.get(), volume->colour.get(), volume->is_signed_distance};
+  FieldView view;
+  view.field = volume->field.get();
+  view.weight = volume->weight.get();
+  view.colour = volume->colour.get();
+  view.is_signed_distance = volume->is_signed_distance;
   const auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
