@@ -12,20 +12,12 @@ constexpr std::size_t kSimilar = 4;      // candidates: each costs a raycast
 constexpr std::size_t kMatched = 12;     // key frames whose features are compared
 constexpr std::size_t kMostMatches = 3;
 
-double median_depth(const SurfaceLevel& level) {
-  std::vector<float> depths;
-  std::copy_if(level.z_m.begin(), level.z_m.end(), std::back_inserter(depths), [](float z) { return z > 0; });
-  if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
-}
-
 }  // namespace
 
 void Relocaliser::learn(const SurfacePyramid& frame, const Pose& T_world_camera) {
   if (keys_.size() == kMostKeys) return;
-  if (!ferns_) ferns_.emplace(median_depth(frame.levels.back()));
+  if (points_of(frame.levels.back()) == 0) return;
+  if (!ferns_) ferns_.emplace(median_depth_m(frame.levels.back()));
   FernCode code = ferns_->encode(frame.levels.back());
   const bool is_known = std::any_of(keys_.begin(), keys_.end(),
                                     [&](const KeyFrame& key) { return dissimilarity(key.code, code) < kNewPlace; });

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -224,6 +225,19 @@ SurfaceLevel::SurfaceLevel(const CameraIntrinsics& k)
   const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(k.height);
   for (auto* plane : {&z_m, &nx, &ny, &nz, &gx, &gy}) plane->assign(size, 0.0f);
   intensity.assign(size, -1.0f);
+}
+
+std::size_t points_of(const SurfaceLevel& level) {
+  return static_cast<std::size_t>(std::count_if(level.z_m.begin(), level.z_m.end(), [](float z) { return z > 0; }));
+}
+
+double median_depth_m(const SurfaceLevel& level) {
+  std::vector<float> depths;
+  std::copy_if(level.z_m.begin(), level.z_m.end(), std::back_inserter(depths), [](float z) { return z > 0; });
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return static_cast<double>(*middle);
 }
 
 CameraIntrinsics tracking_camera(const CameraIntrinsics& depth_camera) {

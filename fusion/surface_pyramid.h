@@ -28,6 +28,11 @@ struct SurfaceLevel {
   }
 };
 
+/// Pixels with a surface.
+[[nodiscard]] std::size_t points_of(const SurfaceLevel& level);
+/// Of those pixels; 0 when there are none.
+[[nodiscard]] double median_depth_m(const SurfaceLevel& level);
+
 /// Level 0 is the finest.
 struct SurfacePyramid {
   std::vector<SurfaceLevel> levels;

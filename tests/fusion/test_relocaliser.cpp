@@ -51,6 +51,46 @@ TEST(Relocaliser, NamesTheKeyFrameNearestToAView) {
   }
 }
 
+/// A wall of tiles, each of its own grey, from there: what features hold on to.
+SurfaceLevel tiles_from(const Pose& T_world_camera) {
+  const CameraIntrinsics camera{320, 240, 260, 260, 159.5, 119.5};
+  const test::World wall = test::bare_wall();
+  Frame frame = look(wall, T_world_camera, true, camera);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector3d p = T_world_camera * camera.unproject(x, y, static_cast<double>(frame.depth_m.at(x, y)));
+      constexpr double kTile_m = 0.05;
+      const auto column = static_cast<std::uint32_t>(static_cast<int>(std::floor(p.x() / kTile_m)) + 1000);
+      const auto row = static_cast<std::uint32_t>(static_cast<int>(std::floor(p.y() / kTile_m)) + 1000);
+      const std::uint32_t hash = (column * 73856093u) ^ (row * 19349663u);  // Teschner et al. 2003
+      const auto grey = static_cast<std::uint8_t>((hash * 2654435761u) >> 24);
+      frame.colour->image.at(x, y) = {grey, grey, grey};
+    }
+  }
+  return pyramid_of(frame, NoiseModel{}).levels.front();
+}
+
+TEST(Features, GiveTheMotionBetweenTwoViews) {
+  const Pose truth = motion({0.02, -0.05, 0.3}, {0.12, -0.06, 0.1});
+  const SurfaceLevel from = tiles_from(Pose::Identity());
+  const SurfaceLevel to = tiles_from(truth);
+  const auto found = match_features(find_features(from), find_features(to), to.intrinsics);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_LT(distance_m(*found, truth), 0.05);  // half of what the coarse level of registration reaches
+  EXPECT_LT(test::angle_rad(*found, truth), 0.05);
+}
+
+TEST(Features, OfOtherPlacesDoNotMatch) {
+  const SurfaceLevel here = tiles_from(Pose::Identity());
+  const SurfaceLevel elsewhere = tiles_from(motion({0, 0, 0}, {20, 0, 0}));
+  EXPECT_FALSE(match_features(find_features(here), find_features(elsewhere), here.intrinsics).has_value());
+}
+
+TEST(Features, NeedColour) {
+  Frame frame = look(small_room(), on_circle(0), /*has_colour=*/false);
+  EXPECT_TRUE(find_features(pyramid_of(frame, NoiseModel{}).levels.front()).empty());
+}
+
 TEST(Relocaliser, KnowsNoPlaceBeforeItHasLearntOne) {
   EXPECT_TRUE(Relocaliser().similar_poses(pyramid_at(on_circle(0))).empty());
   EXPECT_TRUE(Relocaliser().matched_poses(pyramid_at(on_circle(0))).empty());
