@@ -45,6 +45,9 @@ HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Loaded: hn::Iota is a loop of stores on some targets.
+alignas(32) constexpr std::array<float, kRowLanes> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
+
 using Floats = hn::CappedTag<float, kRowLanes>;
 using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
@@ -105,8 +108,9 @@ class RowSummer {
 
     // The point, in the view.
     const CameraIntrinsics& k = frame_.intrinsics;
-    const VF ray_x = hn::Mul(hn::Sub(hn::Iota(f, static_cast<float>(x)), set(static_cast<float>(k.cx))),
-                             set(static_cast<float>(1 / k.fx)));
+    const VF ray_x = hn::Mul(
+        hn::Sub(hn::Add(set(static_cast<float>(x)), hn::LoadU(f, kLanes.data())), set(static_cast<float>(k.cx))),
+        set(static_cast<float>(1 / k.fx)));
     const VF ray_y = set((static_cast<float>(y) - static_cast<float>(k.cy)) * static_cast<float>(1 / k.fy));
     const V3 p = move({hn::Mul(ray_x, z), hn::Mul(ray_y, z), z});
 

@@ -3,10 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
-#include "fusion/depth_pyramid.h"
 #include "fusion/luma.h"
 #include "fusion/voxel_reader.h"
 
@@ -17,11 +19,11 @@ constexpr int kTile = 8;             // pixels a side, for which one range of de
 constexpr float kNearest_m = 0.05f;  // no surface is looked for nearer than this
 constexpr float kCaution = 0.8f;     // of the distance to the surface is stepped: it was measured from another side
 
-/// Between which depths the blocks with matter lie, tile by tile; each reaches two voxels beyond its samples, so that
-/// free space before a surface is seen, too.
-class TileRanges {
+/// In which depths blocks with matter lie, tile by tile, in 64 bins from the camera to the farthest; each block reaches
+/// two voxels beyond its samples, so that free space before a surface is seen, too.
+class TileDepths {
  public:
-  TileRanges(const CameraIntrinsics& k, const Pose& T_world_camera, double voxel_size_m)
+  TileDepths(const CameraIntrinsics& k, const Pose& T_world_camera, double voxel_size_m)
       : width_(k.width),
         height_(k.height),
         tiles_((k.width + kTile - 1) / kTile, (k.height + kTile - 1) / kTile),
@@ -34,18 +36,29 @@ class TileRanges {
         voxel_size_m_(static_cast<float>(voxel_size_m)) {}
 
   void add(const BlockIndex& index) {
+    std::vector<View> views;
+    float farthest_m = kNearest_m;
     for (const BlockIndex::Region& region : index.regions()) {
-      if (!sees(region.origin, BlockIndex::kRegionVoxels)) continue;
+      if (!view_of(ball_of(region.origin, BlockIndex::kRegionVoxels))) continue;
       for (const BlockIndex::Number number : region.blocks) {
         const VolumeBlock& block = index.blocks()[number];
-        if (block.has_matter && !block.is_free) add_block(block.origin);
+        if (!block.has_matter || block.is_free) continue;
+        const auto view = view_of(ball_of(block.origin, 8));
+        if (!view) continue;
+        views.push_back(*view);
+        farthest_m = std::max(farthest_m, view->far_m);
       }
     }
+    bin_m_ = farthest_m / kBins;
+    for (const View& view : views) enter(view);
   }
 
-  [[nodiscard]] const DepthRange& at(int x, int y) const { return tiles_.at(x / kTile, y / kTile); }
+  [[nodiscard]] std::uint64_t at(int x, int y) const { return tiles_.at(x / kTile, y / kTile); }
+  [[nodiscard]] float bin_m() const { return bin_m_; }
 
  private:
+  static constexpr int kBins = 64;
+
   /// The ball round a cube and two voxels more.
   struct Ball {
     Eigen::Vector3f centre;
@@ -59,57 +72,60 @@ class TileRanges {
     return {R_camera_world_ * centre + t_camera_world_, (half * kSqrt3 + 2) * voxel_size_m_};
   }
 
-  /// False only where a cube is not in the picture.
-  [[nodiscard]] bool sees(const openvdb::Coord& origin, int side) const {
-    const Ball ball = ball_of(origin, side);
-    if (ball.centre.z() + ball.radius_m < kNearest_m) return false;
-    if (ball.centre.z() - ball.radius_m < kNearest_m) return true;
+  /// The tiles and depths that a ball may cover.
+  struct View {
     int x0, y0, x1, y1;
-    return pixels_of(ball, x0, y0, x1, y1);
+    float near_m, far_m;
+  };
+  [[nodiscard]] std::optional<View> view_of(const Ball& ball) const {
+    View view{0,
+              0,
+              tiles_.width() - 1,
+              tiles_.height() - 1,
+              ball.centre.z() - ball.radius_m,
+              ball.centre.z() + ball.radius_m};
+    if (view.far_m < kNearest_m) return std::nullopt;
+    if (view.near_m < kNearest_m) {  // reaches behind the camera: it may project anywhere
+      view.near_m = kNearest_m;
+      return view;
+    }
+    const bool is_seen = extent(ball.centre.x(), ball.radius_m, view, fx_, cx_, width_, view.x0, view.x1) &&
+                         extent(ball.centre.y(), ball.radius_m, view, fy_, cy_, height_, view.y0, view.y1);
+    return is_seen ? std::optional(view) : std::nullopt;
   }
-
-  /// The pixels on which a ball in front of the camera may lie; false when none.
-  [[nodiscard]] bool pixels_of(const Ball& ball, int& x0, int& y0, int& x1, int& y1) const {
-    const float per_z = 1 / (ball.centre.z() - ball.radius_m);
-    const auto extent = [&](float centre, float focal, float principal, int size, int& from, int& to) {
-      // The ball's outline reaches no farther than the box from centre - radius to centre + radius at its least depth
-      // or its greatest; both ends are tried.
-      const float far_per_z = 1 / (ball.centre.z() + ball.radius_m);
-      const auto project = [&](float v) { return std::pair(focal * v * per_z, focal * v * far_per_z); };
-      const auto [a, b] = project(centre - ball.radius_m);
-      const auto [c, d] = project(centre + ball.radius_m);
-      const float low = std::min(std::min(a, b), std::min(c, d)) + principal;
-      const float high = std::max(std::max(a, b), std::max(c, d)) + principal;
-      const auto limit = static_cast<float>(size);
-      from = static_cast<int>(std::clamp(low, 0.0f, limit));
-      to = static_cast<int>(std::clamp(high + 1, 0.0f, limit - 1));
-      return high >= -1 && low <= limit;
+  /// Along one axis, by the box round the ball: its sides are seen farthest out at its least or its greatest depth.
+  [[nodiscard]] static bool extent(float centre, float radius_m, const View& depths, float focal, float principal,
+                                   int size, int& first_tile, int& last_tile) {
+    const auto seen_at = [&](float v, float z) { return focal * v / z + principal; };
+    const auto [low, high] =
+        std::minmax({seen_at(centre - radius_m, depths.near_m), seen_at(centre - radius_m, depths.far_m),
+                     seen_at(centre + radius_m, depths.near_m), seen_at(centre + radius_m, depths.far_m)});
+    if (!(high >= -1) || !(low <= static_cast<float>(size))) return false;
+    const auto tile_of = [&](float pixel) {
+      return static_cast<int>(std::clamp(pixel, 0.0f, static_cast<float>(size - 1))) / kTile;
     };
-    return extent(ball.centre.x(), fx_, cx_, width_, x0, x1) && extent(ball.centre.y(), fy_, cy_, height_, y0, y1);
+    first_tile = tile_of(low);
+    last_tile = tile_of(high + 1);
+    return true;
   }
 
-  void add_block(const openvdb::Coord& origin) {
-    constexpr int kSide = 8;
-    const Ball ball = ball_of(origin, kSide);
-    const DepthRange range{ball.centre.z() - ball.radius_m, ball.centre.z() + ball.radius_m};
-    if (range.far_m < kNearest_m) return;
-    int x0 = 0, y0 = 0, x1 = width_ - 1, y1 = height_ - 1;
-    if (range.near_m >= kNearest_m && !pixels_of(ball, x0, y0, x1, y1)) return;
-    for (int y = y0 / kTile; y <= y1 / kTile; ++y) {
-      for (int x = x0 / kTile; x <= x1 / kTile; ++x) {
-        DepthRange& tile = tiles_.at(x, y);
-        tile.near_m = std::min(tile.near_m, range.near_m);
-        tile.far_m = std::max(tile.far_m, range.far_m);
-      }
+  void enter(const View& view) {
+    const auto bin_of = [&](float z_m) { return std::clamp(static_cast<int>(z_m / bin_m_), 0, kBins - 1); };
+    const int first = bin_of(view.near_m);
+    const int last = bin_of(view.far_m);
+    const std::uint64_t bins = (~std::uint64_t{0} >> (kBins - 1 - last)) & (~std::uint64_t{0} << first);
+    for (int y = view.y0; y <= view.y1; ++y) {
+      for (int x = view.x0; x <= view.x1; ++x) tiles_.at(x, y) |= bins;
     }
   }
 
   int width_, height_;
-  Image<DepthRange> tiles_;
+  Image<std::uint64_t> tiles_;      ///< bit b: depths from b bin_m_ to (b + 1) bin_m_
   Eigen::Matrix3f R_camera_world_;  ///< and voxels to metres
   Eigen::Vector3f t_camera_world_;
   float fx_, fy_, cx_, cy_;
   float voxel_size_m_;
+  float bin_m_ = 1;
 };
 
 /// A ray in voxels: `start` + z `step` is where its depth is z metres.
@@ -129,32 +145,15 @@ class Marcher {
  public:
   Marcher(const BlockIndex& index, float voxel_size_m) : voxels_(index), per_voxel_(1 / voxel_size_m) {}
 
-  [[nodiscard]] std::optional<Hit> march(const Ray& ray, const DepthRange& range) {
-    constexpr float kUnknown = 0;
-    float outside_z_m = kUnknown;  // the last place in free space, if only free space came after it
-    float z_m = std::max(range.near_m, kNearest_m);
-    while (z_m < range.far_m) {
-      const VoxelReader::At at = VoxelReader::floor_of(ray.at(z_m) + Eigen::Vector3f::Constant(0.5f));
-      const VolumeBlock* block = voxels_.block_at(at);
-      if (block == nullptr) {
-        outside_z_m = kUnknown;
-        z_m = std::max(end_of_block(ray, at), z_m) + 0.01f * ray.voxel_z_m;
-        continue;
-      }
-      const unsigned offset = VoxelReader::offset_of(at);
-      if (!VoxelReader::is_observed(*block, offset)) {
-        outside_z_m = kUnknown;
-        z_m += ray.voxel_z_m;
-        continue;
-      }
-      const float value = block->tsdf->buffer().data()[offset];
-      if (value > 0) {
-        outside_z_m = z_m;
-        z_m += std::max(kCaution * value * per_voxel_, 0.5f) * ray.voxel_z_m;
-      } else {
-        if (outside_z_m == kUnknown) return std::nullopt;  // from behind
-        return refine(ray, outside_z_m, z_m);
-      }
+  /// Through the bins that hold something.
+  [[nodiscard]] std::optional<Hit> march(const Ray& ray, std::uint64_t bins, float bin_m) {
+    while (bins != 0) {
+      const int first = std::countr_zero(bins);
+      const int end = first + std::countr_one(bins >> first);
+      const Passage passage =
+          pass(ray, std::max(static_cast<float>(first) * bin_m, kNearest_m), static_cast<float>(end) * bin_m);
+      if (passage.is_over) return passage.hit;
+      bins = end < 64 ? bins & (~std::uint64_t{0} << end) : 0;
     }
     return std::nullopt;
   }
@@ -179,6 +178,39 @@ class Marcher {
   }
 
  private:
+  struct Passage {
+    bool is_over = false;  ///< the ray met matter
+    std::optional<Hit> hit = {};
+  };
+  /// From one depth to another.
+  [[nodiscard]] Passage pass(const Ray& ray, float z_m, float end_m) {
+    constexpr float kUnknown = 0;
+    float outside_z_m = kUnknown;  // the last place in free space, if only free space came after it
+    while (z_m < end_m) {
+      const VoxelReader::At at = VoxelReader::floor_of(ray.at(z_m) + Eigen::Vector3f::Constant(0.5f));
+      const VolumeBlock* block = voxels_.block_at(at);
+      if (block == nullptr) {
+        outside_z_m = kUnknown;
+        z_m = std::max(end_of_block(ray, at), z_m) + 0.01f * ray.voxel_z_m;
+        continue;
+      }
+      const unsigned offset = VoxelReader::offset_of(at);
+      if (!VoxelReader::is_observed(*block, offset)) {
+        outside_z_m = kUnknown;
+        z_m += ray.voxel_z_m;
+        continue;
+      }
+      const float value = block->tsdf->buffer().data()[offset];
+      if (!(value > 0)) {
+        if (outside_z_m == kUnknown) return {true};  // from behind
+        return {true, refine(ray, outside_z_m, z_m)};
+      }
+      outside_z_m = z_m;
+      z_m += std::max(kCaution * value * per_voxel_, 0.5f) * ray.voxel_z_m;
+    }
+    return {};
+  }
+
   struct Field {
     float value;
     Eigen::Vector3f gradient;
@@ -259,8 +291,8 @@ ModelView raycast(const TsdfVolume& volume, const CameraIntrinsics& k, const Pos
                  Image<Eigen::Vector3f>(k.width, k.height, Eigen::Vector3f::Zero()),
                  Image<float>(k.width, k.height, -1.0f)};
   const double voxel_size_m = volume.config().voxel_size_m;
-  TileRanges ranges(k, T_world_camera, voxel_size_m);
-  ranges.add(volume.index());
+  TileDepths depths(k, T_world_camera, voxel_size_m);
+  depths.add(volume.index());
   const Eigen::Vector3f start = (T_world_camera.translation() / voxel_size_m).cast<float>();
   const Eigen::Matrix3f step_of_ray = (T_world_camera.linear() / voxel_size_m).cast<float>();
   const Eigen::Matrix3f R_camera_world = T_world_camera.linear().transpose().cast<float>();
@@ -269,11 +301,11 @@ ModelView raycast(const TsdfVolume& volume, const CameraIntrinsics& k, const Pos
     Marcher marcher(volume.index(), static_cast<float>(voxel_size_m));
     for (int y = kTile * tile_y; y < std::min(kTile * (tile_y + 1), k.height); ++y) {
       for (int x = 0; x < k.width; ++x) {
-        const DepthRange& range = ranges.at(x, y);
-        if (range.near_m > range.far_m) continue;
+        const std::uint64_t bins = depths.at(x, y);
+        if (bins == 0) continue;
         const Eigen::Vector3f along = k.unproject(x, y, 1.0).cast<float>();
         const Ray ray{start, step_of_ray * along, static_cast<float>(voxel_size_m) / along.norm()};
-        const auto hit = marcher.march(ray, range);
+        const auto hit = marcher.march(ray, bins, depths.bin_m());
         if (!hit) continue;
         const Eigen::Vector3f normal = (R_camera_world * hit->gradient).normalized();
         if (!(normal.dot(along) < 0)) continue;
