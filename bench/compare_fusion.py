@@ -35,7 +35,7 @@ def scanknit(arguments, recording, *options):
 
 
 def open3d(arguments, recording, *options):
-    printed = run(arguments.python, HERE / "compare_open3d.py", recording, "-o", recording / "open3d.ply",
+    printed = run(arguments.python, HERE / "compare_open3d.py", recording,
                   "--voxel", arguments.voxel_mm / 1000, "--truncation", 4, *options)
     return json.loads(printed)
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Fuses a recording in Open3D's layout with Open3D's legacy ScalableTSDFVolume, or its tensor VoxelBlockGrid, and
-writes the mesh.
+writes the mesh if one is wanted.
 
 Needs Debian's python3-open3d and python3-numpy. Prints one JSON object: times in milliseconds, counts, versions.
 The same frames, poses, voxel size and truncation can be given to `scanknit run`; see compare.py.
@@ -21,7 +21,7 @@ import open3d
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recording", type=Path, help="folder with depth/, color/, camera_intrinsic.json, trajectory.log")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the mesh, a PLY file")
+    parser.add_argument("-o", "--output", type=Path, help="the mesh, a PLY file (default: none is made)")
     parser.add_argument("--voxel", type=float, default=0.004, help="voxel size, metres (default %(default)s)")
     parser.add_argument("--truncation", type=float, default=4.0, help="half width of the band, voxels (default %(default)s)")
     parser.add_argument("--max-depth", type=float, default=10.0, help="metres; farther depth is left out")
@@ -74,7 +74,10 @@ def legacy(arguments, camera, depth_scale, poses):
 
 
 def tensor(arguments, camera, depth_scale, poses):
-    """The same with blocks of 8^3 voxels; a frame's time is that of finding its blocks and of integrating."""
+    """The same with blocks of 8^3 voxels; a frame's time is that of finding its blocks and of integrating.
+
+    Open3D 0.16 may end in an assertion of its own when it makes a mesh of the grid.
+    """
     core = open3d.core
     grid = open3d.t.geometry.VoxelBlockGrid(
         ("tsdf", "weight", "color"), (core.float32, core.float32, core.float32), ((1), (1), (3)),
@@ -110,22 +113,22 @@ def main():
         sys.exit(f"{arguments.recording}: no frames")
     grown_mib = peak_memory_mib() - before_mib
 
-    start = time.perf_counter()
-    mesh = make_mesh()
-    extract_ms = milliseconds_since(start)
-    if not open3d.io.write_triangle_mesh(str(arguments.output), mesh):
-        sys.exit(f"{arguments.output}: cannot be written")
-    print(json.dumps({
+    result = {
         "open3d": open3d.__version__,
         "frames": len(integrate_ms),
         "voxel_m": arguments.voxel,
         "truncation_vox": arguments.truncation,
         "integrate_ms": {"median": statistics.median(integrate_ms), "mean": statistics.fmean(integrate_ms)},
-        "extract_ms": extract_ms,
         "grown_mib": grown_mib,
-        "vertices": len(mesh.vertices),
-        "triangles": len(mesh.triangles),
-    }, indent=2))
+    }
+    if arguments.output:
+        start = time.perf_counter()
+        mesh = make_mesh()
+        result["extract_ms"] = milliseconds_since(start)
+        if not open3d.io.write_triangle_mesh(str(arguments.output), mesh):
+            sys.exit(f"{arguments.output}: cannot be written")
+        result.update(vertices=len(mesh.vertices), triangles=len(mesh.triangles))
+    print(json.dumps(result, indent=2))
 
 
 if __name__ == "__main__":
