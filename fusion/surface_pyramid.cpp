@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "fusion/luma.h"
+#include "fusion/surface_rows.h"
 
 namespace scanknit {
 namespace {
 
 constexpr int kMaxWidth = 400;
 constexpr int kLanes = 8;
-constexpr float kSameSurfaceSigmas = 4.25f;  // three standard deviations of a difference
-constexpr float kMinSlope = 0.1f;            // a plane seen at a more grazing angle says little of depth
 
 CameraIntrinsics halved(const CameraIntrinsics& k) {
   return {k.width / 2, k.height / 2, k.fx / 2, k.fy / 2, (k.cx + 0.5) / 2 - 0.5, (k.cy + 0.5) / 2 - 0.5};
@@ -28,19 +27,6 @@ struct Sample {
   float z_m = 0;
   Eigen::Vector3f ray, normal;
   float intensity = -1;
-};
-
-/// Rays through pixel centres, z = 1.
-struct Rays {
-  float per_fx, per_fy, cx, cy;
-  explicit Rays(const CameraIntrinsics& k)
-      : per_fx(static_cast<float>(1 / k.fx)),
-        per_fy(static_cast<float>(1 / k.fy)),
-        cx(static_cast<float>(k.cx)),
-        cy(static_cast<float>(k.cy)) {}
-  [[nodiscard]] Eigen::Vector3f at(int x, int y) const {
-    return {(static_cast<float>(x) - cx) * per_fx, (static_cast<float>(y) - cy) * per_fy, 1};
-  }
 };
 
 /// The mean plane of the samples on the nearest surface, where `ray` meets it.
@@ -70,7 +56,7 @@ struct Rays {
   }
   mean.normal = normal.normalized();
   const float slope = mean.normal.dot(ray);
-  mean.z_m = slope < -kMinSlope ? mean.normal.dot(point) / (points * slope) : nearest->z_m;
+  mean.z_m = slope < -kMinSmoothedSlope ? mean.normal.dot(point) / (points * slope) : nearest->z_m;
   if (!(mean.z_m > 0)) mean.z_m = nearest->z_m;
   if (intensities > 0) mean.intensity = intensity / intensities;
   return mean;
