@@ -1,0 +1,75 @@
+// RawFrame: the bytes a scanner sent, before anything is decoded, with both clocks; and what explains them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquire/acquire_config.h"
+#include "core/camera.h"
+#include "core/pose.h"
+
+namespace scanknit {
+
+/// The values are written into recordings.
+enum class StreamKind : std::uint8_t { kDepth = 0, kColour = 1 };
+
+/// How the bytes of a picture are to be read. The values are written into recordings.
+enum class PixelFormat : std::uint8_t {
+  kZ16 = 0,   ///< depth, 16-bit little endian, in units of RawCalibration::depth_unit_m; 0 is "no return"
+  kYuyv = 1,  ///< Y0 U Y1 V, BT.601
+  kUyvy = 2,  ///< U Y0 V Y1
+  kMjpeg = 3,
+  kRgb8 = 4,
+  kBgr8 = 5,
+};
+
+/// "z16", "yuyv", "uyvy", "mjpeg", "rgb8", "bgr8".
+[[nodiscard]] const char* to_string(PixelFormat format);
+
+/// One picture stream of a scanner, as it can be asked for or has been started.
+struct StreamProfile {
+  StreamKind kind = StreamKind::kDepth;
+  PixelFormat format = PixelFormat::kZ16;
+  int width = 0;
+  int height = 0;
+  double frames_per_second = 0;  ///< 0: unknown
+
+  friend bool operator==(const StreamProfile&, const StreamProfile&) = default;
+};
+
+/// Where the pictures of both streams belong. A camera that colour does not come from has width 0.
+struct RawCalibration {
+  CameraModel depth;
+  CameraModel colour;
+  Pose T_colour_depth = Pose::Identity();
+  double depth_unit_m = 0.001;  ///< metres of one raw unit, > 0
+  std::string source;           ///< for people: "the camera's own", "acquire.intrinsics"
+  std::string device;           ///< for people: the camera's name
+  std::string serial;           ///< empty: unknown
+};
+
+/// Frames that never arrived whole, by where they were lost.
+struct LossCounters {
+  std::uint64_t device = 0;     ///< the camera's own frame counter jumped
+  std::uint64_t transport = 0;  ///< incomplete, marked as bad, or with lost packets
+  std::uint64_t overflow = 0;   ///< more bytes than a picture has
+  std::uint64_t queue = 0;      ///< the consumer was too slow
+  std::uint64_t writer = 0;     ///< the recorder was too slow, or its disk full
+
+  [[nodiscard]] std::uint64_t total() const { return device + transport + overflow + queue + writer; }
+  friend bool operator==(const LossCounters&, const LossCounters&) = default;
+};
+
+/// A whole picture. Cheap to copy: the bytes are shared and never change.
+struct RawFrame {
+  StreamProfile profile;
+  std::uint64_t sequence = 0;  ///< of its stream, strictly increasing; the camera's own frame counter if it has one
+  std::int64_t device_ns = 0;  ///< the camera's clock, unwrapped; host_ns when it has none
+  std::int64_t host_ns = 0;    ///< this computer's steady clock when the last byte arrived
+  std::shared_ptr<const std::vector<std::byte>> bytes;
+};
+
+}  // namespace scanknit
