@@ -22,7 +22,6 @@ constexpr int kTaskBlocks = 16;  // octree nodes of this size are handed to the 
 struct Node {
   Coord origin;
   int blocks;
-  [[nodiscard]] Coord last() const { return origin.offsetBy(kBlock * blocks - 1); }
 };
 
 class BandSearch {
@@ -30,30 +29,42 @@ class BandSearch {
   BandSearch(const Observation& observation, const Pose& T_world_camera, double voxel_size_m)
       : bands_(observation.bands()), projector_(observation.intrinsics(), T_world_camera, voxel_size_m) {}
 
-  /// Adds the parts of `node` of at most `stop_blocks` that meet the band to `found`, in a fixed order.
-  void descend(const Node& node, int stop_blocks, std::vector<Node>& found) const {
-    const BoxView view = projector_.view(node.origin, node.last());
-    if (!view.is_in_front) return;
+  /// Adds the parts of `node` that are `task_blocks` large and may meet the band to `tasks`, in a fixed order.
+  void divide(const Node& node, int task_blocks, std::vector<Node>& tasks) const {
+    const auto view = projector_.view(node.origin, kBlock * node.blocks);
+    if (!view || !bands_.may_meet(view->pixels, view->z)) return;
+    if (node.blocks == task_blocks) {
+      tasks.push_back(node);
+      return;
+    }
+    for_each_child(node, [&](const Node& child) { divide(child, task_blocks, tasks); });
+  }
+
+  /// Adds the blocks of `node` that meet the band to `found`, in a fixed order.
+  void descend(const Node& node, std::vector<BandBlock>& found) const {
+    const auto view = projector_.view(node.origin, kBlock * node.blocks);
+    if (!view) return;
     if (node.blocks == 1) {
-      if (bands_.meets(view.pixels, view.z)) found.push_back(node);
-      return;
-    }
-    if (!bands_.may_meet(view.pixels, view.z)) return;
-    if (node.blocks <= stop_blocks) {
-      found.push_back(node);
-      return;
-    }
-    const int half = node.blocks / 2;
-    const int step = kBlock * half;
-    for (int child = 0; child < 8; ++child) {
-      const Coord offset((child & 1) * step, ((child >> 1) & 1) * step, (child >> 2) * step);
-      descend({node.origin + offset, half}, stop_blocks, found);
+      const DepthPyramid::Sight sight = bands_.look(view->pixels, view->z);
+      if (sight.may_meet) found.push_back({node.origin, sight.far_m});
+    } else if (bands_.may_meet(view->pixels, view->z)) {
+      for_each_child(node, [&](const Node& child) { descend(child, found); });
     }
   }
 
  private:
+  template <typename Visit>
+  static void for_each_child(const Node& node, const Visit& visit) {
+    const int half = node.blocks / 2;
+    const int step = kBlock * half;
+    for (int child = 0; child < 8; ++child) {
+      const Coord offset((child & 1) * step, ((child >> 1) & 1) * step, (child >> 2) * step);
+      visit(Node{node.origin + offset, half});
+    }
+  }
+
   const DepthPyramid& bands_;
-  BoxProjector projector_;
+  SampleProjector projector_;
 };
 
 int floor_to_multiple(double value, int unit) {
@@ -98,57 +109,32 @@ bool is_indexable(const Observation& observation, const Pose& T_world_camera, do
   return farthest_m / voxel_size_m < std::numeric_limits<int>::max() / 4;
 }
 
-BoxProjector::BoxProjector(const CameraIntrinsics& intrinsics, const Pose& T_world_camera, double voxel_size_m)
-    : intrinsics_(intrinsics), T_camera_world_(T_world_camera.inverse()), voxel_size_m_(voxel_size_m) {
-  abs_rotation_ = T_camera_world_.linear().cwiseAbs();
-}
-
-BoxView BoxProjector::view(const Coord& first, const Coord& last) const {
-  const Eigen::Vector3d a = Eigen::Vector3d(first.x(), first.y(), first.z()) * voxel_size_m_;
-  const Eigen::Vector3d b = Eigen::Vector3d(last.x(), last.y(), last.z()) * voxel_size_m_;
-  const Eigen::Vector3d centre = T_camera_world_ * (0.5 * (a + b));
-  const Eigen::Vector3d half = abs_rotation_ * (0.5 * (b - a));
-  const double z0 = centre.z() - half.z();
-  const double z1 = centre.z() + half.z();
-
-  BoxView view;
-  view.is_in_front = z1 > 0;
-  if (!view.is_in_front) return view;
-  view.z = {static_cast<float>(z0), static_cast<float>(z1)};
-  if (z0 <= 0) {  // reaches behind the camera: it may project anywhere
-    view.pixels = {0, 0, intrinsics_.width - 1, intrinsics_.height - 1};
-    return view;
-  }
-  const auto extent = [&](double low, double high, double focal, double centre_px, int size, int& from, int& to) {
-    const double lowest = std::min(low / z0, low / z1);
-    const double highest = std::max(high / z0, high / z1);
-    const double p = focal * lowest + centre_px;
-    const double q = focal * highest + centre_px;
-    from = static_cast<int>(std::floor(std::clamp(std::min(p, q), -2.0, size + 2.0)));
-    to = static_cast<int>(std::floor(std::clamp(std::max(p, q), -2.0, size + 2.0))) + 1;
+std::optional<SampleProjector::View> SampleProjector::view(const Coord& origin, int side) const {
+  const CubeView cube = projector_.view(origin, 0, static_cast<float>(side - 1));
+  if (!(cube.far_m > 0)) return std::nullopt;
+  const DepthRange z{cube.near_m, cube.far_m};
+  if (cube.reaches_behind(0)) return View{{0, 0, width_ - 1, height_ - 1}, z};  // it may project anywhere
+  const auto pixel = [](float v, int size) {
+    return static_cast<int>(std::floor(std::clamp(v, -2.0f, static_cast<float>(size) + 2.0f)));
   };
-  extent(centre.x() - half.x(), centre.x() + half.x(), intrinsics_.fx, intrinsics_.cx, intrinsics_.width,
-         view.pixels.x0, view.pixels.x1);
-  extent(centre.y() - half.y(), centre.y() + half.y(), intrinsics_.fy, intrinsics_.cy, intrinsics_.height,
-         view.pixels.y0, view.pixels.y1);
-  return view;
+  return View{
+      {pixel(cube.x0, width_), pixel(cube.y0, height_), pixel(cube.x1, width_) + 1, pixel(cube.y1, height_) + 1}, z};
 }
 
-std::vector<Coord> find_band_blocks(const Observation& observation, const Pose& T_world_camera, double voxel_size_m) {
+std::vector<BandBlock> find_band_blocks(const Observation& observation, const Pose& T_world_camera,
+                                        double voxel_size_m) {
   SCANKNIT_CHECK(is_indexable(observation, T_world_camera, voxel_size_m));
   if (observation.bands().hull().far_m < 0) return {};  // no pixel has a return
   const BandSearch search(observation, T_world_camera, voxel_size_m);
   std::vector<Node> tasks;
-  search.descend(root_of(observation, T_world_camera, voxel_size_m), kTaskBlocks, tasks);
+  search.divide(root_of(observation, T_world_camera, voxel_size_m), kTaskBlocks, tasks);
 
-  std::vector<std::vector<Node>> found(tasks.size());
-  tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) { search.descend(tasks[i], 1, found[i]); });
+  std::vector<std::vector<BandBlock>> found(tasks.size());
+  tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) { search.descend(tasks[i], found[i]); });
 
-  std::vector<Coord> origins;
-  for (const auto& part : found) {
-    for (const Node& node : part) origins.push_back(node.origin);
-  }
-  return origins;
+  std::vector<BandBlock> all;
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  return all;
 }
 
 }  // namespace scanknit

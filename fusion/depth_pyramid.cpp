@@ -25,6 +25,16 @@ Image<DepthRange> halved(const Image<DepthRange>& fine) {
   return coarse;
 }
 
+/// Calls visit(range) for the cells of a level that a rectangle of pixels touches, until it gives false.
+template <typename Visit>
+void for_each_cell(const Image<DepthRange>& cells, const PixelRect& rect, int level, const Visit& visit) {
+  for (int y = rect.y0 >> level; y <= rect.y1 >> level; ++y) {
+    for (int x = rect.x0 >> level; x <= rect.x1 >> level; ++x) {
+      if (!visit(cells.at(x, y))) return;
+    }
+  }
+}
+
 }  // namespace
 
 DepthPyramid::DepthPyramid(Image<DepthRange> pixels) {
@@ -54,38 +64,32 @@ bool DepthPyramid::may_meet(const PixelRect& unclipped, const DepthRange& range)
   PixelRect rect = unclipped;
   if (!clip(rect)) return false;
   const int level = level_for(rect);
-  const Image<DepthRange>& cells = levels_[static_cast<std::size_t>(level)];
-  for (int y = rect.y0 >> level; y <= rect.y1 >> level; ++y) {
-    for (int x = rect.x0 >> level; x <= rect.x1 >> level; ++x) {
-      if (cells.at(x, y).meets(range)) return true;
-    }
-  }
-  return false;
+  bool is_met = false;
+  for_each_cell(levels_[static_cast<std::size_t>(level)], rect, level, [&](const DepthRange& cell) {
+    is_met = cell.meets(range);
+    return !is_met;
+  });
+  return is_met;
 }
 
-bool DepthPyramid::meets(const PixelRect& unclipped, const DepthRange& range) const {
+DepthPyramid::Sight DepthPyramid::look(const PixelRect& unclipped, const DepthRange& range) const {
+  Sight sight;
   PixelRect rect = unclipped;
-  if (!clip(rect)) return false;
+  if (!clip(rect)) return sight;
   const int level = level_for(rect);
-  for (int y = rect.y0 >> level; y <= rect.y1 >> level; ++y) {
-    for (int x = rect.x0 >> level; x <= rect.x1 >> level; ++x) {
-      if (meets_below(level, x, y, rect, range)) return true;
-    }
-  }
-  return false;
-}
-
-bool DepthPyramid::meets_below(int level, int x, int y, const PixelRect& rect, const DepthRange& range) const {
-  const Image<DepthRange>& cells = levels_[static_cast<std::size_t>(level)];
-  if (!cells.contains(x, y) || !cells.at(x, y).meets(range)) return false;
-  const bool is_apart = (x << level) > rect.x1 || ((x + 1) << level) <= rect.x0 || (y << level) > rect.y1 ||
-                        ((y + 1) << level) <= rect.y0;
-  if (is_apart) return false;
-  if (level == 0) return true;
-  for (int child = 0; child < 4; ++child) {
-    if (meets_below(level - 1, 2 * x + (child & 1), 2 * y + (child >> 1), rect, range)) return true;
-  }
-  return false;
+  const auto& coarse = levels_[static_cast<std::size_t>(std::max(level - 2, 0))];
+  for_each_cell(coarse, rect, std::max(level - 2, 0), [&](const DepthRange& cell) {
+    sight.may_meet |= cell.meets(range);
+    sight.far_m = std::max(sight.far_m, cell.far_m);
+    return true;
+  });
+  if (!sight.may_meet || level < 3) return sight;
+  sight.may_meet = false;
+  for_each_cell(levels_[static_cast<std::size_t>(level - 3)], rect, level - 3, [&](const DepthRange& cell) {
+    sight.may_meet = cell.meets(range);
+    return !sight.may_meet;
+  });
+  return sight;
 }
 
 }  // namespace scanknit

@@ -33,13 +33,16 @@ class DepthPyramid {
   /// hulls only. Never false without cause.
   [[nodiscard]] bool may_meet(const PixelRect& rect, const DepthRange& range) const;
 
-  /// True if and only if the range of some pixel in `rect` meets `range`.
-  [[nodiscard]] bool meets(const PixelRect& rect, const DepthRange& range) const;
+  /// What there is in `rect`: pixel by pixel if it is no larger than 16 x 16, else by small hulls.
+  struct Sight {
+    bool may_meet = false;             ///< as may_meet, with fewer mistakes
+    float far_m = DepthRange{}.far_m;  ///< no range reaches farther
+  };
+  [[nodiscard]] Sight look(const PixelRect& rect, const DepthRange& range) const;
 
  private:
   [[nodiscard]] bool clip(PixelRect& rect) const;
   [[nodiscard]] int level_for(const PixelRect& rect) const;
-  [[nodiscard]] bool meets_below(int level, int x, int y, const PixelRect& rect, const DepthRange& range) const;
 
   std::vector<Image<DepthRange>> levels_;
 };

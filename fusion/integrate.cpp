@@ -1,5 +1,6 @@
 #include "fusion/integrate.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,9 +18,12 @@ namespace {
 
 using openvdb::Coord;
 
+constexpr float kNowhere_m = 1e30f;  // behind everything
+
 /// A block that a frame concerns; leaves of its own while it is not in the volume yet.
 struct BlockTask {
   Coord origin;
+  float far_m;                                   ///< behind this z the frame says nothing of it
   BlockIndex::Number known = BlockIndex::kNone;  ///< its number in the volume
   std::unique_ptr<TsdfLeaf> tsdf = {};
   std::unique_ptr<WeightLeaf> weight = {};
@@ -31,7 +35,7 @@ struct BlockTask {
 class BlockUpdate {
  public:
   BlockUpdate(const Observation& observation, const Pose& T_world_camera, TsdfVolume& volume)
-      : view_(observation.surface(), observation.intrinsics(), volume.config()),
+      : view_(observation.planes(), observation.intrinsics(), volume.config()),
         T_camera_world_(T_world_camera.inverse()),
         voxel_size_m_(volume.config().voxel_size_m),
         volume_(volume) {
@@ -40,10 +44,28 @@ class BlockUpdate {
       step_[static_cast<std::size_t>(axis)] = array((T_camera_world_.linear().col(axis) * voxel_size_m_).eval());
   }
 
+  /// Blocks lie far apart, behind two pointers: the memory is asked for each some blocks ahead.
+  void prefetch(const std::vector<BlockTask>& tasks, std::size_t i) const {
+    const auto ahead = [&](std::size_t steps) -> const VolumeBlock* {
+      if (i + steps >= tasks.size() || tasks[i + steps].known == BlockIndex::kNone) return nullptr;
+      return &volume_.index().blocks()[tasks[i + steps].known];
+    };
+    if (const VolumeBlock* block = ahead(6)) __builtin_prefetch(block);
+    if (const VolumeBlock* block = ahead(4)) {
+      prefetch_bytes(block->tsdf, sizeof(TsdfLeaf));
+      prefetch_bytes(block->weight, sizeof(WeightLeaf));
+      prefetch_bytes(block->colour, sizeof(ColourLeaf));
+    }
+    if (const VolumeBlock* block = ahead(1)) {
+      prefetch_bytes(block->tsdf->buffer().data(), kBlockVoxels * sizeof(float));
+      prefetch_bytes(block->weight->buffer().data(), kBlockVoxels * sizeof(WeightCode));
+    }
+  }
+
   void apply(BlockTask& task) const {
     if (task.known != BlockIndex::kNone) {
       VolumeBlock& block = volume_.index().blocks()[task.known];
-      const bool has_changed = apply(block);
+      const bool has_changed = apply(block, task.far_m);
       block.has_changed = block.has_changed || has_changed;
       return;
     }
@@ -51,19 +73,25 @@ class BlockUpdate {
     task.weight = std::make_unique<WeightLeaf>(task.origin, WeightCode{0});
     task.colour = std::make_unique<ColourLeaf>(task.origin, ColourCode{0});
     VolumeBlock block{task.origin, task.tsdf.get(), task.weight.get(), task.colour.get()};
-    if (!apply(block)) task.tsdf.reset();
+    if (!apply(block, task.far_m)) task.tsdf.reset();
     task.has_matter = block.has_matter;
   }
 
  private:
+  static void prefetch_bytes(const void* first, std::size_t bytes) {
+    constexpr std::size_t kCacheLine = 64;
+    for (std::size_t byte = 0; byte < bytes; byte += kCacheLine) {
+      __builtin_prefetch(static_cast<const char*>(first) + byte, /*for writing*/ 1);
+    }
+  }
   static std::array<float, 3> array(const Eigen::Vector3d& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
   }
 
   /// True if the frame said something of it.
-  [[nodiscard]] bool apply(VolumeBlock& block) const {
+  [[nodiscard]] bool apply(VolumeBlock& block, float far_m) const {
     const Eigen::Vector3d first = Eigen::Vector3d(block.origin.x(), block.origin.y(), block.origin.z()) * voxel_size_m_;
-    const BlockPlace place{array(T_camera_world_ * first), step_};
+    const BlockPlace place{array(T_camera_world_ * first), step_, far_m};
     BlockChange change;
     update_block(view_, place,
                  {block.tsdf->buffer().data(), block.weight->buffer().data(), block.colour->buffer().data()}, change);
@@ -90,11 +118,11 @@ class BlockUpdate {
 };
 
 /// The blocks of the band, without new ones that the budget does not allow.
-std::vector<BlockTask> band_tasks(const std::vector<Coord>& origins, TsdfVolume& volume, IntegrateStats& stats) {
+std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolume& volume, IntegrateStats& stats) {
   std::size_t room = volume.max_blocks() - std::min(volume.max_blocks(), volume.blocks());
   std::vector<BlockTask> tasks;
-  tasks.reserve(origins.size());
-  for (const Coord& origin : origins) {
+  tasks.reserve(blocks.size());
+  for (const auto& [origin, far_m] : blocks) {
     const BlockIndex::Number known = volume.index().find(origin);
     if (known == BlockIndex::kNone && room == 0) {
       stats.is_budget_reached = true;
@@ -105,7 +133,7 @@ std::vector<BlockTask> band_tasks(const std::vector<Coord>& origins, TsdfVolume&
     } else {
       volume.index().blocks()[known].last_frame = volume.frames;
     }
-    tasks.push_back({origin, known});
+    tasks.push_back({origin, far_m, known});
   }
   return tasks;
 }
@@ -131,19 +159,19 @@ class BlocksInFront {
     });
     for (const auto& numbers : found) {
       for (const BlockIndex::Number number : numbers)
-        tasks.push_back({volume_.index().blocks()[number].origin, number});
+        tasks.push_back({volume_.index().blocks()[number].origin, kNowhere_m, number});
     }
   }
 
  private:
   /// In front of a band: some pixel's band begins behind the front of the cube.
   [[nodiscard]] bool is_in_front(const Coord& origin, int side) const {
-    const BoxView view = projector_.view(origin, origin.offsetBy(side - 1));
-    return view.is_in_front && observation_.bands().may_meet(view.pixels, {view.z.near_m, DepthRange{}.near_m});
+    const auto view = projector_.view(origin, side);
+    return view && observation_.bands().may_meet(view->pixels, {view->z.near_m, kNowhere_m});
   }
 
   const Observation& observation_;
-  BoxProjector projector_;
+  SampleProjector projector_;
   const TsdfVolume& volume_;
 };
 
@@ -181,7 +209,12 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
     auto tasks = band_tasks(find_band_blocks(observation, T_world_camera, volume.config().voxel_size_m), volume, stats);
     if (volume.config().carve_free_space) BlocksInFront(observation, T_world_camera, volume).append_to(tasks);
     const BlockUpdate update(observation, T_world_camera, volume);
-    tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) { update.apply(tasks[i]); });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+        update.prefetch(tasks, i);
+        update.apply(tasks[i]);
+      }
+    });
 
     stats.blocks_touched = tasks.size();
     stats.blocks_added = add_new_blocks(tasks, volume);
@@ -201,9 +234,9 @@ void BlockCounter::add(const Frame& frame, const Pose& T_world_camera) {
   if (is_full() || !is_rigid(T_world_camera)) return;
   const Observation observation(frame, config_);
   if (!is_indexable(observation, T_world_camera, config_.voxel_size_m)) return;
-  for (const Coord& origin : find_band_blocks(observation, T_world_camera, config_.voxel_size_m)) {
+  for (const BandBlock& block : find_band_blocks(observation, T_world_camera, config_.voxel_size_m)) {
     if (is_full()) return;
-    keys_.insert(key_of(origin));
+    keys_.insert(key_of(block.origin));
   }
 }
 

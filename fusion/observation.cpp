@@ -4,23 +4,28 @@
 
 #include <algorithm>
 
+#include "fusion/surface_image.h"
 #include "fusion/surface_rows.h"
 
 namespace scanknit {
 
-Observation::Observation(const Frame& frame, const FusionConfig& config)
-    : intrinsics_(frame.intrinsics), surface_(frame, config.noise) {
-  prepare_bands(config);
+Observation::Observation(const Frame& frame, const FusionConfig& config) : intrinsics_(frame.intrinsics) {
+  prepare_planes(frame, config);
   if (frame.colour) prepare_colour(*frame.colour);
 }
 
-void Observation::prepare_bands(const FusionConfig& config) {
+void Observation::prepare_planes(const Frame& frame, const FusionConfig& config) {
+  const SurfaceImage surface(frame, config.noise);
   const Rays rays(intrinsics_);
+  const double least_sigma_m = config.noise.sigma_m(config.noise.from_m);
   const Band band{static_cast<float>(config.truncation_voxels * config.voxel_size_m),
-                  static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise)};
-  Image<DepthRange> bands(surface_.z_m.width(), surface_.z_m.height());
+                  static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise),
+                  static_cast<float>(least_sigma_m * least_sigma_m)};
+  planes_ = Image<PixelPlane>(surface.z_m.width(), surface.z_m.height());
+  Image<DepthRange> bands(surface.z_m.width(), surface.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
-    band_row(surface_.z_m.row(y), surface_.normals.row(y).data(), y, rays, band, bands.row(y).data());
+    band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands.row(y).data(),
+             planes_.row(y).data());
   });
   bands_ = DepthPyramid(std::move(bands));
 }

@@ -9,7 +9,6 @@
 #include "core/image.h"
 #include "fusion/depth_pyramid.h"
 #include "fusion/fusion_config.h"
-#include "fusion/surface_image.h"
 #include "fusion/update_block.h"
 
 namespace scanknit {
@@ -18,7 +17,8 @@ class Observation {
  public:
   Observation(const Frame& frame, const FusionConfig& config);
 
-  [[nodiscard]] const SurfaceImage& surface() const { return surface_; }
+  /// What each pixel says; not beyond this object's life.
+  [[nodiscard]] const Image<PixelPlane>& planes() const { return planes_; }
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
   /// Per pixel, the z-range in which the truncation band lies along its ray.
@@ -28,11 +28,11 @@ class Observation {
   [[nodiscard]] ColourView colours(std::uint32_t number) const;
 
  private:
-  void prepare_bands(const FusionConfig& config);
+  void prepare_planes(const Frame& frame, const FusionConfig& config);
   void prepare_colour(const ColourFrame& colour);
 
   CameraIntrinsics intrinsics_;
-  SurfaceImage surface_;
+  Image<PixelPlane> planes_;
   DepthPyramid bands_;
   std::optional<CameraIntrinsics> colour_camera_;
   Image<ColourCode> colours_;

@@ -16,11 +16,11 @@ class Planes {
       : depth_m_(frame.depth_m), normals_(frame.normals), rays_(frame.intrinsics), noise_(noise) {}
 
   /// Fills one pixel that has a return.
-  void smooth(int x, int y, float& z_m, PackedNormal& packed) const {
+  void smooth(int x, int y, float& z_m, Eigen::Vector3f& plane_normal) const {
     const float depth_m = depth_m_.at(x, y);
     const Eigen::Vector3f ray = rays_.at(x, y);
     const Eigen::Vector3f normal = normal_at(x, y, ray);
-    packed = pack(normal);
+    plane_normal = normal;
     const float slope = normal.dot(ray);  // negative: the normal points to the camera
     if (!(slope < -kMinSmoothedSlope)) {
       z_m = depth_m;
@@ -45,7 +45,7 @@ class Planes {
   }
 
   /// Fills one pixel without a return from two opposite ones, if they show one surface.
-  void bridge(int x, int y, float& z_m, PackedNormal& packed) const {
+  void bridge(int x, int y, float& z_m, Eigen::Vector3f& plane_normal) const {
     static constexpr std::array<std::array<int, 2>, 4> kWays{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
     for (const auto& [dx, dy] : kWays) {
       if (!has_return(x - dx, y - dy) || !has_return(x + dx, y + dy)) continue;
@@ -61,7 +61,7 @@ class Planes {
       const Eigen::Vector3f normal = (normal_a + normal_b).normalized();
       const float slope = normal.dot(rays_.at(x, y));
       if (!(slope < -kMinSmoothedSlope)) continue;
-      packed = pack(normal);
+      plane_normal = normal;
       z_m = 0.5f * normal.dot(a + b) / slope;
       return;
     }
@@ -84,22 +84,9 @@ class Planes {
 
 }  // namespace
 
-PackedNormal pack(const Eigen::Vector3f& normal) {
-  const auto x = static_cast<std::int32_t>(std::lrint(std::clamp(normal.x(), -1.0f, 1.0f) / kNormalUnit));
-  const auto y = static_cast<std::int32_t>(std::lrint(std::clamp(normal.y(), -1.0f, 1.0f) / kNormalUnit));
-  const std::uint32_t y_and_sign = (static_cast<std::uint32_t>(y) & ~1u) | (normal.z() > 0 ? 1u : 0u);
-  return (static_cast<std::uint32_t>(x) & 0xFFFFu) | (y_and_sign << 16);
-}
-
-Eigen::Vector3f unpack(PackedNormal packed) {
-  const float x = static_cast<float>(static_cast<std::int16_t>(packed & 0xFFFFu)) * kNormalUnit;
-  const float y = static_cast<float>(static_cast<std::int16_t>(packed >> 16)) * kNormalUnit;
-  const float z = std::sqrt(std::max(0.0f, 1 - x * x - y * y));
-  return {x, y, ((packed >> 16) & 1) != 0 ? z : -z};
-}
-
 SurfaceImage::SurfaceImage(const Frame& frame, const NoiseModel& noise)
-    : z_m(frame.depth_m.width(), frame.depth_m.height()), normals(frame.depth_m.width(), frame.depth_m.height()) {
+    : z_m(frame.depth_m.width(), frame.depth_m.height()),
+      normals(frame.depth_m.width(), frame.depth_m.height(), Eigen::Vector3f::Zero()) {
   const Planes planes(frame, noise);
   const Rays rays(frame.intrinsics);
   const FloatNoise noise_in_float(noise);

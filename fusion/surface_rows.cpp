@@ -14,7 +14,6 @@ namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::CappedTag<float, kPixelGroup>;
-using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
 
 HWY_INLINE VF set(float value) {
@@ -43,20 +42,9 @@ HWY_INLINE void for_each_group(int first, int last, const Group& group) {
   }
 }
 
-/// As pack().
-HWY_INLINE hn::Vec<Ints> packed(VF nx, VF ny, VF nz) {
-  const Ints i;
-  const VF per_unit = set(1 / kNormalUnit);
-  const auto code = [&](VF n) { return hn::NearestInt(hn::Mul(hn::Min(hn::Max(n, set(-1)), set(1)), per_unit)); };
-  const auto faces_away = hn::VecFromMask(i, hn::RebindMask(i, hn::Gt(nz, set(0))));
-  const auto y_and_sign = hn::Or(hn::And(code(ny), hn::Set(i, ~1)), hn::And(faces_away, hn::Set(i, 1)));
-  return hn::Or(hn::And(code(nx), hn::Set(i, 0xFFFF)), hn::ShiftLeft<16>(y_and_sign));
-}
-
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
-                PackedNormal* normals) {
+                Eigen::Vector3f* normals) {
   const Floats f;
-  const Ints i;
   const VF zero = hn::Zero(f);
   const VF ry = set((static_cast<float>(y) - rays.cy) * rays.per_fy);
   for_each_group(1, rows.width - 1, [&](int x) {
@@ -100,33 +88,49 @@ void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise
     const VF moved = hn::Add(depth, hn::Div(sum, hn::Mul(weights, slope)));
     const VF smoothed = hn::IfThenElse(hn::Lt(slope, set(-kMinSmoothedSlope)), moved, depth);
     hn::StoreU(hn::IfThenElseZero(has_return, smoothed), f, z_m + x);
-    const auto codes = hn::IfThenElseZero(hn::RebindMask(i, has_return), packed(nx, ny, nz));
-    hn::StoreU(codes, i, reinterpret_cast<std::int32_t*>(normals + x));
+    hn::StoreInterleaved3(nx, ny, nz, f, normals[x].data());
   });
 }
 
-void band_row(const float* z_m, const PackedNormal* normals, int width, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges) {
+void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y, const Rays& rays, const Band& band,
+              DepthRange* ranges, PixelPlane* planes) {
   const Floats f;
-  const Ints i;
   const VF ry = set((static_cast<float>(y) - rays.cy) * rays.per_fy);
-  const VF unit = set(kNormalUnit);
   const DepthRange nothing;
   for_each_group(0, width, [&](int x) {
     const VF z = hn::LoadU(f, z_m + x);
-    const auto code = hn::LoadU(i, reinterpret_cast<const std::int32_t*>(normals + x));
-    const VF nx = hn::Mul(hn::ConvertTo(f, hn::ShiftRight<16>(hn::ShiftLeft<16>(code))), unit);
-    const VF ny = hn::Mul(hn::ConvertTo(f, hn::ShiftRight<16>(code)), unit);
-    const VF nz_squared = hn::Sub(hn::Sub(set(1), hn::Mul(nx, nx)), hn::Mul(ny, ny));
-    const auto sign = hn::And(hn::ShiftLeft<15>(code), hn::Set(i, static_cast<std::int32_t>(0x80000000u)));
-    const VF nz = hn::Xor(hn::Neg(hn::Sqrt(hn::Max(hn::Zero(f), nz_squared))), hn::BitCast(f, sign));
-    const VF slope = hn::Add(hn::Add(hn::Mul(nx, ray_x(rays, x)), hn::Mul(ny, ry)), nz);
-    const VF truncation = hn::Max(set(band.least_m), hn::Mul(set(band.sigmas), sigma_of(band.noise, z)));
-    const VF before = hn::Div(truncation, hn::Max(hn::Neg(slope), set(kMinBandSlope)));
+    const VF rx = ray_x(rays, x);
+    VF nx, ny, nz;
+    hn::LoadInterleaved3(f, normals[x].data(), nx, ny, nz);
+    const VF slope = hn::Add(hn::Add(hn::Mul(nx, rx), hn::Mul(ny, ry)), nz);
+    const VF sigma = sigma_of(band.noise, z);
+    const VF truncation = hn::Max(set(band.least_m), hn::Mul(set(band.sigmas), sigma));
+    const VF towards = hn::Max(hn::Neg(slope), hn::Zero(f));
+    const VF before = hn::Div(truncation, hn::Max(towards, set(kMinBandSlope)));
     const auto is_seen = hn::Gt(z, hn::Zero(f));
     const VF near = hn::IfThenElse(is_seen, hn::Sub(z, before), set(nothing.near_m));
     const VF far = hn::IfThenElse(is_seen, hn::Add(z, truncation), set(nothing.far_m));
     hn::StoreInterleaved2(near, far, f, &ranges[x].near_m);
+
+    const VF ray = hn::Sqrt(hn::Add(hn::Add(hn::Mul(rx, rx), hn::Mul(ry, ry)), set(1)));
+    const VF weight = hn::Div(hn::Mul(towards, set(band.best_variance)), hn::Mul(hn::Mul(sigma, sigma), ray));
+    alignas(32) std::array<std::array<float, kPixelGroup>, PixelPlane::kNumbers> fields;
+    const auto put = [&](std::size_t field, VF value) { hn::Store(value, f, fields[field].data()); };
+    const VF per_u = hn::Mul(nx, set(rays.per_fx));
+    const VF per_v = hn::Mul(ny, set(rays.per_fy));
+    put(0, per_u);
+    put(1, per_v);
+    put(2, hn::Sub(nz, hn::Add(hn::Mul(per_u, set(rays.cx)), hn::Mul(per_v, set(rays.cy)))));
+    put(3, hn::Mul(slope, z));
+    put(4, far);
+    put(5, truncation);
+    put(6, hn::Div(set(1), truncation));
+    put(7, weight);
+    for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) {
+      for (std::size_t field = 0; field < PixelPlane::kNumbers; ++field) {
+        planes[static_cast<std::size_t>(x) + lane].numbers[field] = fields[field][lane];
+      }
+    }
   });
 }
 
@@ -140,24 +144,28 @@ HWY_EXPORT(smooth_row);
 HWY_EXPORT(band_row);
 
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
-                PackedNormal* normals) {
+                Eigen::Vector3f* normals) {
   HWY_DYNAMIC_DISPATCH(smooth_row)(rows, y, rays, noise, z_m, normals);
 }
 
-void band_row(std::span<const float> z_m, const PackedNormal* normals, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges) {
+void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y, const Rays& rays, const Band& band,
+              DepthRange* ranges, PixelPlane* planes) {
   const auto width = static_cast<int>(z_m.size());
   if (width >= kPixelGroup) {
-    HWY_DYNAMIC_DISPATCH(band_row)(z_m.data(), normals, width, y, rays, band, ranges);
+    HWY_DYNAMIC_DISPATCH(band_row)(z_m.data(), normals, width, y, rays, band, ranges, planes);
     return;
   }
   std::array<float, kPixelGroup> wide_z{};
-  std::array<PackedNormal, kPixelGroup> wide_normals{};
+  std::array<Eigen::Vector3f, kPixelGroup> wide_normals;
   std::array<DepthRange, kPixelGroup> wide_ranges;
+  std::array<PixelPlane, kPixelGroup> wide_planes;
+  wide_normals.fill(Eigen::Vector3f::Zero());
   std::copy(z_m.begin(), z_m.end(), wide_z.begin());
   std::copy(normals, normals + width, wide_normals.begin());
-  HWY_DYNAMIC_DISPATCH(band_row)(wide_z.data(), wide_normals.data(), kPixelGroup, y, rays, band, wide_ranges.data());
+  HWY_DYNAMIC_DISPATCH(band_row)
+  (wide_z.data(), wide_normals.data(), kPixelGroup, y, rays, band, wide_ranges.data(), wide_planes.data());
   std::copy(wide_ranges.begin(), wide_ranges.begin() + width, ranges);
+  std::copy(wide_planes.begin(), wide_planes.begin() + width, planes);
 }
 
 }  // namespace scanknit

@@ -9,6 +9,7 @@
 #include "fusion/depth_pyramid.h"
 #include "fusion/fusion_config.h"
 #include "fusion/surface_image.h"
+#include "fusion/update_block.h"
 
 namespace scanknit {
 
@@ -45,15 +46,18 @@ struct DepthRows {
 
 /// Fills the pixels 1 to width - 2 of row y that have a return: see SurfaceImage. width >= 10.
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
-                PackedNormal* normals);
+                Eigen::Vector3f* normals);
 
-/// The z-range of the truncation band along the rays of row y.
+/// How planes become observations.
 struct Band {
-  float least_m;  ///< half-width
-  float sigmas;
+  float least_m;  ///< half-width of the truncation band
+  float sigmas;   ///< and in standard deviations of the noise
   FloatNoise noise;
+  float best_variance;  ///< of the noise at its least: such an observation, seen at a right angle, has the weight 1
 };
-void band_row(std::span<const float> z_m, const PackedNormal* normals, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges);
+
+/// Fills row y of both: the z-range of the truncation band along each ray, and what integration reads.
+void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y, const Rays& rays, const Band& band,
+              DepthRange* ranges, PixelPlane* planes);
 
 }  // namespace scanknit

@@ -4,6 +4,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <cstring>
 #include <tuple>
 #include <type_traits>
 
@@ -73,11 +74,9 @@ class ColourUpdate {
     const auto share_x = hn::Sub(u, hn::ConvertTo(f, pixel_x));
     const auto share_y = hn::Sub(v, hn::ConvertTo(f, pixel_y));
     const auto pixel = hn::Add(hn::Mul(pixel_y, hn::Set(i, view_.width)), pixel_x);
-    const auto* const pixels = reinterpret_cast<const std::int32_t*>(view_.pixels);
-    const auto p00 = hn::GatherIndex(i, pixels, pixel);
-    const auto p10 = hn::GatherIndex(i, pixels + 1, pixel);
-    const auto p01 = hn::GatherIndex(i, pixels + view_.width, pixel);
-    const auto p11 = hn::GatherIndex(i, pixels + view_.width + 1, pixel);
+    hn::Vec<Codes32> p00, p10, p01, p11;
+    pairs_at(pixel, view_.pixels, p00, p10);
+    pairs_at(pixel, view_.pixels + view_.width, p01, p11);
 
     const auto old = hn::LoadU(c, codes);
     const auto byte = hn::Set(c, 0xFF);
@@ -90,11 +89,11 @@ class ColourUpdate {
     const auto mixed = [&](auto shift) {
       constexpr int kShift = decltype(shift)::value;
       const auto channel = [&](auto code) {
-        return hn::ConvertTo(f, hn::And(hn::ShiftRight<kShift>(code), hn::Set(i, 0xFF)));
+        return hn::ConvertTo(f, hn::BitCast(i, hn::And(hn::ShiftRight<kShift>(code), byte)));
       };
       const auto mix = [&](VF a, VF b, VF part) { return hn::Add(a, hn::Mul(hn::Sub(b, a), part)); };
       const auto now = mix(mix(channel(p00), channel(p10), share_x), mix(channel(p01), channel(p11), share_x), share_y);
-      const auto mean = mix(channel(hn::BitCast(i, old)), now, share);
+      const auto mean = mix(channel(old), now, share);
       const auto rounded = hn::ConvertTo(i, hn::Min(hn::Add(mean, dither), set(255)));
       return hn::ShiftLeft<kShift>(hn::And(hn::BitCast(c, rounded), byte));
     };
@@ -109,6 +108,17 @@ class ColourUpdate {
   template <int kBits>
   using Shift = std::integral_constant<int, kBits>;
 
+  /// Each pixel and the one to its right: two gathers take three times as long.
+  static HWY_INLINE void pairs_at(VI pixel, const ColourCode* pixels, hn::Vec<Codes32>& left, hn::Vec<Codes32>& right) {
+    alignas(32) std::array<std::int32_t, kBlockSide> numbers;
+    alignas(32) std::array<ColourCode, 2 * kBlockSide> pairs;
+    hn::Store(pixel, Ints(), numbers.data());
+    for (std::size_t lane = 0; lane < hn::Lanes(Ints()); ++lane) {
+      std::memcpy(pairs.data() + 2 * lane, pixels + numbers[lane], 2 * sizeof(ColourCode));
+    }
+    hn::LoadInterleaved2(Codes32(), pairs.data(), left, right);
+  }
+
   /// From 0 to below 1, as if at random.
   HWY_INLINE VF dither_of(std::uint32_t noise) const {
     const Codes32 c;
@@ -122,97 +132,209 @@ class ColourUpdate {
   const ColourView& view_;
 };
 
-/// A row of voxels along z, or a part of one, against the planes of the pixels they project to.
-class RowUpdate {
+/// The 64 voxels of one x, in vectors along z. Step by step for all vectors, since each step waits long for its own
+/// results and the processor fills the time with the vectors that come next; those that a step finds to be of no
+/// further interest are left out of the next.
+class SlabUpdate {
  public:
-  explicit RowUpdate(const FrameView& frame) : frame_(frame), colours_(frame.colour) {}
+  HWY_INLINE SlabUpdate(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels)
+      : frame_(frame), place_(place), voxels_(voxels), colours_(frame.colour), first_(in_pixels(place.first)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) steps_[axis] = in_pixels(place.step[axis]);
+  }
 
   struct Done {
-    std::uint64_t observed = 0;  ///< the voxels that the frame says something of
+    std::uint64_t observed = 0;  ///< the voxels that the frame says something of: bit 8 y + z
     std::uint64_t free = 0;      ///< those of them that are in free space by now
     bool has_matter = false;     ///< some of them are behind a surface by now
   };
-
-  HWY_INLINE Done apply(const Points& p, std::uint32_t noise, float* tsdf, WeightCode* weights,
-                        ColourCode* colours) const {
-    const Floats f;
-    const Ints i;
-    const auto zero = hn::Zero(f);
-    const auto half = set(0.5f);
-    const auto one = set(1);
-    const auto& [x, y, z] = p;
-
-    const auto per_z = hn::Div(one, z);
-    const auto u = hn::Add(hn::Add(hn::Mul(hn::Mul(set(frame_.fx), x), per_z), set(frame_.cx)), half);
-    const auto v = hn::Add(hn::Add(hn::Mul(hn::Mul(set(frame_.fy), y), per_z), set(frame_.cy)), half);
-    const auto in_u = hn::And(hn::Ge(u, zero), hn::Lt(u, set(static_cast<float>(frame_.width))));
-    const auto in_v = hn::And(hn::Ge(v, zero), hn::Lt(v, set(static_cast<float>(frame_.height))));
-    const auto in_picture = hn::And(hn::And(in_u, in_v), hn::Gt(z, zero));
-    if (hn::AllFalse(f, in_picture)) return {};
-
-    const auto pixel_x = hn::ConvertTo(i, hn::IfThenElseZero(in_picture, u));
-    const auto pixel_y = hn::ConvertTo(i, hn::IfThenElseZero(in_picture, v));
-    const auto pixel = hn::Add(hn::Mul(pixel_y, hn::Set(i, frame_.width)), pixel_x);
-    const auto seen_z = hn::GatherIndex(f, frame_.z_m, pixel);
-
-    const auto beyond = hn::Sub(seen_z, set(frame_.noise_from));
-    const auto sigma = hn::Add(set(frame_.noise_floor), hn::Mul(set(frame_.noise_growth), hn::Mul(beyond, beyond)));
-    const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.band_sigmas), sigma));
-    const auto is_seen = hn::And(hn::And(in_picture, hn::Gt(seen_z, zero)), hn::Le(hn::Sub(z, seen_z), truncation));
-    if (hn::AllFalse(f, is_seen)) return {};
-
-    // The plane: its normal, and the point on the pixel's own ray.
-    const auto packed = hn::GatherIndex(i, reinterpret_cast<const std::int32_t*>(frame_.normals), pixel);
-    const auto unit = set(kNormalUnit);
-    const auto nx = hn::Mul(hn::ConvertTo(f, hn::ShiftRight<16>(hn::ShiftLeft<16>(packed))), unit);
-    const auto ny = hn::Mul(hn::ConvertTo(f, hn::ShiftRight<16>(packed)), unit);
-    const auto nz_squared = hn::Sub(hn::Sub(one, hn::Mul(nx, nx)), hn::Mul(ny, ny));
-    const auto sign = hn::And(hn::ShiftLeft<15>(packed), hn::Set(i, static_cast<std::int32_t>(0x80000000u)));
-    const auto nz = hn::Xor(hn::Neg(hn::Sqrt(hn::Max(zero, nz_squared))), hn::BitCast(f, sign));
-    const auto ray_x = hn::Mul(hn::Sub(hn::ConvertTo(f, pixel_x), set(frame_.cx)), set(frame_.per_fx));
-    const auto ray_y = hn::Mul(hn::Sub(hn::ConvertTo(f, pixel_y), set(frame_.cy)), set(frame_.per_fy));
-    const auto dot = [&](VF a, VF b, VF c) { return hn::Add(hn::Add(hn::Mul(nx, a), hn::Mul(ny, b)), hn::Mul(nz, c)); };
-    const auto distance =
-        dot(hn::Sub(x, hn::Mul(ray_x, seen_z)), hn::Sub(y, hn::Mul(ray_y, seen_z)), hn::Sub(z, seen_z));
-
-    // weight = cos(incidence) best_variance / sigma^2 * max(((truncation - |distance|) / truncation)^3, share of free
-    // space), as one fraction. Behind the band there is no such share.
-    const auto slope = hn::Max(hn::Neg(dot(ray_x, ray_y, one)), zero);
-    const auto ray_squared = hn::Add(hn::Add(hn::Mul(ray_x, ray_x), hn::Mul(ray_y, ray_y)), one);
-    const auto cube = [](VF a) { return hn::Mul(hn::Mul(a, a), a); };
-    const auto truncation_cubed = cube(truncation);
-    const auto nearness = cube(hn::Max(zero, hn::Sub(truncation, hn::Abs(distance))));
-    const auto in_front = hn::Max(nearness, hn::Mul(truncation_cubed, set(kFreeSpaceShare)));
-    const auto share = hn::IfThenElse(hn::Ge(distance, zero), in_front, nearness);
-    const auto above = hn::IfThenElseZero(is_seen, hn::Mul(hn::Mul(slope, set(frame_.best_variance)), share));
-    const auto below = hn::Mul(hn::Mul(hn::Mul(sigma, sigma), hn::Sqrt(ray_squared)), truncation_cubed);
-    const auto weight_now = hn::Div(above, below);
-    const auto observed = hn::Gt(weight_now, zero);
-    const std::uint64_t observed_bits = bits(observed);
-    if (observed_bits == 0) return {};
-
-    const auto old_weight = decoded(weights);
-    const auto mean = hn::LoadU(f, tsdf);
-    const auto sum = hn::Add(old_weight, weight_now);
-    const auto step = hn::Mul(hn::Sub(hn::Min(distance, truncation), mean), hn::Div(weight_now, sum));
-    const auto moved = hn::IfThenElse(observed, hn::Add(mean, step), mean);
-    hn::StoreU(moved, f, tsdf);
-    store_encoded(hn::IfThenElse(observed, hn::Min(sum, set(frame_.max_weight)), old_weight), weights);
-
-    if (frame_.colour.pixels != nullptr) {
-      const auto takes = hn::And(observed, hn::Lt(hn::Abs(distance), hn::Mul(set(kInnerBand), truncation)));
-      if (!hn::AllFalse(f, takes)) {
-        const auto per_range = hn::Mul(per_z, set(kBestColourRange));
-        const auto cosine_squared = hn::Div(hn::Mul(slope, slope), ray_squared);
-        const auto goodness = hn::Min(hn::Mul(cosine_squared, hn::Mul(per_range, per_range)), one);
-        colours_.apply(p, takes, goodness, noise, colours);
-      }
-    }
-    return {observed_bits, bits(hn::And(observed, hn::Ge(moved, set(frame_.band_m)))),
-            !hn::AllFalse(f, hn::And(observed, hn::Lt(moved, zero)))};
+  HWY_INLINE Done apply(int x) {
+    first_voxel_ = static_cast<std::size_t>(kBlockSide * kBlockSide * x);
+    project(x);
+    Done done;
+    measure(done);
+    move(done);
+    if (frame_.colour.pixels != nullptr) paint();
+    return done;
   }
 
  private:
+  static constexpr std::size_t kVoxels = kBlockSide * kBlockSide;
+  using Numbers = std::array<float, kVoxels>;
+
+  /// Camera coordinates as (z u, z v, z).
+  [[nodiscard]] std::array<float, 3> in_pixels(const std::array<float, 3>& p) const {
+    return {frame_.fx * p[0] + frame_.cx * p[2], frame_.fy * p[1] + frame_.cy * p[2], p[2]};
+  }
+
+  /// Where vectors begin.
+  class Vectors {
+   public:
+    HWY_INLINE void add_if(bool is_wanted, std::size_t first) {
+      first_[count_] = static_cast<std::uint8_t>(first);
+      count_ += is_wanted ? 1 : 0;
+    }
+    HWY_INLINE void clear() { count_ = 0; }
+    [[nodiscard]] const std::uint8_t* begin() const { return first_.data(); }
+    [[nodiscard]] const std::uint8_t* end() const { return first_.data() + count_; }
+
+   private:
+    std::array<std::uint8_t, kVoxels + 1> first_;
+    std::size_t count_ = 0;
+  };
+
+  /// To homogeneous pixel coordinates and pixels.
+  HWY_INLINE void project(int slab) {
+    const Floats f;
+    const Ints i;
+    const auto& [along_x, along_y, along_z] = steps_;
+    const float nearest = std::min(0.0f, along_z[2] * (kBlockSide - 1));
+    const auto least = set(-0.5f);
+    in_picture_.clear();
+    for (int row = 0; row < kBlockSide; ++row) {
+      std::array<float, 3> start;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        start[axis] = first_[axis] + static_cast<float>(slab) * along_x[axis] + static_cast<float>(row) * along_y[axis];
+      }
+      if (start[2] + nearest > place_.far_m) continue;
+      for (std::size_t lane = 0; lane < kBlockSide; lane += hn::Lanes(f)) {
+        const std::size_t at = static_cast<std::size_t>(kBlockSide * row) + lane;
+        const auto lanes = hn::LoadU(f, kLanes.data() + lane);
+        const auto along = [&](std::size_t axis) {
+          return hn::Add(set(start[axis]), hn::Mul(lanes, set(along_z[axis])));
+        };
+        const VF zu = along(0), zv = along(1), z = along(2);
+        const auto per_z = hn::Div(set(1), z);
+        const auto u = hn::Mul(zu, per_z);
+        const auto v = hn::Mul(zv, per_z);
+        const auto in_u = hn::And(hn::Ge(u, least), hn::Lt(u, set(static_cast<float>(frame_.width) - 0.5f)));
+        const auto in_v = hn::And(hn::Ge(v, least), hn::Lt(v, set(static_cast<float>(frame_.height) - 0.5f)));
+        const auto is_in = hn::And(hn::And(in_u, in_v), hn::Gt(z, hn::Zero(f)));
+        const auto number = hn::Add(hn::Mul(rounded(v), hn::Set(i, frame_.width)), rounded(u));
+        hn::StoreU(hn::IfThenElseZero(hn::RebindMask(i, is_in), number), i, pixel_.data() + at);
+        hn::StoreU(zu, f, zu_.data() + at);
+        hn::StoreU(zv, f, zv_.data() + at);
+        hn::StoreU(z, f, z_.data() + at);
+        hn::StoreU(hn::IfThenElseZero(is_in, per_z), f, per_z_.data() + at);
+        in_picture_.add_if(!hn::AllFalse(f, is_in), at);
+      }
+    }
+  }
+
+  /// To the nearest, for numbers from -0.5 to below 2^22: floats from 2^23 to 2^24 are integers.
+  static HWY_INLINE VI rounded(VF number) {
+    return hn::And(hn::BitCast(Ints(), hn::Add(number, set(0x1.8p23f))), hn::Set(Ints(), 0x3FFFFF));
+  }
+
+  /// Distances to the pixels' planes, and what they weigh: as much as the pixel, times the larger of
+  /// (1 - |distance| / truncation)^3 and the share of free space; behind the plane there is no such share.
+  HWY_INLINE void measure(Done& done) {
+    const Floats f;
+    const auto zero = hn::Zero(f);
+    const auto one = set(1);
+    observed_.clear();
+    coloured_.clear();
+    for (const std::size_t at : in_picture_) {
+      const VF z = load(z_, at);
+      const auto is_in = hn::Gt(load(per_z_, at), zero);
+      VF per_zu, per_zv, per_z, offset, far, truncation, per_truncation, pixel_weight;
+      four_numbers<0>(at, per_zu, per_zv, per_z, offset);
+      four_numbers<4>(at, far, truncation, per_truncation, pixel_weight);
+      const auto is_seen = hn::And(is_in, hn::Le(z, far));
+      const auto along_normal =
+          hn::Add(hn::Add(hn::Mul(per_zu, load(zu_, at)), hn::Mul(per_zv, load(zv_, at))), hn::Mul(per_z, z));
+      const auto distance = hn::Sub(along_normal, offset);
+      const auto inside = hn::Max(zero, hn::Sub(one, hn::Mul(hn::Abs(distance), per_truncation)));
+      const auto nearness = hn::Mul(hn::Mul(inside, inside), inside);
+      const auto share = hn::IfThenElse(hn::Ge(distance, zero), hn::Max(nearness, set(kFreeSpaceShare)), nearness);
+      const auto weight = hn::IfThenElseZero(is_seen, hn::Mul(pixel_weight, share));
+      const auto is_observed = hn::Gt(weight, zero);
+      const auto is_inner = hn::And(is_observed, hn::Lt(hn::Abs(distance), hn::Mul(set(kInnerBand), truncation)));
+      hn::StoreU(weight, f, weight_.data() + at);
+      hn::StoreU(hn::Min(distance, truncation), f, distance_.data() + at);
+      hn::StoreU(hn::IfThenElseZero(is_inner, along_normal), f, along_normal_.data() + at);
+      const std::uint64_t observed = bits(is_observed);
+      done.observed |= observed << at;
+      observed_.add_if(observed != 0, at);
+      coloured_.add_if(!hn::AllFalse(f, is_inner), at);
+    }
+  }
+
+  /// The weighted running mean.
+  HWY_INLINE void move(Done& done) const {
+    const Floats f;
+    const auto zero = hn::Zero(f);
+    for (const std::size_t at : observed_) {
+      float* const tsdf = voxels_.tsdf + first_voxel_ + at;
+      WeightCode* const weights = voxels_.weight + first_voxel_ + at;
+      const VF weight = load(weight_, at);
+      const auto is_observed = hn::Gt(weight, zero);
+      const auto old_weight = decoded(weights);
+      const auto mean = hn::LoadU(f, tsdf);
+      const auto sum = hn::Add(old_weight, weight);
+      const auto step = hn::Mul(hn::Sub(load(distance_, at), mean), hn::Div(weight, sum));
+      const auto moved = hn::IfThenElse(is_observed, hn::Add(mean, step), mean);
+      hn::StoreU(moved, f, tsdf);
+      store_encoded(hn::IfThenElse(is_observed, hn::Min(sum, set(frame_.max_weight)), old_weight), weights);
+      done.free |= bits(hn::And(is_observed, hn::Ge(moved, set(frame_.band_m)))) << at;
+      done.has_matter |= !hn::AllFalse(f, hn::And(is_observed, hn::Lt(moved, zero)));
+    }
+  }
+
+  HWY_INLINE void paint() const {
+    const Floats f;
+    for (const std::size_t at : coloured_) {
+      const VF z = load(z_, at);
+      const VF x = hn::Mul(hn::Sub(load(zu_, at), hn::Mul(set(frame_.cx), z)), set(frame_.per_fx));
+      const VF y = hn::Mul(hn::Sub(load(zv_, at), hn::Mul(set(frame_.cy), z)), set(frame_.per_fy));
+      const VF along_normal = load(along_normal_, at);
+      const auto takes = hn::Ne(along_normal, hn::Zero(f));
+      const auto per_range = hn::Mul(load(per_z_, at), set(kBestColourRange));
+      const auto squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+      const auto cosine_squared = hn::Div(hn::Mul(along_normal, along_normal), squared);
+      const auto goodness = hn::Min(hn::Mul(cosine_squared, hn::Mul(per_range, per_range)), set(1));
+      const std::size_t voxel = first_voxel_ + at;
+      colours_.apply({x, y, z}, takes, goodness, static_cast<std::uint32_t>(voxel), voxels_.colour + voxel);
+    }
+  }
+
+  static HWY_INLINE VF load(const Numbers& numbers, std::size_t at) { return hn::LoadU(Floats(), numbers.data() + at); }
+
+  /// Numbers kFirst to kFirst + 3 of the planes that a vector of voxels projects to. Loaded one by one and transposed:
+  /// a gather for each number takes several times as long.
+  template <std::size_t kFirst>
+  HWY_INLINE void four_numbers(std::size_t at, VF& a, VF& b, VF& c, VF& d) const {
+    const Floats f;
+    const auto numbers_of = [&](std::size_t lane) { return frame_.planes[pixel_[at + lane]].numbers.data() + kFirst; };
+#if HWY_TARGET == HWY_SCALAR
+    const float* numbers = numbers_of(0);
+    a = hn::LoadU(f, numbers);
+    b = hn::LoadU(f, numbers + 1);
+    c = hn::LoadU(f, numbers + 2);
+    d = hn::LoadU(f, numbers + 3);
+#else
+    static_assert(hn::MaxLanes(Floats()) == 4 || hn::MaxLanes(Floats()) == 8);
+    const hn::RepartitionToWide<Floats> wide;
+    // Four numbers of pixel n and, in the upper half if there is one, of pixel n + 4.
+    const auto quarter = [&](std::size_t n) {
+      if constexpr (hn::MaxLanes(Floats()) == 8) {
+        const hn::Half<Floats> half;
+        return hn::Combine(f, hn::LoadU(half, numbers_of(n + 4)), hn::LoadU(half, numbers_of(n)));
+      } else {
+        return hn::LoadU(f, numbers_of(n));
+      }
+    };
+    const VF p0 = quarter(0), p1 = quarter(1), p2 = quarter(2), p3 = quarter(3);
+    const auto ab01 = hn::BitCast(wide, hn::InterleaveLower(f, p0, p1));
+    const auto ab23 = hn::BitCast(wide, hn::InterleaveLower(f, p2, p3));
+    const auto cd01 = hn::BitCast(wide, hn::InterleaveUpper(f, p0, p1));
+    const auto cd23 = hn::BitCast(wide, hn::InterleaveUpper(f, p2, p3));
+    a = hn::BitCast(f, hn::InterleaveLower(wide, ab01, ab23));
+    b = hn::BitCast(f, hn::InterleaveUpper(wide, ab01, ab23));
+    c = hn::BitCast(f, hn::InterleaveLower(wide, cd01, cd23));
+    d = hn::BitCast(f, hn::InterleaveUpper(wide, cd01, cd23));
+#endif
+  }
+
   static HWY_INLINE VF decoded(const WeightCode* codes) {
     const auto code = hn::PromoteTo(Ints(), hn::LoadU(Codes16(), codes));
     const auto root = hn::Mul(hn::ConvertTo(Floats(), code), set(kWeightCodeUnit));
@@ -223,42 +345,33 @@ class RowUpdate {
   static HWY_INLINE void store_encoded(VF weight, WeightCode* codes) {
     const auto code = hn::Mul(hn::Sqrt(weight), set(1 / kWeightCodeUnit));
     const auto least = hn::IfThenElseZero(hn::Gt(weight, hn::Zero(Floats())), set(1));
-    const auto rounded = hn::NearestInt(hn::Min(hn::Max(code, least), set(65535)));
-    hn::StoreU(hn::DemoteTo(Codes16(), rounded), Codes16(), codes);
+    hn::StoreU(hn::DemoteTo(Codes16(), rounded(hn::Min(hn::Max(code, least), set(65535)))), Codes16(), codes);
   }
 
   const FrameView& frame_;
+  const BlockPlace& place_;
+  const BlockVoxels& voxels_;
   ColourUpdate colours_;
+  std::array<float, 3> first_;
+  std::array<std::array<float, 3>, 3> steps_;
+  std::size_t first_voxel_ = 0;
+  Vectors in_picture_, observed_, coloured_;
+  alignas(32) Numbers zu_, zv_, z_;  ///< z times the pixel coordinates (u, v), and z
+  alignas(32) Numbers per_z_;        ///< 0 outside the picture
+  alignas(32) Numbers weight_, distance_;
+  alignas(32) Numbers along_normal_;  ///< 0 where no colour is taken
+  alignas(32) std::array<std::int32_t, kVoxels> pixel_;
 };
 
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change) {
-  const Floats f;
-  const RowUpdate update(frame);
-  const auto& [along_x, along_y, along_z] = place.step;
-  const auto row = [&](std::size_t axis, int x, int y, std::size_t first_z) {
-    const float start =
-        place.first[axis] + static_cast<float>(x) * along_x[axis] + static_cast<float>(y) * along_y[axis];
-    return hn::Add(set(start), hn::Mul(hn::LoadU(f, kLanes.data() + first_z), set(along_z[axis])));
-  };
+  SlabUpdate update(frame, place, voxels);
   std::uint64_t free = ~std::uint64_t{0};
   change.has_matter = false;
   for (int x = 0; x < kBlockSide; ++x) {
-    std::uint64_t observed = 0;
-    std::uint64_t free_here = 0;
-    for (int y = 0; y < kBlockSide; ++y) {
-      for (std::size_t z = 0; z < kBlockSide; z += hn::Lanes(f)) {
-        const std::size_t bit = static_cast<std::size_t>(kBlockSide * y) + z;
-        const std::size_t voxel = static_cast<std::size_t>(kBlockSide * kBlockSide * x) + bit;
-        const auto done =
-            update.apply({row(0, x, y, z), row(1, x, y, z), row(2, x, y, z)}, static_cast<std::uint32_t>(voxel),
-                         voxels.tsdf + voxel, voxels.weight + voxel, voxels.colour + voxel);
-        observed |= done.observed << bit;
-        free_here |= done.free << bit;
-        change.has_matter = change.has_matter || done.has_matter;
-      }
-    }
-    change.observed[static_cast<std::size_t>(x)] = observed;
-    free &= free_here;
+    const auto done = update.apply(x);
+    change.observed[static_cast<std::size_t>(x)] = done.observed;
+    change.has_matter = change.has_matter || done.has_matter;
+    free &= done.free;
   }
   change.is_free = free == ~std::uint64_t{0};
 }
@@ -275,9 +388,8 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
   HWY_DYNAMIC_DISPATCH(update_block)(frame, place, voxels, change);
 }
 
-FrameView::FrameView(const SurfaceImage& surface, const CameraIntrinsics& camera, const FusionConfig& config)
-    : z_m(surface.z_m.pixels().data()),
-      normals(surface.normals.pixels().data()),
+FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const FusionConfig& config)
+    : planes(pixels.pixels().data()),
       width(camera.width),
       height(camera.height),
       fx(static_cast<float>(camera.fx)),
@@ -287,12 +399,6 @@ FrameView::FrameView(const SurfaceImage& surface, const CameraIntrinsics& camera
       per_fx(static_cast<float>(1 / camera.fx)),
       per_fy(static_cast<float>(1 / camera.fy)),
       band_m(static_cast<float>(config.truncation_voxels * config.voxel_size_m)),
-      band_sigmas(static_cast<float>(config.truncation_sigmas)),
-      noise_floor(static_cast<float>(config.noise.floor_m)),
-      noise_growth(static_cast<float>(config.noise.growth_per_m)),
-      noise_from(static_cast<float>(config.noise.from_m)),
-      best_variance(
-          static_cast<float>(config.noise.sigma_m(config.noise.from_m) * config.noise.sigma_m(config.noise.from_m))),
       max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)) {}
 
 }  // namespace scanknit

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/camera.h"
+#include "core/image.h"
 #include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"
-#include "fusion/surface_image.h"
 
 namespace scanknit {
 
@@ -35,19 +36,24 @@ struct ColourView {
   std::uint32_t seed = 0;  ///< another one for every frame
 };
 
+/// What a pixel says of the voxels that project to it: in camera coordinates a plane, and the truncation band round it.
+struct PixelPlane {
+  static constexpr std::size_t kNumbers = 8;
+  /// The distance of a voxel at z that projects to (u, v) is a z u + b z v + c z - d. Then: z up to which something is
+  /// known, below every z where nothing is; truncation; 1 / truncation; weight, cos(incidence) best_variance /
+  /// sigma^2(z). Metres and pixels. One array, that eight pixels may be read as eight vectors.
+  std::array<float, kNumbers> numbers;
+};
+
 /// What is the same for all blocks of a frame, as the inner loop wants it.
 struct FrameView {
-  FrameView(const SurfaceImage& surface, const CameraIntrinsics& camera, const FusionConfig& config);
+  FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const FusionConfig& config);
 
-  const float* z_m;
-  const PackedNormal* normals;
+  const PixelPlane* planes;
   int width, height;
   float fx, fy, cx, cy;
   float per_fx, per_fy;
-  float band_m;                                 ///< the band's least half-width
-  float band_sigmas;                            ///< and in standard deviations of the noise
-  float noise_floor, noise_growth, noise_from;  ///< NoiseModel
-  float best_variance;                          ///< of the noise at its least
+  float band_m;  ///< the band's least half-width
   float max_weight;
   ColourView colour;
 };
@@ -56,6 +62,7 @@ struct FrameView {
 struct BlockPlace {
   std::array<float, 3> first;
   std::array<std::array<float, 3>, 3> step;
+  float far_m;  ///< no pixel says anything of what lies behind this z
 };
 
 /// Voxel n = 64 x + 8 y + z, as in a leaf of OpenVDB.

@@ -28,7 +28,17 @@ bool meets_by_looking_at_every_pixel(const Image<DepthRange>& ranges, const Pixe
   return false;
 }
 
-TEST(DepthPyramid, AgreesWithLookingAtEveryPixel) {
+float farthest_of_every_pixel(const Image<DepthRange>& ranges, const PixelRect& rect) {
+  float far_m = DepthRange{}.far_m;
+  for (int y = rect.y0; y <= rect.y1; ++y) {
+    for (int x = rect.x0; x <= rect.x1; ++x) {
+      if (ranges.contains(x, y)) far_m = std::max(far_m, ranges.at(x, y).far_m);
+    }
+  }
+  return far_m;
+}
+
+TEST(DepthPyramid, MissesNothingThatAPixelShows) {
   const Image<DepthRange> ranges = random_ranges(37, 23, 1);
   const DepthPyramid pyramid{Image<DepthRange>(ranges)};
   std::mt19937 random(2);
@@ -39,17 +49,29 @@ TEST(DepthPyramid, AgreesWithLookingAtEveryPixel) {
   for (int i = 0; i < 20000; ++i) {
     const int x0 = x(random);
     const int y0 = y(random);
-    const PixelRect rect{x0, y0, x0 + static_cast<int>(random() % 6), y0 + static_cast<int>(random() % 6)};
+    const PixelRect rect{x0, y0, x0 + static_cast<int>(random() % 30), y0 + static_cast<int>(random() % 20)};
     const float near_m = z(random);
     const DepthRange range{near_m, near_m + 0.05f};
-    const bool truth = meets_by_looking_at_every_pixel(ranges, rect, range);
-    hits += truth ? 1 : 0;
-    ASSERT_EQ(pyramid.meets(rect, range), truth);
-    if (truth) {
-      ASSERT_TRUE(pyramid.may_meet(rect, range));
-    }
+    const DepthPyramid::Sight sight = pyramid.look(rect, range);
+    EXPECT_GE(sight.far_m, farthest_of_every_pixel(ranges, rect));
+    if (!meets_by_looking_at_every_pixel(ranges, rect, range)) continue;
+    ++hits;
+    ASSERT_TRUE(sight.may_meet);
+    ASSERT_TRUE(pyramid.may_meet(rect, range));
   }
   EXPECT_GT(hits, 1000);
+}
+
+TEST(DepthPyramid, LooksAtEveryPixelOfASmallRectangle) {
+  const Image<DepthRange> ranges = random_ranges(37, 23, 1);
+  const DepthPyramid pyramid{Image<DepthRange>(ranges)};
+  for (int y = 0; y + 5 < 23; ++y) {
+    for (int x = 0; x + 5 < 37; ++x) {
+      const PixelRect rect{x, y, x + 5, y + 5};
+      const DepthRange range{1, 1.1f};
+      EXPECT_EQ(pyramid.look(rect, range).may_meet, meets_by_looking_at_every_pixel(ranges, rect, range));
+    }
+  }
 }
 
 TEST(DepthPyramid, MeetsNothingWithoutReturns) {

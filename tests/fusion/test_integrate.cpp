@@ -299,6 +299,12 @@ std::set<Coord> band_blocks_by_walking(const Frame& frame, const Pose& T_world_c
   return blocks;
 }
 
+std::set<Coord> origins_of(const std::vector<BandBlock>& blocks) {
+  std::set<Coord> origins;
+  for (const BandBlock& block : blocks) origins.insert(block.origin);
+  return origins;
+}
+
 TEST(BandBlocks, MissNoBlockThatARayPassesThroughInTheBand) {
   for (const double angle : {0.0, 0.7, 2.1, 4.0}) {
     const Pose pose = looking_at_origin({0.9 * std::cos(angle), 0.9 * std::sin(angle), 0.4});
@@ -306,7 +312,7 @@ TEST(BandBlocks, MissNoBlockThatARayPassesThroughInTheBand) {
     const FusionConfig config = fixed_band();
     const Observation observation(frame, config);
     const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
-    const std::set<Coord> found_set(found.begin(), found.end());
+    const std::set<Coord> found_set = origins_of(found);
     EXPECT_EQ(found_set.size(), found.size()) << "a block twice";
     const auto walked = band_blocks_by_walking(frame, pose, config);
     ASSERT_GT(walked.size(), 40u);
@@ -331,7 +337,8 @@ std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Pos
   };
   const Eigen::Matrix3d step = kVoxel * T_camera_world.linear();
   const BlockPlace place{column(T_camera_world * (Eigen::Vector3d(block.x(), block.y(), block.z()) * kVoxel)),
-                         {column(step.col(0)), column(step.col(1)), column(step.col(2))}};
+                         {column(step.col(0)), column(step.col(1)), column(step.col(2))},
+                         1e30f};
   std::array<float, kBlockVoxels> tsdf{};
   std::array<WeightCode, kBlockVoxels> weight{};
   std::array<ColourCode, kBlockVoxels> colour{};
@@ -349,8 +356,8 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
   const FusionConfig config = fixed_band();
   const Observation observation(frame, config);
   const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
-  const std::set<Coord> found_set(found.begin(), found.end());
-  const FrameView view(observation.surface(), frame.intrinsics, config);
+  const std::set<Coord> found_set = origins_of(found);
+  const FrameView view(observation.planes(), frame.intrinsics, config);
   const Pose T_camera_world = pose.inverse();
   const float band_m = static_cast<float>(config.truncation_voxels * config.voxel_size_m);
   std::size_t exhaustive = 0;
