@@ -22,6 +22,10 @@ bool trim_to_jpeg(std::vector<std::byte>& bytes) {
   return true;
 }
 
+UvcAssembler::Loss loss_of(const UnfinishedPicture& picture) {
+  return picture.is_too_long ? UvcAssembler::Loss::kOverflow : UvcAssembler::Loss::kTransport;
+}
+
 }  // namespace
 
 UvcAssembler::UvcAssembler(const Framing& framing, Deliver deliver) : framing_(framing), deliver_(std::move(deliver)) {
@@ -77,7 +81,7 @@ void UvcAssembler::append(std::span<const std::byte> bytes, std::int64_t host_ns
   const std::size_t room = 2 * framing_.frame_bytes - std::min(2 * framing_.frame_bytes, picture_->bytes->size());
   if (bytes.size() > room) {
     picture_->is_bad = true;
-    picture_->loss = Loss::kOverflow;
+    picture_->is_too_long = true;
   }
   const auto fitting = bytes.first(std::min(bytes.size(), room));
   picture_->bytes->insert(picture_->bytes->end(), fitting.begin(), fitting.end());
@@ -107,7 +111,7 @@ void UvcAssembler::keep_only_last_payload() {
   auto& bytes = *picture_->bytes;
   const bool is_alone = bytes.size() == framing_.frame_bytes && !picture_->is_bad && !picture_->is_doubtful;
   if (is_alone || bytes.size() < framing_.frame_bytes) return;
-  count(picture_->loss);
+  count(loss_of(*picture_));
   bytes.erase(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(framing_.frame_bytes));
   picture_->is_bad = picture_->is_doubtful = false;
   picture_->ticks.reset();
@@ -130,7 +134,7 @@ void UvcAssembler::lose(Loss kind) {
     if (!picture_) picture_.emplace();
     picture_->is_doubtful = true;
   }
-  picture_->loss = kind;
+  picture_->is_too_long = kind == Loss::kOverflow;
   if (framing_.is_one_payload && !is_in_payload_) finish_picture();
 }
 
@@ -145,23 +149,23 @@ void UvcAssembler::restart() {
 }
 
 void UvcAssembler::finish_picture() {
-  Picture picture = *std::exchange(picture_, std::nullopt);
+  UnfinishedPicture picture = *std::exchange(picture_, std::nullopt);
   // Where nothing but a loss is known, the id will have flipped as always.
   if (picture.frame_id) {
     last_frame_id_ = picture.frame_id;
   } else if (last_frame_id_) {
     last_frame_id_ = !*last_frame_id_;
   }
-  if (!picture.bytes) return count(picture.loss);
+  if (!picture.bytes) return count(loss_of(picture));
   if (picture.bytes->size() > framing_.frame_bytes) return count(Loss::kOverflow);
-  if (picture.is_bad) return count(picture.loss);
+  if (picture.is_bad) return count(loss_of(picture));
   const bool is_whole = framing_.is_compressed ? !picture.is_doubtful && trim_to_jpeg(*picture.bytes)
                                                : picture.bytes->size() == framing_.frame_bytes;
-  if (!is_whole) return count(picture.loss);
+  if (!is_whole) return count(loss_of(picture));
   deliver(std::move(picture));
 }
 
-void UvcAssembler::deliver(Picture picture) {
+void UvcAssembler::deliver(UnfinishedPicture picture) {
   const auto sequence = sequence_after(picture);
   if (!sequence) return count(Loss::kTransport);
   next_sequence_ = *sequence + 1;
@@ -170,7 +174,7 @@ void UvcAssembler::deliver(Picture picture) {
 }
 
 /// Nothing: this very frame was delivered before.
-std::optional<std::uint64_t> UvcAssembler::sequence_after(const Picture& picture) {
+std::optional<std::uint64_t> UvcAssembler::sequence_after(const UnfinishedPicture& picture) {
   const std::uint64_t counted_here = next_sequence_ + lost_since_delivered_;
   if (!picture.frame_counter) return counted_here;
   const auto last = std::exchange(last_counter_, picture.frame_counter);

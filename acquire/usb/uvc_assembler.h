@@ -22,6 +22,17 @@ struct AssembledFrame {
   std::int64_t host_ns = 0;            ///< of the last byte
 };
 
+/// A picture that has begun.
+struct UnfinishedPicture {
+  std::optional<bool> frame_id;  ///< nothing: only a loss is known of it
+  std::shared_ptr<std::vector<std::byte>> bytes;
+  std::optional<std::uint32_t> ticks, frame_counter;
+  std::int64_t host_ns = 0;
+  bool is_bad = false;       ///< for sure
+  bool is_doubtful = false;  ///< something was lost before its first byte: its size will tell
+  bool is_too_long = false;  ///< else it is incomplete, when it is bad
+};
+
 /// One thread. A picture ends with the end-of-frame bit, or where the frame id flips. It is delivered when no payload
 /// of it was marked as bad, none was lost, and it has exactly the expected bytes (compressed: a JPEG from its start
 /// marker to its end marker). The frames are the same however the bytes of a payload are split over calls of add().
@@ -51,16 +62,6 @@ class UvcAssembler {
   [[nodiscard]] const LossCounters& losses() const { return losses_; }
 
  private:
-  struct Picture {
-    std::optional<bool> frame_id;  // nothing: only a loss is known of it
-    std::shared_ptr<std::vector<std::byte>> bytes;
-    std::optional<std::uint32_t> ticks, frame_counter;
-    std::int64_t host_ns = 0;
-    bool is_bad = false;       // for sure
-    bool is_doubtful = false;  // something was lost before its first byte: its size will tell
-    Loss loss = Loss::kTransport;
-  };
-
   [[nodiscard]] std::span<const std::byte> take_header(std::span<const std::byte> bytes);
   void begin_payload();
   void append(std::span<const std::byte> bytes, std::int64_t host_ns);
@@ -68,9 +69,9 @@ class UvcAssembler {
   void open_picture();
   void keep_only_last_payload();
   void finish_picture();
-  void deliver(Picture picture);
+  void deliver(UnfinishedPicture picture);
   void count(Loss kind);
-  [[nodiscard]] std::optional<std::uint64_t> sequence_after(const Picture& picture);
+  [[nodiscard]] std::optional<std::uint64_t> sequence_after(const UnfinishedPicture& picture);
 
   const Framing framing_;
   const Deliver deliver_;
@@ -82,7 +83,7 @@ class UvcAssembler {
   std::size_t payload_size_ = 0;             // picture bytes of this payload
   bool is_payload_hurt_ = false;             // something was lost within it
 
-  std::optional<Picture> picture_;
+  std::optional<UnfinishedPicture> picture_;
   std::optional<bool> last_frame_id_;
   std::optional<std::uint32_t> last_counter_;
   std::uint64_t next_sequence_ = 0;
