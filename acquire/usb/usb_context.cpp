@@ -166,7 +166,8 @@ UsbContext::~UsbContext() {
 
 std::vector<UsbDeviceInfo> UsbContext::devices() const {
   std::vector<UsbDeviceInfo> found;
-  for (libusb_device* device : DeviceList(context_).all()) found.push_back(describe(device));
+  const DeviceList list(context_);
+  for (libusb_device* device : list.all()) found.push_back(describe(device));
   std::sort(found.begin(), found.end(), [](const UsbDeviceInfo& a, const UsbDeviceInfo& b) {
     return std::pair(a.bus, a.address) < std::pair(b.bus, b.address);
   });

@@ -319,7 +319,7 @@ bool UvcCamera::look_at(Watched& watched) {
     tell(DeviceEvent::Kind::kRecovered, "frames come again");
   }
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  const std::chrono::nanoseconds quiet = now - std::chrono::nanoseconds(stream.last_bytes_ns());
+  const std::chrono::nanoseconds quiet = now - std::chrono::nanoseconds(stream.last_picture_ns());
   switch (stream.state()) {
     case TransferRing::State::kGone:
       for (Watched& each : streams_) each.stream->stop();

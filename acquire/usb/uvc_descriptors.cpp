@@ -105,8 +105,8 @@ Result<void> ConfigurationParser::interface(ByteReader body) {
   if (!subclass || the_class != kVideoClass) return {};
   alternate_ = *alternate;
   if (subclass == kVideoControl) {
+    if (alternate_ != 0) return {};  // the standard gives it none
     place_ = Place::kControl;
-    if (alternate_ != 0) return {};
     if (functions_.size() == kMaxUvcItems) return hostile("too many video functions");
     functions_.emplace_back().control_interface = *number;
   } else if (subclass == kVideoStreaming && !functions_.empty()) {

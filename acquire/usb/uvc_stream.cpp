@@ -114,7 +114,7 @@ Result<void> UvcStream::start() {
     assembler_.emplace(framing, [this](AssembledFrame frame) { on_frame(std::move(frame)); });
   }
   assembler_->restart();
-  last_bytes_ns_ = steady_now_ns();
+  last_picture_ns_ = steady_now_ns();
   ring_ = std::make_unique<TransferRing>(device_, *ring_plan, *this);
   if (const auto started = ring_->start(); !started) {
     stop();
@@ -158,11 +158,11 @@ LossCounters UvcStream::losses() const {
 
 void UvcStream::keep_losses() {
   const std::lock_guard lock(losses_mutex_);
+  if (losses_ != assembler_->losses()) last_picture_ns_ = steady_now_ns();
   losses_ = assembler_->losses();
 }
 
 void UvcStream::on_bytes(std::span<const std::byte> bytes, bool ends_payload, std::int64_t host_ns) {
-  last_bytes_ns_ = host_ns;
   assembler_->add(bytes, ends_payload, host_ns);
   keep_losses();
 }
@@ -182,6 +182,7 @@ void UvcStream::on_frame(AssembledFrame frame) {
   if (stamp.is_jump && !std::exchange(was_jump_, true)) sinks_.clock_jumped();
   if (!stamp.is_jump) was_jump_ = false;
   ++frames_;
+  last_picture_ns_ = frame.host_ns;
   sinks_.frame({selection_.profile, frame.sequence, stamp.device_ns, frame.host_ns, std::move(frame.bytes)});
 }
 

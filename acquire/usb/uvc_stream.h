@@ -53,8 +53,9 @@ class UvcStream final : public PayloadReceiver {
   [[nodiscard]] const StreamProfile& profile() const { return selection_.profile; }
   [[nodiscard]] LossCounters losses() const;                      ///< any thread
   [[nodiscard]] std::uint64_t frames() const { return frames_; }  ///< delivered; any thread
-  /// When the last bytes came, or the stream was started; steady clock. Any thread.
-  [[nodiscard]] std::int64_t last_bytes_ns() const { return last_bytes_ns_; }
+  /// When the last picture ended, whole or not, or the stream was started; steady clock. Any thread. (Not when the last
+  /// bytes came: isochronous cameras send empty headers all the time.)
+  [[nodiscard]] std::int64_t last_picture_ns() const { return last_picture_ns_; }
 
  private:
   void on_bytes(std::span<const std::byte> bytes, bool ends_payload, std::int64_t host_ns) override;
@@ -76,7 +77,7 @@ class UvcStream final : public PayloadReceiver {
   bool is_alternate_set_ = false;
   bool was_jump_ = false;
   std::atomic<std::uint64_t> frames_{0};
-  std::atomic<std::int64_t> last_bytes_ns_{0};
+  std::atomic<std::int64_t> last_picture_ns_{0};
   mutable std::mutex losses_mutex_;
   LossCounters losses_;
 };

@@ -5,7 +5,7 @@
 
 #include "acquire/crc32.h"
 #include "acquire/usb/realsense_tables.h"
-#include "usb_bytes.h"
+#include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "realsense_bytes.h"
+#include "tests/usb/realsense_bytes.h"
 
 namespace scanknit::test {
 namespace {

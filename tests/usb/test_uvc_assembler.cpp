@@ -3,7 +3,7 @@
 #include <random>
 
 #include "acquire/usb/uvc_assembler.h"
-#include "usb_bytes.h"
+#include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "acquire/usb/uvc_descriptors.h"
-#include "usb_bytes.h"
+#include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {
 namespace {
@@ -148,6 +148,14 @@ TEST(UvcDescriptors, CutAtAnyByteGiveAnErrorOrLess) {
     const auto functions = parse_uvc_configuration(whole.span().first(size));
     EXPECT_TRUE(!functions || functions->size() <= 2u);
   }
+}
+
+TEST(UvcDescriptors, OfAnInterfaceWithoutAFirstSettingAreSkipped) {
+  Bytes bytes = kConfiguration;
+  bytes.add(interface(0, 1, 1)).add(vc_header(0x0150)).add(interface(1, 0, 2)).add(bulk_endpoint(0x82));
+  const auto functions = parse_uvc_configuration(bytes.span());
+  ASSERT_TRUE(functions);
+  EXPECT_TRUE(functions->empty());
 }
 
 TEST(UvcDescriptors, OfNoLengthAreRefused) {

@@ -2,7 +2,7 @@
 
 #include "acquire/usb/uvc_payload.h"
 #include "acquire/usb/uvc_probe.h"
-#include "usb_bytes.h"
+#include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {
 namespace {

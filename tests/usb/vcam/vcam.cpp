@@ -110,7 +110,8 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
                                                          std::uint16_t length, std::span<const std::byte> data) {
   const bool is_monitor = index == 0x0300 && value == 0x0100;
   if (is_monitor && control_faults.has_no_calibration) return std::nullopt;
-  if (request == kGetLength) return std::vector<std::byte>(is_monitor ? Bytes{}.u16(kMonitorBytes).vector() : Bytes{}.u16(2).vector());
+  if (request == kGetLength)
+    return std::vector<std::byte>(is_monitor ? Bytes{}.u16(kMonitorBytes).vector() : Bytes{}.u16(2).vector());
   if (request == kSetCurrent && !is_monitor) {
     written[{index, value}].assign(data.begin(), data.end());
     return std::vector<std::byte>{};
@@ -152,7 +153,13 @@ std::vector<std::byte> Vcam::header(const Stream& stream, bool is_last, bool has
   Bytes bytes{has_metadata ? 60 : has_time ? 12 : 2, flags};
   if (has_time) bytes.u32(picture_us_).u32(picture_us_).u16(0);
   if (has_metadata) {
-    bytes.u32(0x80000001).u32(48).u32(1).u32(0).u32(static_cast<std::uint32_t>(stream.number)).u32(picture_us_).fill(24);
+    bytes.u32(0x80000001)
+        .u32(48)
+        .u32(1)
+        .u32(0)
+        .u32(static_cast<std::uint32_t>(stream.number))
+        .u32(picture_us_)
+        .fill(24);
   }
   return bytes.vector();
 }
@@ -175,7 +182,8 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
   }
   stream.sent = 0;
   if (&stream == &streams_[0]) {
-    if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end()) misbehave(stream, fault->second);
+    if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end())
+      misbehave(stream, fault->second);
   }
   stream.due_ns += stream.interval_100ns * std::int64_t{100};
   stream.frame_id = !stream.frame_id;
@@ -242,6 +250,7 @@ std::optional<Delivery> Vcam::fill_transfer(std::uint8_t endpoint, std::span<std
 }
 
 void Vcam::nobody_asked(std::uint8_t endpoint, std::int64_t now_ns) {
+  if (options_.waits_for_computer) return;
   Stream& stream = stream_of(endpoint);
   make_picture(stream, now_ns);
   const std::int64_t interval_ns = stream.interval_100ns * std::int64_t{100};

@@ -17,40 +17,41 @@ namespace scanknit::test {
 
 /// What is wrong with one picture.
 enum class Fault {
-  kTruncated,       ///< the last 1000 bytes are missing
-  kOversize,        ///< 100 bytes too many
+  kTruncated,  ///< the last 1000 bytes are missing
+  kOversize,   ///< 100 bytes too many
   kHeaderLength0,
   kHeaderLength1,
-  kHeaderTooLong,   ///< longer than the payload
+  kHeaderTooLong,  ///< longer than the payload
   kErrorBit,
-  kSameFrameId,     ///< as the picture before
-  kMissingEnd,      ///< without the end-of-frame bit
-  kHeaderOnly,      ///< no bytes of the picture
-  kBabble,          ///< the device sends more than the computer asked for
-  kIoError,         ///< a transfer fails
-  kStall,           ///< the endpoint halts until its halt is cleared
+  kSameFrameId,  ///< as the picture before
+  kMissingEnd,   ///< without the end-of-frame bit
+  kHeaderOnly,   ///< no bytes of the picture
+  kBabble,       ///< the device sends more than the computer asked for
+  kIoError,      ///< a transfer fails
+  kStall,        ///< the endpoint halts until its halt is cleared
   kStallForever,
-  kSilent,          ///< nothing until the stream is committed again
+  kSilent,  ///< nothing until the stream is committed again
   kSilentForever,
-  kSkipped,         ///< the camera itself loses it: its counter goes on
+  kSkipped,  ///< the camera itself loses it: its counter goes on
   kSentTwice,
-  kLostPacket,      ///< isochronous: one packet in the middle is lost
-  kClockBack,       ///< from here on the clock is 3 s behind
-  kClockAhead,      ///< ... 5 s ahead
+  kLostPacket,  ///< isochronous: one packet in the middle is lost
+  kClockBack,   ///< from here on the clock is 3 s behind
+  kClockAhead,  ///< ... 5 s ahead
 };
 
 struct VcamOptions {
   std::uint16_t vendor = 0x8086, product = 0x0b07;
   std::string serial = "0123456789ab";
   std::uint16_t uvc_version = 0x0150;
-  bool is_isochronous = false;       ///< depth only, high speed
-  std::size_t payload_bytes = 0;     ///< bulk: at most; 0: a whole picture
+  bool is_isochronous = false;    ///< depth only, high speed
+  std::size_t payload_bytes = 0;  ///< bulk: at most; 0: a whole picture
   int speed_mbit = 5000;
   bool has_colour = true;
-  bool has_metadata = true;          ///< RealSense's frame counter
+  bool has_metadata = true;  ///< RealSense's frame counter
   std::string depth_code = "Z16 ";
-  bool hangs_on_endpoint = false;    ///< class descriptors come after the endpoint
+  bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
+  bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 
 /// How it answers requests wrongly.

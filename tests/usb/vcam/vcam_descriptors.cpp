@@ -82,7 +82,8 @@ std::vector<std::byte> Vcam::configuration() const {
 
 std::vector<std::byte> Vcam::descriptors() const {
   Bytes bytes{18, 1};
-  bytes.u16(options_.speed_mbit >= 5000 ? 0x0320 : 0x0200).add({0xEF, 0x02, 0x01, options_.speed_mbit >= 5000 ? 9 : 64});
+  bytes.u16(options_.speed_mbit >= 5000 ? 0x0320 : 0x0200)
+      .add({0xEF, 0x02, 0x01, options_.speed_mbit >= 5000 ? 9 : 64});
   bytes.u16(options_.vendor).u16(options_.product).u16(0x50C0).add({1, 2, 3, 1});
   auto all = bytes.vector();
   const auto rest = configuration();
