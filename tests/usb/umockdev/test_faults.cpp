@@ -1,6 +1,6 @@
 // What goes wrong with cameras, cables and hubs: a damaged picture is never delivered, the next good one always is, and
 // what was lost is counted where it was lost. FrameLog looks at every pixel of what arrives.
-#include "live_camera.h"
+#include "tests/usb/umockdev/live_camera.h"
 
 namespace scanknit::test {
 namespace {
