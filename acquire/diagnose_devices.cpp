@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "acquire/kinect1/kinect1_camera.h"
 #include "acquire/usb/device_holders.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/usb_context.h"
@@ -84,7 +85,8 @@ Finding link_of(const UsbDeviceInfo& device) {
 
 std::vector<Finding> findings_of(const UsbDeviceInfo& device) {
   std::vector<Finding> findings;
-  if (depth_functions_of(device).empty()) {
+  const bool is_kinect = is_kinect1(device);
+  if (!is_kinect && depth_functions_of(device).empty()) {
     findings.push_back({Grade::kProblem,
                         "configuration: the system did not set the camera up, or it is in an update mode",
                         "plug it into the computer itself or into a powered hub; dmesg tells more"});
@@ -92,7 +94,7 @@ std::vector<Finding> findings_of(const UsbDeviceInfo& device) {
   findings.push_back(permission_of(device));
   findings.push_back(driver_of(device));
   findings.push_back(use_of(device));
-  findings.push_back(link_of(device));
+  if (!is_kinect) findings.push_back(link_of(device));  // a Kinect knows USB 2 only, and is made for it
   return findings;
 }
 
@@ -124,7 +126,12 @@ Result<Diagnosis> diagnose_devices() {
   Diagnosis diagnosis;
   diagnosis.system.push_back(usb_memory());
   const auto devices = (*context)->devices();
+  int kinects = 0;
   for (const UsbDeviceInfo& device : devices) {
+    if (is_kinect1(device)) {
+      diagnosis.devices.push_back({describe_kinect1(device, kinects++), findings_of(device)});
+      continue;
+    }
     if (!is_known(device) && depth_functions_of(device).empty()) continue;
     diagnosis.devices.push_back({describe_camera(device), findings_of(device)});
   }
@@ -136,17 +143,26 @@ Result<Diagnosis> diagnose_devices() {
   return diagnosis;
 }
 
+namespace {
+
+std::string rule_of(const std::string& name, std::uint16_t vendor, std::uint16_t product) {
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(),
+                "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"%04x\", ATTR{idProduct}==\"%04x\", MODE=\"0660\", "
+                "TAG+=\"uaccess\"\n",
+                vendor, product);
+  return "# " + name + "\n" + line.data();
+}
+
+}  // namespace
+
 std::string udev_rules() {
   std::string rules =
       "# Depth cameras, for whoever sits at this computer. Put this into /etc/udev/rules.d/60-scanknit.rules\n";
   for (const CameraQuirk& camera : known_cameras()) {
-    std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(),
-                  "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"%04x\", ATTR{idProduct}==\"%04x\", MODE=\"0660\", "
-                  "TAG+=\"uaccess\"\n",
-                  camera.vendor, camera.product);
-    rules += "# " + std::string(camera.name) + "\n" + line.data();
+    rules += rule_of(std::string(camera.name), camera.vendor, camera.product);
   }
+  for (const std::uint16_t product : kKinect1Products) rules += rule_of("Kinect v1", kKinect1Vendor, product);
   return rules;
 }
 

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "acquire/device_source.h"
+#include "acquire/kinect1/kinect1_camera.h"
 #include "acquire/reconnecting_source.h"
 #include "acquire/usb/usb_context.h"
 #include "acquire/usb/uvc_camera.h"
@@ -21,14 +22,26 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMjpegRatio = 0.1;
 
-/// "usb:8086:0b07/SERIAL": what is not said fits every camera.
-struct UsbUri {
+enum class Driver { kUvc, kKinect1 };
+
+/// A scanner that is plugged in.
+struct FoundCamera {
+  Driver driver;
+  UsbDeviceInfo usb;
+  DeviceInfo info;
+};
+
+/// What a URI asks for: what is not said fits every scanner.
+struct WantedCamera {
+  std::optional<Driver> driver;
   std::optional<std::pair<std::uint16_t, std::uint16_t>> numbers;
   std::string serial;
+  std::string exact_uri;
 
-  [[nodiscard]] bool fits(const UsbDeviceInfo& device) const {
-    return (!numbers || *numbers == std::pair(device.vendor, device.product)) &&
-           (serial.empty() || serial == device.serial);
+  [[nodiscard]] bool fits(const FoundCamera& camera) const {
+    return (!driver || *driver == camera.driver) &&
+           (!numbers || *numbers == std::pair(camera.usb.vendor, camera.usb.product)) &&
+           (serial.empty() || serial == camera.info.serial) && (exact_uri.empty() || exact_uri == camera.info.uri);
   }
 };
 
@@ -39,45 +52,70 @@ std::optional<std::uint16_t> hex_number(std::string_view text) {
   return value;
 }
 
-std::optional<UsbUri> parse_usb_uri(std::string_view uri) {
-  constexpr std::string_view kScheme = "usb:";
-  UsbUri parsed;
-  if (uri.empty() || uri == kScheme) return parsed;
-  if (!uri.starts_with(kScheme)) return std::nullopt;
-  uri.remove_prefix(kScheme.size());
+std::optional<WantedCamera> parse_uri(std::string_view uri) {
+  constexpr std::string_view kUsb = "usb:", kKinect = "kinect1:";
+  WantedCamera wanted;
+  if (uri.empty()) return wanted;
+  if (uri.starts_with(kKinect)) {
+    wanted.driver = Driver::kKinect1;
+    if (uri != kKinect) wanted.exact_uri = uri;
+    return wanted;
+  }
+  if (!uri.starts_with(kUsb)) return std::nullopt;
+  wanted.driver = Driver::kUvc;
+  uri.remove_prefix(kUsb.size());
+  if (uri.empty()) return wanted;
   if (const auto slash = uri.find('/'); slash != std::string_view::npos) {
-    parsed.serial = uri.substr(slash + 1);
+    wanted.serial = uri.substr(slash + 1);
     uri = uri.substr(0, slash);
   }
   if (uri.size() != 9 || uri[4] != ':') return std::nullopt;
   const auto vendor = hex_number(uri.substr(0, 4)), product = hex_number(uri.substr(5));
   if (!vendor || !product) return std::nullopt;
-  parsed.numbers = {*vendor, *product};
-  return parsed;
+  wanted.numbers = {*vendor, *product};
+  return wanted;
 }
 
-std::vector<UsbDeviceInfo> depth_cameras(const UsbContext& context) {
-  auto devices = context.devices();
-  std::erase_if(devices, [](const UsbDeviceInfo& device) { return depth_functions_of(device).empty(); });
-  return devices;
+std::vector<FoundCamera> find_cameras(const UsbContext& context) {
+  std::vector<FoundCamera> cameras;
+  int kinects = 0;
+  for (UsbDeviceInfo& device : context.devices()) {
+    if (is_kinect1(device)) {
+      const DeviceInfo info = describe_kinect1(device, kinects++);
+      cameras.push_back({Driver::kKinect1, std::move(device), info});
+    } else if (!depth_functions_of(device).empty()) {
+      const DeviceInfo info = describe_camera(device);
+      cameras.push_back({Driver::kUvc, std::move(device), info});
+    }
+  }
+  return cameras;
+}
+
+Result<std::unique_ptr<DeviceSource>> open_found(UsbContext& context, const FoundCamera& camera,
+                                                 const DeviceOptions& options) {
+  if (camera.driver == Driver::kUvc) return open_uvc_camera(context, camera.usb, options);
+  constexpr std::string_view kKinect = "kinect1:";
+  int index = 0;
+  const std::string& uri = camera.info.uri;
+  std::from_chars(uri.data() + kKinect.size(), uri.data() + uri.size(), index);
+  return open_kinect1(camera.usb, index, options);
 }
 
 /// Looks until it is there, or until the deadline, or a stop. A camera that has just been plugged in may be forbidden
 /// or busy for a moment, while the system still sets it up: it is tried again.
-Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const UsbUri& uri,
+Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const WantedCamera& wanted,
                                                     const DeviceOptions& options, Clock::time_point deadline,
                                                     const std::stop_token& stop) {
   constexpr milliseconds kAgain{100};
   while (true) {
     const std::uint64_t seen = context.generation();
-    const auto cameras = depth_cameras(context);
+    const auto cameras = find_cameras(context);
     const auto found =
-        std::find_if(cameras.begin(), cameras.end(), [&](const UsbDeviceInfo& device) { return uri.fits(device); });
-    Result<std::unique_ptr<DeviceSource>> opened =
-        Error{ErrorCode::kDevice,
-              cameras.empty() ? "no depth camera is plugged in. scanknit doctor tells more"
-                              : "no such camera is plugged in, but " + describe_camera(cameras.front()).uri + " is"};
-    if (found != cameras.end()) opened = open_uvc_camera(context, *found, options);
+        std::find_if(cameras.begin(), cameras.end(), [&](const FoundCamera& camera) { return wanted.fits(camera); });
+    Result<std::unique_ptr<DeviceSource>> opened = Error{
+        ErrorCode::kDevice, cameras.empty() ? "no depth camera is plugged in. scanknit doctor tells more"
+                                            : "no such camera is plugged in, but " + cameras.front().info.uri + " is"};
+    if (found != cameras.end()) opened = open_found(context, *found, options);
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
     if (opened || left <= milliseconds(0) || stop.stop_requested()) return opened;
     const milliseconds most = found != cameras.end() ? kAgain : milliseconds(1000);
@@ -96,17 +134,18 @@ Result<std::vector<DeviceInfo>> list_cameras() {
   const auto context = UsbContext::create();
   if (!context) return context.error();
   std::vector<DeviceInfo> cameras;
-  for (const UsbDeviceInfo& device : depth_cameras(**context)) cameras.push_back(describe_camera(device));
+  for (FoundCamera& camera : find_cameras(**context)) cameras.push_back(std::move(camera.info));
   return cameras;
 }
 
 Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const DeviceOptions& options,
                                                   std::stop_token stop) {
-  const auto wanted = parse_usb_uri(uri);
+  const auto wanted = parse_uri(uri);
   if (!wanted) {
-    return Error{ErrorCode::kUsage, "'" + uri +
-                                        "' names no device; expected usb:, usb:8086:0b07 or usb:8086:0b07/SERIAL "
-                                        "(scanknit devices lists them)"};
+    return Error{ErrorCode::kUsage,
+                 "'" + uri +
+                     "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL or kinect1:0 "
+                     "(scanknit devices lists them)"};
   }
   auto created = UsbContext::create();
   if (!created) return created.error();
@@ -114,7 +153,7 @@ Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const 
   auto opened = wait_and_open(*context, *wanted, options, after(options.wait_s), stop);
   if (!opened || options.reconnect_s <= 0) return opened;
   // The same camera again, by its serial number; one without is known by its kind.
-  UsbUri same = *parse_usb_uri((*opened)->info().uri);
+  const WantedCamera same = *parse_uri((*opened)->info().uri);
   auto reopen = [context, same, options](const std::stop_token& give_up) {
     return wait_and_open(*context, same, options, after(options.reconnect_s), give_up);
   };

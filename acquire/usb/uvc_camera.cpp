@@ -22,7 +22,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kSilentFrames = 10;
-constexpr milliseconds kShortestSilence{100};
+constexpr milliseconds kShortestSilence{300};  // a busy computer may be away for as long
 constexpr int kMostRestarts = 5;  // in a row, without a frame between them
 constexpr milliseconds kBeforeHolding{1000};
 constexpr std::size_t kUsbMemory = 12u << 20;  // of the 16 MB that Linux gives to all programs together

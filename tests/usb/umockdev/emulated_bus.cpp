@@ -72,7 +72,7 @@ struct Answer {
 /// One plugged device: its node is a pseudo terminal, because that can be polled as usbfs can: stopped output is
 /// "nothing to reap", a closed master is "disconnected".
 struct EmulatedBus::Device {
-  explicit Device(const VcamOptions& options) : camera(options) {
+  explicit Device(std::unique_ptr<UsbModel> plugged) : model(std::move(plugged)) {
     char name[128];
     if (openpty(&master, &slave, name, nullptr, nullptr) != 0) std::abort();
     node = name;
@@ -99,7 +99,7 @@ struct EmulatedBus::Device {
   void drop_all(int status);
 
   std::mutex mutex;  // of all that follows: umockdev calls on its own thread
-  Vcam camera;
+  const std::unique_ptr<UsbModel> model;
   ClientMemory memory{getpid()};
   std::map<std::uint8_t, std::deque<Urb>> waiting;
   std::deque<Address> done;
@@ -128,17 +128,18 @@ Answer EmulatedBus::Device::handle(unsigned long request, Address argument) {
     case USBDEVFS_GETDRIVER: return {-1, ENODATA};
     case USBDEVFS_SETINTERFACE: {
       const auto wanted = memory.get<usbdevfs_setinterface>(argument);
-      camera.set_alternate(static_cast<std::uint8_t>(wanted.interface), static_cast<std::uint8_t>(wanted.altsetting),
+      model->set_alternate(static_cast<std::uint8_t>(wanted.interface), static_cast<std::uint8_t>(wanted.altsetting),
                            now_ns());
       packet_time_ns.clear();
       return {};
     }
-    case USBDEVFS_CLEAR_HALT: camera.clear_halt(static_cast<std::uint8_t>(memory.get<unsigned>(argument))); return {};
+    case USBDEVFS_CLEAR_HALT: model->clear_halt(static_cast<std::uint8_t>(memory.get<unsigned>(argument))); return {};
     case USBDEVFS_SUBMITURB: return submit(argument);
     case USBDEVFS_DISCARDURB: return discard(argument);
-    case USBDEVFS_GET_SPEED: return {camera.options().speed_mbit >= 5000 ? 5 : 3, 0};
+    case USBDEVFS_GET_SPEED: return {model->identity().speed_mbit >= 5000 ? 5 : 3, 0};
     case USBDEVFS_RELEASEINTERFACE:
     case USBDEVFS_RESET:
+    case USBDEVFS_SETCONFIGURATION:
     case USBDEVFS_IOCTL: return {};
     default: return {-1, ENOTTY};
   }
@@ -161,7 +162,7 @@ void EmulatedBus::Device::control(Urb urb) {
   const auto u16 = [&](std::size_t i) { return static_cast<std::uint16_t>(u8(i) | u8(i + 1) << 8); };
   const bool is_in = (u8(0) & 0x80) != 0;
   const auto data = std::span<const std::byte>(bytes).subspan(8);
-  const auto answer = camera.control(static_cast<std::uint8_t>(u8(0)), static_cast<std::uint8_t>(u8(1)), u16(2), u16(4),
+  const auto answer = model->control(static_cast<std::uint8_t>(u8(0)), static_cast<std::uint8_t>(u8(1)), u16(2), u16(4),
                                      u16(6), is_in ? std::span<const std::byte>{} : data, now_ns());
   if (!answer) return complete(urb, -EPIPE, 0);
   const std::size_t size = std::min(answer->size(), data.size());
@@ -209,12 +210,12 @@ void EmulatedBus::Device::drop_all(int status) {
 
 void EmulatedBus::Device::feed_bulk(std::uint8_t endpoint) {
   auto& queue = waiting[endpoint];
-  if (queue.empty()) return camera.nobody_asked(endpoint, now_ns());
+  if (queue.empty()) return model->nobody_asked(endpoint, now_ns());
   while (!queue.empty()) {
     const Urb urb = queue.front();
     scratch.resize(std::max(scratch.size(), static_cast<std::size_t>(urb.head.buffer_length)));
     const auto buffer = std::span(scratch).first(static_cast<std::size_t>(urb.head.buffer_length));
-    const auto delivery = camera.fill_transfer(endpoint, buffer, now_ns());
+    const auto delivery = model->fill_transfer(endpoint, buffer, now_ns());
     if (!delivery) return;
     queue.pop_front();
     (void)memory.write(reinterpret_cast<Address>(urb.head.buffer), buffer.data(), delivery->bytes);
@@ -237,7 +238,7 @@ void EmulatedBus::Device::feed_packets(std::uint8_t endpoint) {
       const Address at = urb.at + sizeof(usbdevfs_urb) + static_cast<Address>(i) * sizeof(usbdevfs_iso_packet_desc);
       auto packet = memory.get<usbdevfs_iso_packet_desc>(at);
       std::vector<std::byte> bytes(packet.length);
-      const Delivery delivery = camera.fill_packet(endpoint, bytes, clock->second);
+      const Delivery delivery = model->fill_packet(endpoint, bytes, clock->second);
       (void)memory.write(buffer + offset, bytes.data(), delivery.bytes);
       offset += packet.length;
       packet.actual_length = static_cast<unsigned>(delivery.bytes);
@@ -254,12 +255,13 @@ void EmulatedBus::Device::run(const std::stop_token& stop) {
     {
       const std::lock_guard lock(mutex);
       if (!is_unplugged) {
-        if (camera.options().is_isochronous) {
-          feed_packets(Vcam::kDepthEndpoint);
-        } else {
-          feed_bulk(Vcam::kDepthEndpoint);
+        for (const ModelEndpoint& endpoint : model->endpoints()) {
+          if (endpoint.is_isochronous) {
+            feed_packets(endpoint.address);
+          } else {
+            feed_bulk(endpoint.address);
+          }
         }
-        if (camera.options().has_colour) feed_bulk(Vcam::kColourEndpoint);
       }
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -314,9 +316,10 @@ EmulatedBus::Device& EmulatedBus::device(int address) {
   return *testbed_->devices.at(address);
 }
 
-int EmulatedBus::plug(const VcamOptions& options) {
+int EmulatedBus::plug_model(std::unique_ptr<UsbModel> model) {
+  const UsbIdentity identity = model->identity();
   const int address = testbed_->next_address++;
-  auto& device = *(testbed_->devices[address] = std::make_unique<Device>(options));
+  auto& device = *(testbed_->devices[address] = std::make_unique<Device>(std::move(model)));
   char node[64];
   std::snprintf(node, sizeof(node), "/dev/bus/usb/001/%03d", address);
 
@@ -337,10 +340,10 @@ int EmulatedBus::plug(const VcamOptions& options) {
   device.node = node;
   device.node = device.node.substr(device.node.rfind('/') + 1);
 
-  const std::string number = std::to_string(address), speed = std::to_string(options.speed_mbit);
+  const std::string number = std::to_string(address), speed = std::to_string(identity.speed_mbit);
   char vendor[8], product[8];
-  std::snprintf(vendor, sizeof(vendor), "%04x", options.vendor);
-  std::snprintf(product, sizeof(product), "%04x", options.product);
+  std::snprintf(vendor, sizeof(vendor), "%04x", identity.vendor);
+  std::snprintf(product, sizeof(product), "%04x", identity.product);
   // Address 2 is on port 1, and so on.
   const std::string name = "1-" + std::to_string(address - 1);
   const char* attributes[] = {"busnum",
@@ -358,13 +361,13 @@ int EmulatedBus::plug(const VcamOptions& options) {
                               "product",
                               "Emulated depth camera",
                               "serial",
-                              options.serial.c_str(),
+                              identity.serial.c_str(),
                               nullptr};
   const char* properties[] = {"DEVTYPE",           "usb_device", "BUSNUM", "001",  "DEVNUM",
                               device.node.c_str(), "DEVNAME",    node,     nullptr};
   device.syspath = umockdev_testbed_add_devicev(testbed_->testbed, "usb", name.c_str(), nullptr,
                                                 const_cast<char**>(attributes), const_cast<char**>(properties));
-  auto descriptors = device.camera.descriptors();
+  auto descriptors = device.model->descriptors();
   umockdev_testbed_set_attribute_binary(testbed_->testbed, device.syspath.c_str(), "descriptors",
                                         reinterpret_cast<guint8*>(descriptors.data()),
                                         static_cast<gint>(descriptors.size()));
@@ -386,9 +389,9 @@ void EmulatedBus::unplug(int address) {
   umockdev_testbed_remove_device(testbed_->testbed, gone.syspath.c_str());
 }
 
-void EmulatedBus::with_camera(int address, const std::function<void(Vcam&)>& change) {
+void EmulatedBus::with_model(int address, const std::function<void(UsbModel&)>& change) {
   const std::lock_guard lock(device(address).mutex);
-  change(device(address).camera);
+  change(*device(address).model);
 }
 
 void EmulatedBus::refuse_claims(int address, bool is_refused) {

@@ -1,4 +1,4 @@
-// EmulatedBus: plugs a Vcam into this process' view of Linux through umockdev: sysfs, udev events, and a usbfs node
+// EmulatedBus: plugs a UsbModel into this process' view of Linux through umockdev: sysfs, udev events, and a usbfs node
 // that answers the ioctls of an unmodified libusb. The process must run under umockdev-wrapper.
 #pragma once
 
@@ -21,11 +21,15 @@ class EmulatedBus {
   EmulatedBus& operator=(const EmulatedBus&) = delete;
 
   /// Gives its address on bus 1.
-  int plug(const VcamOptions& options);
+  int plug_model(std::unique_ptr<UsbModel> model);
+  int plug(const VcamOptions& options) { return plug_model(std::make_unique<Vcam>(options)); }
   void unplug(int address);
 
-  /// Calls `change` with the camera while nothing else touches it.
-  void with_camera(int address, const std::function<void(Vcam&)>& change);
+  /// Calls `change` with the device while nothing else touches it.
+  void with_model(int address, const std::function<void(UsbModel&)>& change);
+  void with_camera(int address, const std::function<void(Vcam&)>& change) {
+    with_model(address, [&](UsbModel& model) { change(dynamic_cast<Vcam&>(model)); });
+  }
 
   /// From now on, claims are answered as if another program had the interface.
   void refuse_claims(int address, bool is_refused);

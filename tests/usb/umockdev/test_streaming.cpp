@@ -1,4 +1,5 @@
 // An unmodified libusb, our driver, an emulated camera: what works when nothing goes wrong.
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
@@ -45,10 +46,10 @@ class EmulatedStream : public ::testing::TestWithParam<Stream> {};
 TEST_P(EmulatedStream, ArrivesWithoutALoss) {
   const Stream& setup = GetParam();
   EmulatedBus bus;
+  FrameLog log;
   const int address = bus.plug(setup.options);
   const auto source = open_first();
   ASSERT_TRUE(source) << source.error().text();
-  FrameLog log;
   const auto streams = streams_of(**source, setup.fps, setup.colour);
   ASSERT_EQ(streams.size(), setup.colour ? 2u : 1u);
   const auto started = (*source)->start(streams, log.frame_sink(), log.event_sink());
@@ -142,6 +143,7 @@ TEST(EmulatedCamera, TellsItsCalibration) {
 TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
   for (const bool is_broken : {false, true}) {
     EmulatedBus bus;
+    FrameLog log;
     const int address = bus.plug({});
     bus.with_camera(address, [&](Vcam& camera) {
       camera.control_faults.has_broken_calibration = is_broken;
@@ -164,7 +166,6 @@ TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
     ASSERT_TRUE(given);
     EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
     EXPECT_NE(given->source.find("acquire.intrinsics ("), std::string::npos) << given->source;
-    FrameLog log;
     ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
     EXPECT_TRUE(log.wait_for_depth(5));
   }
@@ -188,10 +189,10 @@ TEST(EmulatedCamera, TakesControls) {
 
 TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
   EmulatedBus bus;
+  FrameLog log;
   const int address = bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  FrameLog log;
   ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
   ASSERT_TRUE(log.wait_for_depth(120));
   bus.with_camera(address, [](Vcam& camera) {
@@ -205,12 +206,12 @@ TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
 
 TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
   EmulatedBus bus;
+  std::array<FrameLog, 3> logs;
   bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
   const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
-  for (int round = 0; round < 3; ++round) {
-    FrameLog log;
+  for (FrameLog& log : logs) {
     ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
     EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink())) << "it streams already";
     EXPECT_TRUE(log.wait_for_depth(5));
@@ -225,13 +226,13 @@ TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
 
 TEST(EmulatedCamera, OfTwoIsFoundByItsSerial) {
   EmulatedBus bus;
+  FrameLog log_a, log_b;
   bus.plug({.serial = "first"});
   const int second = bus.plug({.serial = "second"});
   const auto a = open_camera("usb:8086:0b07/second", {}, {});
   const auto b = open_camera("usb:8086:0b07/first", {}, {});
   ASSERT_TRUE(a && b);
   EXPECT_EQ((*a)->info().address, second);
-  FrameLog log_a, log_b;
   ASSERT_TRUE((*a)->start(streams_of(**a, 60), log_a.frame_sink(), log_a.event_sink()));
   ASSERT_TRUE((*b)->start(streams_of(**b, 60), log_b.frame_sink(), log_b.event_sink()));
   EXPECT_TRUE(log_b.wait_for_depth(10));
@@ -244,10 +245,10 @@ TEST(EmulatedCamera, OfTwoIsFoundByItsSerial) {
 
 TEST(EmulatedCamera, OnASlowLinkIsWarnedOf) {
   EmulatedBus bus;
+  FrameLog log;
   bus.plug({.speed_mbit = 480});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  FrameLog log;
   ASSERT_TRUE((*source)->start(streams_of(**source, 90, PixelFormat::kYuyv), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSlowLink));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kSlowLink).find("110.6 MB/s"), std::string::npos)

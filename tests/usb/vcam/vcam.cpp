@@ -33,6 +33,16 @@ Vcam::Vcam(const VcamOptions& options) : options_(options) {
   for (Stream& stream : streams_) stream.probe.resize(probe_bytes_of(options_.uvc_version));
 }
 
+UsbIdentity Vcam::identity() const {
+  return {options_.vendor, options_.product, options_.serial, options_.speed_mbit};
+}
+
+std::vector<ModelEndpoint> Vcam::endpoints() const {
+  std::vector<ModelEndpoint> all = {{kDepthEndpoint, options_.is_isochronous}};
+  if (options_.has_colour) all.push_back({kColourEndpoint, false});
+  return all;
+}
+
 std::optional<std::vector<std::byte>> Vcam::control(std::uint8_t type, std::uint8_t request, std::uint16_t value,
                                                     std::uint16_t index, std::uint16_t length,
                                                     std::span<const std::byte> data, std::int64_t now_ns) {

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/usb/vcam/usb_model.h"
+
 namespace scanknit::test {
 
 /// What is wrong with one picture.
@@ -62,14 +64,8 @@ struct ControlFaults {
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
 };
 
-/// What an endpoint does with one transfer or packet.
-struct Delivery {
-  int status = 0;  ///< 0 or a negative errno as Linux's USB core reports it
-  std::size_t bytes = 0;
-};
-
 /// Not thread-safe.
-class Vcam {
+class Vcam final : public UsbModel {
  public:
   static constexpr std::uint8_t kDepthEndpoint = 0x82, kColourEndpoint = 0x84;
   static constexpr int kWidth = 640, kHeight = 480;
@@ -77,24 +73,20 @@ class Vcam {
   explicit Vcam(const VcamOptions& options);
 
   [[nodiscard]] const VcamOptions& options() const { return options_; }
-  /// The device descriptor and the configuration descriptor.
-  [[nodiscard]] std::vector<std::byte> descriptors() const;
+  [[nodiscard]] UsbIdentity identity() const override;
+  [[nodiscard]] std::vector<ModelEndpoint> endpoints() const override;
+  [[nodiscard]] std::vector<std::byte> descriptors() const override;
 
-  /// What a control request gives (empty for writes), or nothing: a stall.
   [[nodiscard]] std::optional<std::vector<std::byte>> control(std::uint8_t type, std::uint8_t request,
                                                               std::uint16_t value, std::uint16_t index,
                                                               std::uint16_t length, std::span<const std::byte> data,
-                                                              std::int64_t now_ns);
-  void set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns);
-  void clear_halt(std::uint8_t endpoint);
-
-  /// Fills one bulk transfer; nothing: the camera has nothing to send yet.
+                                                              std::int64_t now_ns) override;
+  void set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) override;
+  void clear_halt(std::uint8_t endpoint) override;
   [[nodiscard]] std::optional<Delivery> fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer,
-                                                      std::int64_t now_ns);
-  /// Nobody asked for data although the camera has some: what it cannot keep is lost.
-  void nobody_asked(std::uint8_t endpoint, std::int64_t now_ns);
-  /// Fills one isochronous packet.
-  [[nodiscard]] Delivery fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns);
+                                                      std::int64_t now_ns) override;
+  void nobody_asked(std::uint8_t endpoint, std::int64_t now_ns) override;
+  [[nodiscard]] Delivery fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) override;
 
   /// Value of pixel i of depth picture n.
   [[nodiscard]] static std::uint16_t depth_pixel(std::uint64_t n, std::size_t i) {
