@@ -11,6 +11,7 @@
 
 #include "acquire/kinect1/kinect1_camera.h"
 #include "acquire/usb/device_holders.h"
+#include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/usb_context.h"
 #include "acquire/usb/uvc_camera.h"
@@ -25,11 +26,9 @@ constexpr const char* kRulesRemedy =
     "scanknit udev-rules | sudo tee /etc/udev/rules.d/60-scanknit.rules && sudo udevadm control --reload, then re-plug "
     "the camera";
 constexpr const char* kUsbMemory = "/sys/module/usbcore/parameters/usbfs_memory_mb";
-constexpr int kSuperSpeedMbit = 5000;
 constexpr int kUsualUsbMemoryMb = 16;
 // Depth and colour as YUYV, 640x480 at 30 frames a second: what capture asks for unless told otherwise.
 constexpr double kUsualBytesPerSecond = 2 * 640 * 480 * 2 * 30;
-constexpr double kHighSpeedBytesPerSecond = 40e6;
 
 bool is_known(const UsbDeviceInfo& device) {
   return quirk_of(device.vendor, device.product).vendor != 0;

@@ -12,8 +12,8 @@
 #include <thread>
 #include <utility>
 
+#include "acquire/steady_now.h"
 #include "acquire/usb/clock_map.h"
-#include "acquire/usb/device_holders.h"
 
 namespace scanknit {
 namespace {
@@ -28,10 +28,6 @@ constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
 
 constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
 constexpr StreamProfile kColourProfile{StreamKind::kColour, PixelFormat::kRgb8, kWidth, kHeight, 30};
-
-std::int64_t steady_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 /// One of the Kinect's two pictures. libfreenect hands over pictures with packets missing as if they were whole; it
 /// hands over each packet, too, when asked, and so they are counted.
@@ -240,10 +236,8 @@ DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index) {
 
 Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& usb, int index, const DeviceOptions& options) {
   DeviceInfo info = describe_kinect1(usb, index);
-  const auto holders = find_holders(device_nodes(usb.node(), usb.port));
-  if (!options.takes_from_others && !holders.empty()) {
-    return Error{ErrorCode::kDevice, usb.place() + " is in use by " + describe_holders(holders) +
-                                         ". Close that program, or take the camera from it with --force"};
+  if (!options.takes_from_others) {
+    if (const auto free = refuse_if_used(usb); !free) return free.error();
   }
   freenect_context* context = nullptr;
   if (freenect_init(&context, nullptr) < 0) return Error{ErrorCode::kDevice, "libfreenect cannot use USB", info.name};

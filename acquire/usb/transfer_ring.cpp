@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquire/steady_now.h"
 #include "acquire/usb/usb_context.h"
 
 namespace scanknit {
@@ -18,10 +19,6 @@ constexpr int kIsochronousPackets = 32;
 constexpr int kIsochronousTransfers = 10;
 constexpr int kMostFailuresInARow = 8;
 constexpr std::chrono::milliseconds kLongestReturn{500};
-
-std::int64_t steady_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 std::size_t rounded_up(std::size_t bytes, std::size_t packet) {
   return (bytes + packet - 1) / packet * packet;

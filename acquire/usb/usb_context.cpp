@@ -295,6 +295,13 @@ Error usb_error(int libusb_code, const std::string& action, const UsbDeviceInfo&
   return {ErrorCode::kDevice, action + " " + device.place() + ": " + remedy_of(libusb_code, device)};
 }
 
+Result<void> refuse_if_used(const UsbDeviceInfo& device) {
+  const auto holders = find_holders(device_nodes(device.node(), device.port));
+  if (holders.empty()) return {};
+  return Error{ErrorCode::kDevice, device.place() + " is in use by " + describe_holders(holders) +
+                                       ". Close that program, or take the camera from it with --force"};
+}
+
 bool is_unplugged(const Error& error) {
   return error.code == ErrorCode::kDevice && error.message.ends_with(kUnplugged);
 }

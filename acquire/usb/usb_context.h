@@ -110,6 +110,9 @@ class UsbHandle {
 /// The last error of libusb's numbering in words, with the remedy: "cannot open 8086:0b07 at bus 2 address 4: ...".
 [[nodiscard]] Error usb_error(int libusb_code, const std::string& action, const UsbDeviceInfo& device);
 
+/// Error (kDevice): another program has the device, or a video node of it, open; it is named, as far as we may see.
+[[nodiscard]] Result<void> refuse_if_used(const UsbDeviceInfo& device);
+
 /// True for the error that usb_error() makes of an unplugged device.
 [[nodiscard]] bool is_unplugged(const Error& error);
 

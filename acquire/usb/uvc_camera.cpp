@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "acquire/usb/device_holders.h"
+#include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/realsense.h"
 #include "acquire/usb/uvc_stream.h"
@@ -23,12 +23,9 @@ using std::chrono::milliseconds;
 
 constexpr double kSilentFrames = 10;
 constexpr milliseconds kShortestSilence{300};  // a busy computer may be away for as long
-constexpr int kMostRestarts = 5;  // in a row, without a frame between them
+constexpr int kMostRestarts = 5;               // in a row, without a frame between them
 constexpr milliseconds kBeforeHolding{1000};
 constexpr std::size_t kUsbMemory = 12u << 20;  // of the 16 MB that Linux gives to all programs together
-constexpr int kSuperSpeedMbit = 5000;
-// What a high-speed link carries in practice: 40 of its 60 MB/s.
-constexpr double kHighSpeedBytesPerSecond = 40e6;
 
 // Controls of cameras and processing units (UVC 1.5, tables ).
 constexpr std::uint8_t kSetCurrent = 0x01;
@@ -429,11 +426,7 @@ Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const
                  device.place() + " offers no depth pictures; scanknit devices lists those that do"};
   }
   if (!options.takes_from_others) {
-    const auto holders = find_holders(device_nodes(device.node(), device.port));
-    if (!holders.empty()) {
-      return Error{ErrorCode::kDevice, device.place() + " is in use by " + describe_holders(holders) +
-                                           ". Close that program, or take the camera from it with --force"};
-    }
+    if (const auto free = refuse_if_used(device); !free) return free.error();
   }
   auto handle = context.open(device);
   if (!handle) return handle.error();

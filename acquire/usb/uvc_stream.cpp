@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "core/limits.h"
+#include "acquire/steady_now.h"
 
 namespace scanknit {
 namespace {
@@ -16,10 +16,6 @@ constexpr std::uint16_t kProbe = 0x0100;
 constexpr std::uint16_t kCommit = 0x0200;
 
 constexpr std::size_t kRoomForHeader = 1024;
-
-std::int64_t steady_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 Error refused(const UsbDeviceInfo& device, const std::string& what) {
   return {ErrorCode::kDevice, "cannot stream from " + device.place() + ": " + what};

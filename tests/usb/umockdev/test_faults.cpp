@@ -141,6 +141,7 @@ TEST_F(FaultyCamera, WhoseClockJumpsIsToldOf) {
 TEST_F(FaultyCamera, WhoseClockStandsStillStreams) {
   begin(Fault::kSkipped);
   bus.with_camera(address, [](Vcam& camera) { camera.clock_is_frozen = true; });
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kClockJump));
   EXPECT_TRUE(log.wait_for_depth(kEnough));
   EXPECT_EQ(log.count(DeviceEvent::Kind::kClockJump), 1);
 }

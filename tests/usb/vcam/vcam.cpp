@@ -143,15 +143,20 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
   return std::vector<std::byte>{};
 }
 
+std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n) {
+  constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight, kNumbers = 4096;
+  static const std::vector<std::uint16_t> all = [] {
+    std::vector<std::uint16_t> values(kPixels + kNumbers);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i);
+    return values;
+  }();
+  return std::span(all).subspan(n % kNumbers, kPixels);
+}
+
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
   if (!stream.is_compressed) {
-    std::vector<std::byte> bytes(stream.picture_bytes);
-    for (std::size_t i = 0; i < bytes.size() / 2; ++i) {
-      const std::uint16_t value = depth_pixel(stream.number, i);
-      bytes[2 * i] = static_cast<std::byte>(value & 0xFF);
-      bytes[2 * i + 1] = static_cast<std::byte>(value >> 8);
-    }
-    return bytes;
+    const auto pixels = std::as_bytes(depth_pixels(stream.number));
+    return {pixels.begin(), pixels.end()};
   }
   Bytes bytes{0xFF, 0xD8};
   return bytes.fill(20'000 + stream.number % 100, static_cast<int>(stream.number % 200)).add({0xFF, 0xD9}).vector();

@@ -88,10 +88,8 @@ class Vcam final : public UsbModel {
   void nobody_asked(std::uint8_t endpoint, std::int64_t now_ns) override;
   [[nodiscard]] Delivery fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) override;
 
-  /// Value of pixel i of depth picture n.
-  [[nodiscard]] static std::uint16_t depth_pixel(std::uint64_t n, std::size_t i) {
-    return static_cast<std::uint16_t>(n % 4096 + i);
-  }
+  /// The pixels of depth picture n: n % 4096 + i, as 16 bits. So each tells its number, and each pixel its place.
+  [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
   ControlFaults control_faults;
