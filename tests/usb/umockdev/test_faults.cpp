@@ -16,6 +16,10 @@ struct PictureFault {
   VcamOptions options = {};
 };
 
+void PrintTo(const PictureFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
 class DamagedPicture : public ::testing::TestWithParam<PictureFault> {};
 
 TEST_P(DamagedPicture, IsCountedAndTheNextOneArrives) {

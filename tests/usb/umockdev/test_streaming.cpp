@@ -41,6 +41,10 @@ struct Stream {
   std::optional<PixelFormat> colour;
 };
 
+void PrintTo(const Stream& stream, std::ostream* out) {
+  *out << stream.name;
+}
+
 class EmulatedStream : public ::testing::TestWithParam<Stream> {};
 
 TEST_P(EmulatedStream, ArrivesWithoutALoss) {
