@@ -60,6 +60,9 @@ class ReconnectingSource final : public DeviceSource {
   EventSink events_;
   // By stream kind; only the source's frame thread touches them, and the next source's once that one has ended.
   std::array<std::uint64_t, 2> first_sequence_{}, next_sequence_{};
+  // The camera's clock begins anew when it is plugged in; its streams share it, and so they share the offset.
+  std::int64_t device_offset_ns_ = 0, last_device_ns_ = 0, last_host_ns_ = 0;
+  bool is_new_clock_ = false;
   mutable std::mutex mutex_;  // of source_, losses_before_, has_left_
   std::condition_variable_any left_;
   bool has_left_ = false;
@@ -74,6 +77,8 @@ Result<void> ReconnectingSource::start(std::span<const StreamProfile> streams, F
   frames_ = std::move(frames);
   events_ = std::move(events);
   first_sequence_ = next_sequence_ = {};
+  device_offset_ns_ = 0;
+  is_new_clock_ = false;
   losses_before_ = {};
   has_left_ = false;
   if (const auto started = start_source(*source_); !started) return started.error();
@@ -99,6 +104,12 @@ void ReconnectingSource::on_frame(RawFrame frame) {
   const auto kind = static_cast<std::size_t>(frame.profile.kind);
   frame.sequence += first_sequence_[kind];
   next_sequence_[kind] = frame.sequence + 1;
+  if (std::exchange(is_new_clock_, false)) {
+    device_offset_ns_ = last_device_ns_ + (frame.host_ns - last_host_ns_) - frame.device_ns;
+  }
+  frame.device_ns += device_offset_ns_;
+  last_device_ns_ = frame.device_ns;
+  last_host_ns_ = frame.host_ns;
   frames_(std::move(frame));
 }
 
@@ -124,6 +135,7 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
     }
     old.reset();  // waits for its threads: not under the lock, which its last event may want
     first_sequence_ = next_sequence_;
+    is_new_clock_ = true;
     std::stop_source give_up;
     const std::stop_callback on_stop(stop, [&] { give_up.request_stop(); });
     std::mutex timer_mutex;

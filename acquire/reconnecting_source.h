@@ -14,7 +14,8 @@ namespace scanknit {
 using ReopenDevice = std::function<Result<std::unique_ptr<DeviceSource>>(std::stop_token stop)>;
 
 /// `source`, which after DeviceEvent::kLeft is opened again by `reopen` and started with the same streams (kReturned),
-/// or has failed when it did not come back within `patience` (kFailed). Frame numbers and losses go on.
+/// or has failed when it did not come back within `patience` (kFailed). Frame numbers, the camera's time and losses go
+/// on.
 [[nodiscard]] std::unique_ptr<DeviceSource> make_reconnecting(std::unique_ptr<DeviceSource> source, ReopenDevice reopen,
                                                               std::chrono::milliseconds patience);
 
