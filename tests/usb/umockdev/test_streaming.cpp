@@ -125,8 +125,10 @@ TEST(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
   RecordProperty("cpu_us_a_frame", static_cast<int>(1e6 * used_s / frames));
   RecordProperty("latency_us", static_cast<int>(1000 * median_ms));
   EXPECT_LT(median_ms, 2.0) << "from the last byte to the frame";
-  // 110 MB/s; the promise is 5 % of a core. A sanitizer's build, or a machine that is busy, takes longer.
+  // 110 MB/s; the promise is 5 % of a core. A machine that is busy with other things takes longer.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_LT(used_s / 2, 0.2);
+#endif
 }
 
 TEST(EmulatedCamera, TellsItsCalibration) {
