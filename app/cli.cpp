@@ -227,6 +227,17 @@ void add_config(CLI::App& app, CommandLine& line) {
   docs->final_callback([&line] { line.command = [] { return config_docs_command(); }; });
 }
 
+void add_devices(CLI::App& app, CommandLine& line) {
+  const auto add = [&](const char* name, const char* text, int (*command)(const CommonArguments&)) {
+    CLI::App* added = app.add_subcommand(name, text);
+    add_common(*added, line);
+    added->final_callback([&line, command] { line.command = [&line, command] { return command(line.common); }; });
+  };
+  add("devices", "List the scanners that are plugged in", devices_command);
+  add("doctor", "Find what keeps a scanner from working", doctor_command);
+  add("udev-rules", "Print the rules that let you use your scanners", udev_rules_command);
+}
+
 /// What to say after CLI11's own sentence.
 std::string hint_for(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2) return "";
@@ -270,6 +281,7 @@ int run_cli(int argc, const char* const* argv) {
   add_synth(app, line);
   add_info(app, line);
   add_distance(app, line);
+  add_devices(app, line);
   add_config(app, line);
   try {
     app.parse(argc, argv);

@@ -66,6 +66,9 @@ struct ConfigArguments {
 [[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int distance_command(const std::filesystem::path& mesh, const std::filesystem::path& truth,
                                    const CommonArguments& common);
+[[nodiscard]] int devices_command(const CommonArguments& common);
+[[nodiscard]] int doctor_command(const CommonArguments& common);
+[[nodiscard]] int udev_rules_command(const CommonArguments& common);
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_schema_command();

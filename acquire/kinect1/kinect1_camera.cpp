@@ -1,0 +1,256 @@
+#include "acquire/kinect1/kinect1_camera.h"
+
+#include <libfreenect.h>
+#include <pthread.h>
+#include <sys/time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "acquire/steady_now.h"
+#include "acquire/usb/clock_map.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::uint16_t kXboxCamera = kKinect1Products[0];
+constexpr int kWidth = 640, kHeight = 480;
+constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
+constexpr std::uint32_t kTicksPerSecond = 60'000'000;
+constexpr double kNominalFocal = 525;  // of the colour camera, pixels; single Kinects differ by a percent
+constexpr auto kSilence = std::chrono::milliseconds(1000);
+constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
+
+constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
+constexpr StreamProfile kColourProfile{StreamKind::kColour, PixelFormat::kRgb8, kWidth, kHeight, 30};
+
+/// One of the Kinect's two pictures. libfreenect hands over pictures with packets missing as if they were whole; it
+/// hands over each packet, too, when asked, and so they are counted.
+struct KinectStream {
+  StreamProfile profile;
+  std::size_t packet_bytes;  ///< of the picture, in one packet
+  std::size_t raw_bytes;     ///< of the picture, as the Kinect sends it
+  std::vector<std::byte> buffer;
+  std::size_t received = 0;
+  std::uint64_t sequence = 0;
+  std::optional<DeviceClock> clock = std::nullopt;  ///< since the stream was started
+  bool is_wanted = false;
+
+  void take(void* raw, const void* data, int packet, int bytes) {
+    if (packet < 0 || bytes < 0) return;
+    const std::size_t at = static_cast<std::size_t>(packet) * packet_bytes;
+    const auto size = static_cast<std::size_t>(bytes);
+    if (at > raw_bytes || size > raw_bytes - at) return;
+    std::memcpy(static_cast<std::byte*>(raw) + at, data, size);
+    received += size;
+  }
+};
+
+class Kinect1Camera final : public DeviceSource {
+ public:
+  Kinect1Camera(DeviceInfo info, const DeviceOptions& options, freenect_context* context, freenect_device* device)
+      : info_(std::move(info)), options_(options), context_(context), device_(device) {
+    freenect_set_user(device_, this);
+    freenect_set_depth_mode(device_, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_DEPTH_REGISTERED));
+    freenect_set_video_mode(device_, freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_VIDEO_RGB));
+    freenect_set_depth_chunk_callback(device_, [](void* raw, void* data, int packet, int bytes, void* self) {
+      static_cast<Kinect1Camera*>(self)->depth_.take(raw, data, packet, bytes);
+    });
+    freenect_set_video_chunk_callback(device_, [](void* raw, void* data, int packet, int bytes, void* self) {
+      static_cast<Kinect1Camera*>(self)->colour_.take(raw, data, packet, bytes);
+    });
+    freenect_set_depth_callback(device_, [](freenect_device* sender, void*, std::uint32_t ticks) {
+      auto& self = *static_cast<Kinect1Camera*>(freenect_get_user(sender));
+      self.finish(self.depth_, ticks);
+    });
+    freenect_set_video_callback(device_, [](freenect_device* sender, void*, std::uint32_t ticks) {
+      auto& self = *static_cast<Kinect1Camera*>(freenect_get_user(sender));
+      self.finish(self.colour_, ticks);
+    });
+  }
+  ~Kinect1Camera() override {
+    stop();
+    freenect_close_device(device_);
+    freenect_shutdown(context_);
+  }
+
+  [[nodiscard]] const DeviceInfo& info() const override { return info_; }
+  [[nodiscard]] std::vector<StreamProfile> profiles() const override { return {kDepthProfile, kColourProfile}; }
+  [[nodiscard]] Result<RawCalibration> calibration(std::span<const StreamProfile> streams) override;
+  [[nodiscard]] Result<void> start(std::span<const StreamProfile> streams, FrameSink frames, EventSink events) override;
+  void stop() override;
+  [[nodiscard]] LossCounters losses() const override {
+    const std::lock_guard lock(mutex_);
+    return losses_;
+  }
+  [[nodiscard]] Result<void> set_control(DeviceControl control, int value) override;
+
+ private:
+  void run(const std::stop_token& stop);
+  void finish(KinectStream& stream, std::uint32_t ticks);
+  void hold_automatics(bool is_held);
+  void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
+
+  const DeviceInfo info_;
+  const DeviceOptions options_;
+  freenect_context* context_;
+  freenect_device* device_;
+  // libfreenect's packets: 1760 and 1920 bytes, 12 of them a header. Depth is packed, 11 bits a pixel; colour is Bayer.
+  KinectStream depth_{kDepthProfile, 1748, kPixels * 11 / 8, std::vector<std::byte>(2 * kPixels)};
+  KinectStream colour_{kColourProfile, 1908, kPixels, std::vector<std::byte>(3 * kPixels)};
+  FrameSink frames_;
+  EventSink events_;
+  std::chrono::steady_clock::time_point last_picture_;
+  bool is_holding_ = false;
+  mutable std::mutex mutex_;  // of losses_
+  LossCounters losses_;
+  std::jthread thread_;
+};
+
+Result<RawCalibration> Kinect1Camera::calibration(std::span<const StreamProfile> streams) {
+  RawCalibration calibration;
+  calibration.device = info_.name;
+  calibration.depth_unit_m = options_.depth_scale ? 1 / *options_.depth_scale : 0.001;
+  const CameraIntrinsics nominal{
+      kWidth, kHeight, kNominalFocal, kNominalFocal, (kWidth - 1) / 2.0, (kHeight - 1) / 2.0};
+  calibration.depth = options_.intrinsics.value_or(CameraModel{nominal, {}});
+  if (calibration.depth.intrinsics.width == 0) {
+    calibration.depth.intrinsics.width = kWidth;
+    calibration.depth.intrinsics.height = kHeight;
+  }
+  calibration.source = options_.intrinsics ? "acquire.intrinsics" : "nominal values of a Kinect";
+  const bool has_colour =
+      std::any_of(streams.begin(), streams.end(), [](const StreamProfile& p) { return p.kind == StreamKind::kColour; });
+  if (has_colour) calibration.colour = calibration.depth;  // depth is moved into the colour camera
+  return calibration;
+}
+
+Result<void> Kinect1Camera::start(std::span<const StreamProfile> streams, FrameSink frames, EventSink events) {
+  if (thread_.joinable()) return Error{ErrorCode::kDevice, "the camera streams already", info_.name};
+  frames_ = std::move(frames);
+  events_ = std::move(events);
+  losses_ = {};
+  last_picture_ = std::chrono::steady_clock::now();
+  for (KinectStream* stream : {&depth_, &colour_}) {
+    stream->is_wanted = std::find(streams.begin(), streams.end(), stream->profile) != streams.end();
+    stream->sequence = stream->received = 0;
+    stream->clock.emplace(kTicksPerSecond);
+  }
+  freenect_set_depth_buffer(device_, depth_.buffer.data());
+  freenect_set_video_buffer(device_, colour_.buffer.data());
+  const bool is_started = (!depth_.is_wanted || freenect_start_depth(device_) >= 0) &&
+                          (!colour_.is_wanted || freenect_start_video(device_) >= 0);
+  if (!is_started) {
+    freenect_stop_depth(device_);
+    freenect_stop_video(device_);
+    return Error{ErrorCode::kDevice, "the camera does not start. Re-plug it, its power supply too", info_.name};
+  }
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    pthread_setname_np(pthread_self(), "usb");
+    run(stop);
+  });
+  return {};
+}
+
+void Kinect1Camera::stop() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  thread_.join();
+  thread_ = {};
+  if (std::exchange(is_holding_, false)) hold_automatics(false);
+  freenect_stop_depth(device_);
+  freenect_stop_video(device_);
+}
+
+void Kinect1Camera::run(const std::stop_token& stop) {
+  const auto started = std::chrono::steady_clock::now();
+  bool is_silent = false;
+  while (!stop.stop_requested()) {
+    timeval at_most{0, 100'000};
+    if (freenect_process_events_timeout(context_, &at_most) < 0) return tell(DeviceEvent::Kind::kLeft, "unplugged");
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_picture_ > kSilence && !std::exchange(is_silent, true)) {
+      tell(DeviceEvent::Kind::kSilent, "no data for a second. Check its cable and power supply");
+    }
+    if (now - last_picture_ < kSilence && std::exchange(is_silent, false)) {
+      tell(DeviceEvent::Kind::kRecovered, "frames come again");
+    }
+    if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
+      is_holding_ = true;
+      hold_automatics(true);
+    }
+  }
+}
+
+void Kinect1Camera::finish(KinectStream& stream, std::uint32_t ticks) {
+  const std::int64_t host_ns = steady_now_ns();
+  last_picture_ = std::chrono::steady_clock::now();
+  const std::uint64_t sequence = stream.sequence++;
+  if (std::exchange(stream.received, 0) != stream.raw_bytes) {
+    const std::lock_guard lock(mutex_);
+    ++losses_.transport;
+    return;
+  }
+  const DeviceClock::Stamp stamp = stream.clock->stamp(ticks, host_ns);
+  auto bytes = std::make_shared<const std::vector<std::byte>>(stream.buffer);
+  frames_({stream.profile, sequence, stamp.device_ns, host_ns, std::move(bytes)});
+}
+
+void Kinect1Camera::hold_automatics(bool is_held) {
+  const auto value = is_held ? FREENECT_OFF : FREENECT_ON;
+  freenect_set_flag(device_, FREENECT_AUTO_EXPOSURE, value);
+  freenect_set_flag(device_, FREENECT_AUTO_WHITE_BALANCE, value);
+}
+
+Result<void> Kinect1Camera::set_control(DeviceControl control, int value) {
+  if (control != DeviceControl::kColourAutomatics) {
+    return Error{ErrorCode::kDevice, "the camera has no such control", info_.name};
+  }
+  hold_automatics(value == 0);
+  return {};
+}
+
+}  // namespace
+
+bool is_kinect1(const UsbDeviceInfo& device) {
+  const bool is_product =
+      std::find(kKinect1Products.begin(), kKinect1Products.end(), device.product) != kKinect1Products.end();
+  return device.vendor == kKinect1Vendor && is_product;
+}
+
+DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index) {
+  DeviceInfo info;
+  info.uri = "kinect1:" + std::to_string(index);
+  info.name = device.product == kXboxCamera ? "Kinect for Xbox 360" : "Kinect for Windows v1";
+  info.bus = device.bus;
+  info.address = device.address;
+  info.speed_mbit = device.speed_mbit;
+  info.support = device.product == kXboxCamera ? "tested on an emulated device" : "should work";
+  return info;
+}
+
+Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& usb, int index, const DeviceOptions& options) {
+  DeviceInfo info = describe_kinect1(usb, index);
+  if (!options.takes_from_others) {
+    if (const auto free = refuse_if_used(usb); !free) return free.error();
+  }
+  freenect_context* context = nullptr;
+  if (freenect_init(&context, nullptr) < 0) return Error{ErrorCode::kDevice, "libfreenect cannot use USB", info.name};
+  freenect_set_log_level(context, FREENECT_LOG_FATAL);
+  freenect_select_subdevices(context, FREENECT_DEVICE_CAMERA);
+  freenect_device* device = nullptr;
+  if (freenect_open_device(context, &device, index) < 0) {
+    freenect_shutdown(context);
+    return Error{ErrorCode::kDevice,
+                 "cannot open " + usb.place() + ". scanknit doctor tells why; a Kinect needs its power supply, too",
+                 info.name};
+  }
+  return std::unique_ptr<DeviceSource>(std::make_unique<Kinect1Camera>(std::move(info), options, context, device));
+}
+
+}  // namespace scanknit

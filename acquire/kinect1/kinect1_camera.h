@@ -1,0 +1,30 @@
+// The first Kinect (Xbox 360, Kinect for Windows v1) through libfreenect, as a DeviceSource.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquire/device_source.h"
+#include "acquire/usb/usb_context.h"
+
+namespace scanknit {
+
+inline constexpr std::uint16_t kKinect1Vendor = 0x045e;
+/// Cameras of the Kinect for Xbox 360 and of the Kinect for Windows.
+inline constexpr std::array<std::uint16_t, 2> kKinect1Products = {0x02ae, 0x02bf};
+
+/// True for the camera of a first Kinect; its motor and microphones are devices of their own.
+[[nodiscard]] bool is_kinect1(const UsbDeviceInfo& device);
+
+/// The `index`-th Kinect among those plugged in, counting from 0 by bus and address.
+[[nodiscard]] DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index);
+
+/// Depth comes in millimetres, moved into the colour camera by the Kinect's own tables, so that both have one place and
+/// one set of intrinsics. Errors (kDevice): absent, forbidden, in use.
+[[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& device, int index,
+                                                                 const DeviceOptions& options);
+
+}  // namespace scanknit

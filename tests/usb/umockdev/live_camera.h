@@ -1,0 +1,130 @@
+// What the tests of the driver share: an emulated bus, and everything that comes from a camera on it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "acquire/device_source.h"
+#include "tests/usb/umockdev/emulated_bus.h"
+
+namespace scanknit::test {
+
+using namespace std::chrono_literals;
+
+/// Every depth picture is checked as it arrives: whole, unharmed, in order.
+class FrameLog {
+ public:
+  [[nodiscard]] FrameSink frame_sink() {
+    return [this](RawFrame frame) { take(std::move(frame)); };
+  }
+  [[nodiscard]] EventSink event_sink() {
+    return [this](const DeviceEvent& event) {
+      const std::lock_guard lock(mutex_);
+      events_.push_back(event);
+      changed_.notify_all();
+    };
+  }
+
+  /// The numbers that the emulated camera gave to the depth pictures that arrived, 0 to 4095.
+  [[nodiscard]] std::vector<int> depth() const {
+    const std::lock_guard lock(mutex_);
+    return depth_;
+  }
+  [[nodiscard]] std::size_t colour_count() const {
+    const std::lock_guard lock(mutex_);
+    return colour_count_;
+  }
+  [[nodiscard]] int count(DeviceEvent::Kind kind) const {
+    const std::lock_guard lock(mutex_);
+    return static_cast<int>(
+        std::count_if(events_.begin(), events_.end(), [&](const DeviceEvent& event) { return event.kind == kind; }));
+  }
+  [[nodiscard]] std::string text_of(DeviceEvent::Kind kind) const {
+    const std::lock_guard lock(mutex_);
+    for (const DeviceEvent& event : events_) {
+      if (event.kind == kind) return event.text;
+    }
+    return "";
+  }
+  [[nodiscard]] bool has(int number) const {
+    const auto all = depth();
+    return std::find(all.begin(), all.end(), number) != all.end();
+  }
+
+  /// False: it did not happen within five seconds.
+  [[nodiscard]] bool wait_for_depth(std::size_t count) {
+    return wait([&] { return depth_.size() >= count; });
+  }
+  [[nodiscard]] bool wait_for_colour(std::size_t count) {
+    return wait([&] { return colour_count_ >= count; });
+  }
+  [[nodiscard]] bool wait_for(DeviceEvent::Kind kind) {
+    return wait([&] {
+      return std::any_of(events_.begin(), events_.end(), [&](const DeviceEvent& event) { return event.kind == kind; });
+    });
+  }
+
+ private:
+  template <typename Condition>
+  bool wait(const Condition& condition) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, 5s, condition);
+  }
+
+  void take(RawFrame frame) {
+    const std::lock_guard lock(mutex_);
+    auto& last = last_[frame.profile.kind];
+    if (last.bytes) {
+      EXPECT_GT(frame.sequence, last.sequence);
+      EXPECT_GT(frame.device_ns, last.device_ns);
+    }
+    if (frame.profile.kind == StreamKind::kDepth) {
+      depth_.push_back(number_of(*frame.bytes));
+    } else {
+      ++colour_count_;
+    }
+    last = std::move(frame);
+    changed_.notify_all();
+  }
+
+  static int number_of(const std::vector<std::byte>& bytes) {
+    const int number = std::to_integer<int>(bytes.at(0)) | std::to_integer<int>(bytes.at(1)) << 8;
+    const auto expected = std::as_bytes(Vcam::depth_pixels(static_cast<std::uint64_t>(number)));
+    EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), expected.begin(), expected.end())) << "a damaged picture";
+    return number;
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<int> depth_;
+  std::size_t colour_count_ = 0;
+  std::vector<DeviceEvent> events_;
+  std::map<StreamKind, RawFrame> last_;
+};
+
+/// The camera's streams of the wanted rate: depth, and colour as `format` where asked for.
+inline std::vector<StreamProfile> streams_of(const DeviceSource& source, double fps,
+                                             std::optional<PixelFormat> colour = {}) {
+  std::vector<StreamProfile> chosen;
+  for (const StreamProfile& profile : source.profiles()) {
+    if (std::abs(profile.frames_per_second - fps) > 0.5) continue;
+    if (profile.kind == StreamKind::kDepth || profile.format == colour) chosen.push_back(profile);
+  }
+  return chosen;
+}
+
+inline Result<std::unique_ptr<DeviceSource>> open_first(const DeviceOptions& options = {}) {
+  return open_camera("usb:", options, {});
+}
+
+}  // namespace scanknit::test

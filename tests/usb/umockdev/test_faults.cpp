@@ -1,0 +1,331 @@
+// What goes wrong with cameras, cables and hubs: a damaged picture is never delivered, the next good one always is, and
+// what was lost is counted where it was lost. FrameLog looks at every pixel of what arrives.
+#include "tests/usb/umockdev/live_camera.h"
+
+namespace scanknit::test {
+namespace {
+
+constexpr int kFaultAt = 10;
+constexpr std::size_t kEnough = 20;
+
+struct PictureFault {
+  const char* name;
+  Fault fault;
+  LossCounters losses;
+  std::vector<int> missing;
+  VcamOptions options = {};
+};
+
+void PrintTo(const PictureFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
+class DamagedPicture : public ::testing::TestWithParam<PictureFault> {};
+
+TEST_P(DamagedPicture, IsCountedAndTheNextOneArrives) {
+  const PictureFault& expected = GetParam();
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug(expected.options);
+  bus.with_camera(address, [&](Vcam& camera) { camera.depth_faults[kFaultAt] = expected.fault; });
+  const auto source = open_first();
+  ASSERT_TRUE(source) << source.error().text();
+  const auto streams = streams_of(**source, expected.options.is_isochronous ? 30 : 90);
+  ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  (*source)->stop();
+  std::vector<int> missing;
+  const auto numbers = log.depth();
+  for (int number = 0; number <= numbers.back(); ++number) {
+    if (!log.has(number)) missing.push_back(number);
+  }
+  EXPECT_EQ(missing, expected.missing);
+  const LossCounters losses = (*source)->losses();
+  EXPECT_EQ(losses.device, expected.losses.device);
+  EXPECT_EQ(losses.transport, expected.losses.transport);
+  EXPECT_EQ(losses.overflow, expected.losses.overflow);
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+}
+
+constexpr LossCounters kNone{}, kDevice{1, 0, 0, 0, 0}, kTransport{0, 1, 0, 0, 0}, kOverflow{0, 0, 1, 0, 0};
+const VcamOptions kSmallPayloads{.payload_bytes = 65536};
+const VcamOptions kIsochronous{.is_isochronous = true, .speed_mbit = 480};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, DamagedPicture,
+    ::testing::Values(PictureFault{"Truncated", Fault::kTruncated, kTransport, {10}},
+                      PictureFault{"Oversize", Fault::kOversize, kOverflow, {10}},
+                      PictureFault{"HeaderLength0", Fault::kHeaderLength0, kTransport, {10}},
+                      PictureFault{"HeaderLength1", Fault::kHeaderLength1, kTransport, {10}},
+                      PictureFault{"HeaderTooLong", Fault::kHeaderTooLong, kTransport, {10}},
+                      PictureFault{"ErrorBit", Fault::kErrorBit, kTransport, {10}},
+                      PictureFault{"SameFrameId", Fault::kSameFrameId, kNone, {}},
+                      PictureFault{"MissingEnd", Fault::kMissingEnd, kNone, {}},
+                      PictureFault{"HeaderOnly", Fault::kHeaderOnly, kDevice, {10}},
+                      PictureFault{"Babble", Fault::kBabble, kOverflow, {10}},
+                      PictureFault{"IoError", Fault::kIoError, kTransport, {10}},
+                      PictureFault{"Skipped", Fault::kSkipped, kDevice, {10}},
+                      PictureFault{"SentTwice", Fault::kSentTwice, kTransport, {}},
+                      PictureFault{"ClockBack", Fault::kClockBack, kNone, {}},
+                      PictureFault{"ClockAhead", Fault::kClockAhead, kNone, {}},
+                      PictureFault{"TruncatedInPieces", Fault::kTruncated, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"OversizeInPieces", Fault::kOversize, kOverflow, {10}, kSmallPayloads},
+                      PictureFault{"HeaderLength0InPieces", Fault::kHeaderLength0, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"ErrorBitInPieces", Fault::kErrorBit, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"MissingEndInPieces", Fault::kMissingEnd, kNone, {}, kSmallPayloads},
+                      PictureFault{"SameFrameIdInPieces", Fault::kSameFrameId, kNone, {}, kSmallPayloads},
+                      PictureFault{"BabbleInPieces", Fault::kBabble, kOverflow, {10}, kSmallPayloads},
+                      PictureFault{"LostPacket", Fault::kLostPacket, kTransport, {10}, kIsochronous},
+                      PictureFault{"ErrorBitInPackets", Fault::kErrorBit, kTransport, {10}, kIsochronous},
+                      PictureFault{"MissingEndInPackets", Fault::kMissingEnd, kNone, {}, kIsochronous}),
+    [](const auto& test) { return test.param.name; });
+
+/// A camera at 90 frames a second with one fault at picture 10.
+class FaultyCamera : public ::testing::Test {
+ protected:
+  void begin(Fault fault, const VcamOptions& options = {}) {
+    address = bus.plug(options);
+    bus.with_camera(address, [&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; });
+    auto opened = open_first();
+    ASSERT_TRUE(opened) << opened.error().text();
+    source = std::move(*opened);
+    const auto streams = streams_of(*source, options.is_isochronous ? 30 : 90);
+    ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
+  }
+
+  EmulatedBus bus;
+  FrameLog log;
+  std::unique_ptr<DeviceSource> source;
+  int address = 0;
+};
+
+TEST_F(FaultyCamera, ThatStallsOnceGoesOn) {
+  begin(Fault::kStall);
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kStalled), 1);
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_EQ(camera.halts_cleared, 1); });
+  EXPECT_TRUE(log.has(kFaultAt + 1)) << "the first picture after the stall";
+  EXPECT_EQ(source->losses().total(), 1u);
+}
+
+TEST_F(FaultyCamera, ThatStallsAgainAndAgainIsGivenUpWithWords) {
+  begin(Fault::kStallForever);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("Re-plug it"), std::string::npos);
+  EXPECT_EQ(log.depth().size(), 10u);
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST_F(FaultyCamera, ThatFallsSilentIsStartedAgain) {
+  begin(Fault::kSilent);
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kSilent), 1);
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kSilent).find("no data for "), std::string::npos);
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_EQ(camera.commits, 2); });
+}
+
+TEST_F(FaultyCamera, ThatStaysSilentIsGivenUpWithWords) {
+  begin(Fault::kSilentForever);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("USB 3 link"), std::string::npos);
+}
+
+TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
+  begin(Fault::kSilent, kIsochronous);
+  EXPECT_TRUE(log.wait_for_depth(13));
+}
+
+TEST_F(FaultyCamera, WhoseClockJumpsIsToldOf) {
+  begin(Fault::kClockBack);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kClockJump));
+}
+
+TEST_F(FaultyCamera, WhoseClockStandsStillStreams) {
+  begin(Fault::kSkipped);
+  bus.with_camera(address, [](Vcam& camera) { camera.clock_is_frozen = true; });
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kClockJump));
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kClockJump), 1);
+}
+
+TEST_F(FaultyCamera, WhoseClockWrapsIsFollowed) {
+  // The model's clock runs with this computer's from where it is told to start: just before 2^32 us.
+  const auto now_us = std::chrono::steady_clock::now().time_since_epoch() / 1us;
+  const auto start = static_cast<std::uint32_t>(0xFFFFFFFFll - now_us - 100'000);
+  begin(Fault::kSkipped, {.clock_start_us = start});
+  EXPECT_TRUE(log.wait_for_depth(40));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kClockJump), 0);
+}
+
+TEST_F(FaultyCamera, ThatIsUnpluggedEndsCleanly) {
+  begin(Fault::kSkipped);
+  EXPECT_TRUE(log.wait_for_depth(5));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  const auto before = std::chrono::steady_clock::now();
+  source->stop();
+  source.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+}
+
+TEST_F(FaultyCamera, ThatIsUnpluggedWhileItsHaltIsClearedEndsCleanly) {
+  begin(Fault::kStallForever);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kStalled));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+}
+
+TEST(Unplug, AtAnyMomentEndsCleanly) {
+  for (int offset_ms = 0; offset_ms < 50; ++offset_ms) {
+    EmulatedBus bus;
+    FrameLog log;
+    const int address = bus.plug({.payload_bytes = offset_ms % 2 == 0 ? 0u : 65536u});
+    auto source = open_first();
+    ASSERT_TRUE(source);
+    std::jthread hand;
+    if (offset_ms < 10) hand = std::jthread([&] { bus.unplug(address); });  // while it is being started
+    const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());
+    if (offset_ms >= 10) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(offset_ms - 10));
+      bus.unplug(address);
+    }
+    EXPECT_TRUE(!started || log.wait_for(DeviceEvent::Kind::kLeft)) << offset_ms;
+    const auto before = std::chrono::steady_clock::now();
+    (*source)->stop();
+    EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+  }
+}
+
+TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {
+  EmulatedBus bus;
+  FrameLog log;
+  bus.plug({.waits_for_computer = false});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  auto sink = log.frame_sink();
+  const auto slow_sink = [&](RawFrame frame) {
+    if (frame.sequence == 5) std::this_thread::sleep_for(400ms);  // longer than the transfers on their way last
+    sink(std::move(frame));
+  };
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90), slow_sink, log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(40));
+  (*source)->stop();
+  const auto numbers = log.depth();
+  const LossCounters losses = (*source)->losses();
+  EXPECT_GT(losses.device, 0u);
+  EXPECT_EQ(losses.total(), static_cast<std::uint64_t>(numbers.back() + 1) - numbers.size());
+}
+
+TEST(Replug, ResumesTheSameCameraBySerial) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({.serial = "mine"});
+  DeviceOptions options;
+  options.reconnect_s = 5;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(10));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  bus.plug({.serial = "another"});
+  bus.plug({.serial = "mine", .clock_start_us = 0});  // a second behind what it was
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
+  const std::size_t before = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
+  (*source)->stop();
+}
+
+TEST(Replug, ThatDoesNotHappenIsGivenUp) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  DeviceOptions options;
+  options.reconnect_s = 0.2;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(3));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+}
+
+TEST(StartedCamera, InUseByAnotherProgramIsAnError) {
+  EmulatedBus bus;
+  bus.refuse_claims(bus.plug({}), true);
+  const auto source = open_first();
+  ASSERT_FALSE(source);
+  EXPECT_EQ(source.error().code, ErrorCode::kDevice);
+  EXPECT_NE(source.error().message.find("it is in use"), std::string::npos) << source.error().message;
+}
+
+TEST(StartedCamera, RefusingTheNegotiationIsAnError) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto streams = streams_of(**source, 30);
+  const auto start = [&](const auto& fault) {
+    bus.with_camera(address, [&](Vcam& camera) { fault(camera.control_faults); });
+    return (*source)->start(streams, log.frame_sink(), log.event_sink());
+  };
+  const auto stalls = start([](ControlFaults& faults) { faults.probe_stalls = true; });
+  ASSERT_FALSE(stalls);
+  EXPECT_NE(stalls.error().message.find("refused"), std::string::npos);
+  const auto other = start([](ControlFaults& faults) {
+    faults = {};
+    faults.probe_changes_format = true;
+  });
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message.find("another picture format"), std::string::npos);
+  const auto little = start([](ControlFaults& faults) {
+    faults = {};
+    faults.probe_bytes = 10;
+  });
+  ASSERT_FALSE(little);
+  EXPECT_NE(little.error().message.find("10 bytes"), std::string::npos);
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST(StartedCamera, AnsweringTheNegotiationOddlyStreams) {
+  for (const std::size_t bytes : {26u, 34u, 48u}) {
+    EmulatedBus bus;
+    FrameLog log;
+    const int address = bus.plug({});
+    bus.with_camera(address, [&](Vcam& camera) {
+      camera.control_faults.probe_bytes = bytes;
+      camera.control_faults.probe_has_no_sizes = true;
+    });
+    const auto source = open_first();
+    ASSERT_TRUE(source);
+    ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+    EXPECT_TRUE(log.wait_for_depth(5)) << bytes;
+  }
+}
+
+TEST(StartedCamera, StreamsWithLittleUsbMemory) {
+  EmulatedBus bus;
+  FrameLog log;
+  bus.limit_transfers(bus.plug({}), 2);
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+}
+
+TEST(StartedCamera, WithoutUsbMemoryIsAnErrorWithTheRemedy) {
+  EmulatedBus bus;
+  FrameLog log;
+  bus.limit_transfers(bus.plug({}), 0);
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());
+  ASSERT_FALSE(started);
+  EXPECT_NE(started.error().message.find("usbfs_memory_mb"), std::string::npos) << started.error().message;
+}
+
+}  // namespace
+}  // namespace scanknit::test

@@ -1,0 +1,290 @@
+// An unmodified libusb, our driver, an emulated camera: what works when nothing goes wrong.
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+
+#include "tests/usb/umockdev/live_camera.h"
+
+namespace scanknit::test {
+namespace {
+
+TEST(EmulatedCamera, IsListedWithoutBeingOpened) {
+  EmulatedBus bus;
+  bus.plug({});
+  const auto cameras = list_cameras();
+  ASSERT_TRUE(cameras) << cameras.error().text();
+  ASSERT_EQ(cameras->size(), 1u);
+  EXPECT_EQ(cameras->front().uri, "usb:8086:0b07/0123456789ab");
+  EXPECT_EQ(cameras->front().name, "Intel RealSense D435");
+  EXPECT_EQ(cameras->front().speed_mbit, 5000);
+  EXPECT_EQ(cameras->front().bus, 1);
+}
+
+TEST(EmulatedCamera, OffersItsProfiles) {
+  EmulatedBus bus;
+  bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source) << source.error().text();
+  const auto profiles = (*source)->profiles();
+  EXPECT_EQ(profiles.size(), 12u);  // four rates of Z16, YUYV and MJPEG
+  const auto chosen = choose_streams(profiles, 640, 480, 30);
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_EQ(chosen[0], (StreamProfile{StreamKind::kDepth, PixelFormat::kZ16, 640, 480, 30}));
+  EXPECT_EQ(chosen[1], (StreamProfile{StreamKind::kColour, PixelFormat::kYuyv, 640, 480, 30}));
+}
+
+struct Stream {
+  const char* name;
+  VcamOptions options;
+  double fps;
+  std::optional<PixelFormat> colour;
+};
+
+void PrintTo(const Stream& stream, std::ostream* out) {
+  *out << stream.name;
+}
+
+class EmulatedStream : public ::testing::TestWithParam<Stream> {};
+
+TEST_P(EmulatedStream, ArrivesWithoutALoss) {
+  const Stream& setup = GetParam();
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug(setup.options);
+  const auto source = open_first();
+  ASSERT_TRUE(source) << source.error().text();
+  const auto streams = streams_of(**source, setup.fps, setup.colour);
+  ASSERT_EQ(streams.size(), setup.colour ? 2u : 1u);
+  const auto started = (*source)->start(streams, log.frame_sink(), log.event_sink());
+  ASSERT_TRUE(started) << started.error().text();
+  const std::size_t frames = setup.fps > 60 ? 90 : 30;
+  EXPECT_TRUE(log.wait_for_depth(frames));
+  EXPECT_TRUE(!setup.colour || log.wait_for_colour(frames));
+  (*source)->stop();
+  const auto numbers = log.depth();
+  std::vector<int> all(numbers.size());
+  std::iota(all.begin(), all.end(), 0);
+  EXPECT_EQ(numbers, all);
+  EXPECT_EQ((*source)->losses().total(), 0u);
+  EXPECT_EQ(bus.waiting_transfers(address), 0) << "all transfers were taken back";
+  EXPECT_LT(bus.idle_asks(address), 500) << "no busy waiting";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, EmulatedStream,
+    ::testing::Values(Stream{"DepthAt30", {}, 30, {}}, Stream{"DepthAndYuyvAt30", {}, 30, PixelFormat::kYuyv},
+                      Stream{"DepthAndYuyvAt90", {}, 90, PixelFormat::kYuyv},
+                      Stream{"DepthAndMjpegAt90", {}, 90, PixelFormat::kMjpeg},
+                      Stream{"SmallPayloads", {.payload_bytes = 16384}, 30, {}},
+                      Stream{"MiddlingPayloads", {.payload_bytes = 65536}, 60, PixelFormat::kYuyv},
+                      Stream{"Isochronous", {.is_isochronous = true, .speed_mbit = 480}, 30, {}},
+                      Stream{"Uvc10", {.uvc_version = 0x0100}, 90, PixelFormat::kYuyv},
+                      Stream{"Uvc11", {.uvc_version = 0x0110}, 90, PixelFormat::kYuyv},
+                      Stream{"D16Only", {.depth_code = std::string("\x50\0\0\0", 4)}, 90, {}},
+                      Stream{"Y16OfAnUnknownCamera",
+                             {.vendor = 0x1234, .product = 0x5678, .has_metadata = false, .depth_code = "Y16 "},
+                             90,
+                             {}},
+                      Stream{"EndpointAttached", {.hangs_on_endpoint = true}, 90, {}}),
+    [](const auto& test) { return test.param.name; });
+
+/// Of this process' thread of that name.
+double cpu_seconds_of(const std::string& thread) {
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string name;
+    std::getline(std::ifstream(task.path() / "comm"), name);
+    double nanoseconds = 0;
+    std::ifstream(task.path() / "schedstat") >> nanoseconds;
+    if (name == thread) return nanoseconds * 1e-9;
+  }
+  return 0;
+}
+
+TEST(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
+  EmulatedBus bus;
+  bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
+  std::mutex mutex;
+  std::vector<double> latencies_ms;
+  const auto sink = [&](const RawFrame& frame) {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch() / 1ns;
+    const std::lock_guard lock(mutex);
+    latencies_ms.push_back(1e-6 * static_cast<double>(now - frame.host_ns));
+  };
+  ASSERT_TRUE((*source)->start(streams, sink, [](const DeviceEvent&) {}));
+  std::this_thread::sleep_for(2s);
+  const double used_s = cpu_seconds_of("usb");
+  (*source)->stop();
+  std::sort(latencies_ms.begin(), latencies_ms.end());
+  ASSERT_GT(latencies_ms.size(), 100u);
+  const double median_ms = latencies_ms[latencies_ms.size() / 2];
+  const double frames = static_cast<double>(latencies_ms.size());
+  RecordProperty("cpu_us_a_frame", static_cast<int>(1e6 * used_s / frames));
+  RecordProperty("latency_us", static_cast<int>(1000 * median_ms));
+  EXPECT_LT(median_ms, 2.0) << "from the last byte to the frame";
+  // 110 MB/s; the promise is 5 % of a core. A machine that is busy with other things takes longer.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(used_s / 2, 0.2);
+#endif
+}
+
+TEST(EmulatedCamera, TellsItsCalibration) {
+  EmulatedBus bus;
+  bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto streams = streams_of(**source, 30, PixelFormat::kYuyv);
+  const auto calibration = (*source)->calibration(streams);
+  ASSERT_TRUE(calibration) << calibration.error().text();
+  EXPECT_EQ(calibration->depth.intrinsics, (CameraIntrinsics{640, 480, 380, 381, 319, 241}));
+  EXPECT_NEAR(calibration->colour.intrinsics.fx, 1400 * 480.0 / 1080, 1e-3);
+  EXPECT_EQ(calibration->depth_unit_m, 0.001);
+  EXPECT_EQ(calibration->source, "the camera's own");
+  EXPECT_EQ(calibration->serial, "0123456789ab");
+}
+
+TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
+  for (const bool is_broken : {false, true}) {
+    EmulatedBus bus;
+    FrameLog log;
+    const int address = bus.plug({});
+    bus.with_camera(address, [&](Vcam& camera) {
+      camera.control_faults.has_broken_calibration = is_broken;
+      camera.control_faults.has_no_calibration = !is_broken;
+    });
+    {
+      const auto source = open_first();
+      ASSERT_TRUE(source);
+      const auto none = (*source)->calibration(streams_of(**source, 30));
+      ASSERT_FALSE(none);
+      EXPECT_EQ(none.error().code, ErrorCode::kDevice);
+      EXPECT_NE(none.error().message.find("acquire.intrinsics"), std::string::npos);
+    }
+    DeviceOptions options;
+    options.intrinsics = CameraModel{{0, 0, 500, 500, 320, 240}, {}};
+    const auto source = open_first(options);
+    ASSERT_TRUE(source);
+    const auto streams = streams_of(**source, 90);
+    const auto given = (*source)->calibration(streams);
+    ASSERT_TRUE(given);
+    EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
+    EXPECT_NE(given->source.find("acquire.intrinsics ("), std::string::npos) << given->source;
+    ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+    EXPECT_TRUE(log.wait_for_depth(5));
+  }
+}
+
+TEST(EmulatedCamera, TakesControls) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  EXPECT_TRUE((*source)->set_control(DeviceControl::kEmitter, 1));
+  EXPECT_TRUE((*source)->set_control(DeviceControl::kLaserPower, 300));
+  EXPECT_TRUE((*source)->set_control(DeviceControl::kColourAutomatics, 0));
+  bus.with_camera(address, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{1}, std::byte{0}}));
+    EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
+    EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}}) << "exposure is manual";
+    EXPECT_EQ((camera.written[{0x0202, 0x0B00}]), std::vector{std::byte{0}}) << "white balance is held";
+  });
+}
+
+TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE(log.wait_for_depth(120));
+  bus.with_camera(address, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}});
+  });
+  (*source)->stop();
+  bus.with_camera(address, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{8}});
+  });
+}
+
+TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
+  EmulatedBus bus;
+  std::array<FrameLog, 3> logs;
+  bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
+  for (FrameLog& log : logs) {
+    ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+    EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink())) << "it streams already";
+    EXPECT_TRUE(log.wait_for_depth(5));
+    const auto before = std::chrono::steady_clock::now();
+    (*source)->stop();
+    EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+    const std::size_t frames = log.depth().size();
+    std::this_thread::sleep_for(50ms);
+    EXPECT_EQ(log.depth().size(), frames) << "nothing comes after stop";
+  }
+}
+
+TEST(EmulatedCamera, OfTwoIsFoundByItsSerial) {
+  EmulatedBus bus;
+  FrameLog log_a, log_b;
+  bus.plug({.serial = "first"});
+  const int second = bus.plug({.serial = "second"});
+  const auto a = open_camera("usb:8086:0b07/second", {}, {});
+  const auto b = open_camera("usb:8086:0b07/first", {}, {});
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ((*a)->info().address, second);
+  ASSERT_TRUE((*a)->start(streams_of(**a, 60), log_a.frame_sink(), log_a.event_sink()));
+  ASSERT_TRUE((*b)->start(streams_of(**b, 60), log_b.frame_sink(), log_b.event_sink()));
+  EXPECT_TRUE(log_b.wait_for_depth(10));
+  bus.unplug(second);
+  EXPECT_TRUE(log_a.wait_for(DeviceEvent::Kind::kLeft));
+  const std::size_t so_far = log_b.depth().size();
+  EXPECT_TRUE(log_b.wait_for_depth(so_far + 20)) << "one failing does not disturb the other";
+  EXPECT_EQ((*b)->losses().total(), 0u);
+}
+
+TEST(EmulatedCamera, OnASlowLinkIsWarnedOf) {
+  EmulatedBus bus;
+  FrameLog log;
+  bus.plug({.speed_mbit = 480});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, 90, PixelFormat::kYuyv), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSlowLink));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kSlowLink).find("110.6 MB/s"), std::string::npos)
+      << log.text_of(DeviceEvent::Kind::kSlowLink);
+}
+
+TEST(EmulatedCamera, IsWaitedFor) {
+  EmulatedBus bus;
+  const std::jthread hand([&] {
+    std::this_thread::sleep_for(200ms);
+    bus.plug({});
+  });
+  DeviceOptions options;
+  options.wait_s = 5;
+  const auto before = std::chrono::steady_clock::now();
+  const auto source = open_first(options);
+  ASSERT_TRUE(source) << source.error().text();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+}
+
+TEST(EmulatedCamera, ThatIsNotThereIsAnError) {
+  EmulatedBus bus;
+  const auto none = open_first();
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::kDevice);
+  EXPECT_NE(none.error().message.find("no depth camera"), std::string::npos);
+  const auto nonsense = open_camera("usb:xyz", {}, {});
+  ASSERT_FALSE(nonsense);
+  EXPECT_EQ(nonsense.error().code, ErrorCode::kUsage);
+}
+
+}  // namespace
+}  // namespace scanknit::test
