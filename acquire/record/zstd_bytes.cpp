@@ -2,6 +2,8 @@
 
 #include <zstd.h>
 
+#include <memory>
+
 namespace scanknit {
 namespace {
 
@@ -10,11 +12,11 @@ constexpr int kLevel = 1;
 }  // namespace
 
 std::vector<std::byte> zstd_pack(std::span<const std::byte> bytes) {
-  std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kLevel);
-  SCANKNIT_CHECK(ZSTD_isError(size) == 0);  // the bound above is enough; only memory could be short
-  packed.resize(size);
-  return packed;
+  const std::size_t bound = ZSTD_compressBound(bytes.size());
+  const auto packed = std::make_unique_for_overwrite<std::byte[]>(bound);
+  const std::size_t size = ZSTD_compress(packed.get(), bound, bytes.data(), bytes.size(), kLevel);
+  SCANKNIT_CHECK(ZSTD_isError(size) == 0);  // the bound is enough; only memory could be short
+  return {packed.get(), packed.get() + size};
 }
 
 Result<std::vector<std::byte>> zstd_unpack(std::span<const std::byte> packed, std::size_t size) {
