@@ -89,6 +89,14 @@ void Recorder::write(const RawFrame& frame) {
     ++lost_;
     return;
   }
+  const std::uint64_t frames = writer_.frames_waiting() + 1;
+  const auto written = writer_.write(frame);
+  const bool is_flushed = writer_.frames_waiting() == 0;
+  if (is_flushed) {
+    settle(written, frames);
+  } else if (!oldest_waiting_) {
+    oldest_waiting_ = Clock::now();
+  }
   if (frame.host_ns >= next_losses_ns_) {
     LossCounters losses = [this] {
       const std::scoped_lock lock(mutex_);
@@ -97,14 +105,6 @@ void Recorder::write(const RawFrame& frame) {
     losses.writer += lost_;
     writer_.write_losses(frame.host_ns, losses);
     next_losses_ns_ = frame.host_ns + kLossesPeriod_ns;
-  }
-  const std::uint64_t frames = writer_.frames_waiting() + 1;
-  const auto written = writer_.write(frame);
-  const bool is_flushed = writer_.frames_waiting() == 0;
-  if (is_flushed) {
-    settle(written, frames);
-  } else if (!oldest_waiting_) {
-    oldest_waiting_ = Clock::now();
   }
 }
 

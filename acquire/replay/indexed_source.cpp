@@ -38,7 +38,7 @@ OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraIntrinsics&
   auto camera =
       fit_camera(has_own_camera ? *decoded.colour_camera : depth_camera.resized(width, height), width, height, path);
   if (auto* drop = std::get_if<Drop>(&camera)) return std::move(*drop);
-  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera)};
+  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera), decoded.T_colour_depth};
   const bool bends = !has_own_camera && distortion != Distortion{};
   if (bends) colour.image = undistort(colour.image, colour.intrinsics, distortion);
   return colour;
@@ -60,6 +60,7 @@ void IndexedSource::describe() {
   info_.folder = recording_.folder;
   info_.frames = entries.size();
   info_.world_up = recording_.world_up;
+  info_.warnings = recording_.warnings;
   info_.frames_with_pose =
       recording_.frames_bring_pose
           ? entries.size()

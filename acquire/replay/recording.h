@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,8 +38,10 @@ struct FrameEntry {
   std::uint64_t sequence = 0;  ///< the recording's own frame number, else its place
   std::optional<std::int64_t> timestamp_ns = {};
   std::filesystem::path depth = {};
-  std::filesystem::path colour = {};                ///< empty: this frame has no colour
-  std::filesystem::path confidence = {};            ///< empty: every depth pixel is trusted
+  std::filesystem::path colour = {};      ///< empty: this frame has no colour
+  std::filesystem::path confidence = {};  ///< empty: every depth pixel is trusted
+  std::size_t depth_index = 0;            ///< of the picture, where one file holds many
+  std::size_t colour_index = 0;
   std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded one is refused
   std::optional<CameraIntrinsics> camera = {};      ///< this frame's own, as its decoder wants it
   std::optional<CameraIntrinsics> colour_camera = {};
@@ -52,6 +55,7 @@ struct DecodedFrame {
   ColourImage colour;  ///< empty: none
   std::optional<CameraIntrinsics> camera = {};
   std::optional<CameraIntrinsics> colour_camera = {};
+  Pose T_colour_depth = Pose::Identity();
   std::optional<Result<Pose>> T_world_camera = {};
 };
 
@@ -61,7 +65,7 @@ struct DecodeSettings {
   Limits limits;
 };
 
-using DecodeFrame = OrDrop<DecodedFrame> (*)(const FrameEntry&, const DecodeSettings&);
+using DecodeFrame = std::function<OrDrop<DecodedFrame>(const FrameEntry&, const DecodeSettings&)>;
 
 struct Recording {
   const char* format = "";
@@ -72,7 +76,8 @@ struct Recording {
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
   UpAxis world_up = UpAxis::kMinusY;
-  DecodeFrame decode = nullptr;
+  std::vector<std::string> warnings = {};
+  DecodeFrame decode = {};
 };
 
 }  // namespace scanknit
