@@ -22,7 +22,7 @@ struct CameraModel {
   Distortion distortion{};
 };
 
-enum class RecordingFormat { kAuto, kSevenScenes, kTum, kOpen3d, kPhoneLidar, kPcd, kPclzf, kMcap };
+enum class RecordingFormat { kAuto, kSevenScenes, kTum, kOpen3d, kPhoneLidar, kPcd, kPclzf, kFakenect, kMcap };
 
 /// Where a frame's pose comes from.
 enum class PoseMode {

@@ -190,6 +190,7 @@ std::vector<ConfigKey> acquire_keys() {
            {"phone-lidar", RecordingFormat::kPhoneLidar},
            {"pcd", RecordingFormat::kPcd},
            {"pclzf", RecordingFormat::kPclzf},
+           {"fakenect", RecordingFormat::kFakenect},
            {"mcap", RecordingFormat::kMcap}},
           [](auto& c) -> auto& { return c.acquire.format; }),
       std::move(depth_scale),

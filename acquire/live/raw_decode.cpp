@@ -107,6 +107,8 @@ Result<ColourFrame> decode_with_camera(const RawFrame& frame, const CameraModel&
   ColourFrame colour{*std::move(image), camera->intrinsics, T_colour_depth};
   if (camera->distortion != Distortion{}) {
     colour.image = undistort(colour.image, camera->intrinsics, camera->distortion);
+  } else if (frame.profile.format == PixelFormat::kMjpeg) {
+    colour.encoded = frame.bytes;
   }
   return colour;
 }

@@ -32,6 +32,7 @@ constexpr std::array kLayouts = {
     Layout{RecordingFormat::kTum, "tum", "depth.txt with rgb.txt and groundtruth.txt", fits_tum, index_tum},
     Layout{RecordingFormat::kOpen3d, "open3d", "depth/ with color/ or image/, camera_intrinsic.json, trajectory.log",
            fits_open3d, index_open3d},
+    Layout{RecordingFormat::kFakenect, "fakenect", "INDEX.txt with d-*.pgm and r-*.ppm", fits_fakenect, index_fakenect},
     Layout{RecordingFormat::kPclzf, "pclzf", "NAME_depth.pclzf with NAME.xml", fits_pclzf, index_pclzf},
     Layout{RecordingFormat::kPcd, "pcd", "organised point clouds *.pcd", fits_pcd, index_pcd},
 };

@@ -30,6 +30,7 @@ OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const
   decoded.camera = frame->intrinsics;
   if (!frame->colour) return decoded;
   decoded.colour = std::move(frame->colour->image);
+  decoded.encoded_colour = frame->colour->encoded;
   // Without one the source takes depth's, and straightens as it was told.
   if (raw.calibration.colour.intrinsics.width > 0) decoded.colour_camera = frame->colour->intrinsics;
   decoded.T_colour_depth = frame->colour->T_colour_depth;
@@ -68,7 +69,7 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
   if (config.depth_scale) raw.calibration.depth_unit_m = 1 / *config.depth_scale;
 
   Recording recording{.format = raw.format, .folder = raw.file, .depth_scale = 1 / raw.calibration.depth_unit_m};
-  recording.frames_bring_camera = raw.calibration.depth.intrinsics.width > 0;
+  recording.frames_bring_camera = raw.calibration.depth.intrinsics.fx != 0;  // its size may be left open
   recording.warnings = std::move(raw.warnings);
   const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };
   const bool is_numbered = std::adjacent_find(raw.depth.begin(), raw.depth.end(), is_later) == raw.depth.end();

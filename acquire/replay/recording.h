@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,7 +53,8 @@ struct FrameEntry {
 /// What a decoder found in a frame's files. Cameras and pose only where the files hold them.
 struct DecodedFrame {
   DepthImage depth_m;
-  ColourImage colour;  ///< empty: none
+  ColourImage colour;                                                      ///< empty: none
+  std::shared_ptr<const std::vector<std::byte>> encoded_colour = nullptr;  ///< see ColourFrame::encoded
   std::optional<CameraIntrinsics> camera = {};
   std::optional<CameraIntrinsics> colour_camera = {};
   Pose T_colour_depth = Pose::Identity();
@@ -73,6 +75,7 @@ struct Recording {
   std::vector<FrameEntry> entries = {};
   std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: those of the picture
   double depth_scale = 1000.0;                  ///< raw units per metre, where the entries do not say
+  bool has_metric_depth = false;                ///< depth is floating point; `depth_scale` does not apply
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
   UpAxis world_up = UpAxis::kMinusY;
