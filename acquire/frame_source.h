@@ -18,11 +18,12 @@ namespace scanknit {
 
 /// What is known of a recording without decoding all its frames.
 struct RecordingInfo {
-  std::string format;                ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap"
-  std::filesystem::path folder;      ///< where its files lie: the path that was opened, or a folder below it;
-                                     ///< or the file that is all of it
-  std::size_t frames = 0;            ///< in the recording, whatever from/to/every select
-  std::size_t frames_with_pose = 0;  ///< of those, with a pose entry (not yet checked)
+  std::string
+      format;  ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag"
+  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
+                                          ///< or the file that is all of it
+  std::size_t frames = 0;                 ///< in the recording, whatever from/to/every select
+  std::size_t frames_with_pose = 0;       ///< of those, with a pose entry (not yet checked)
   PoseMode poses = PoseMode::kRecording;  ///< as asked for; kAuto is settled
   bool has_colour = false;
   std::optional<CameraIntrinsics> intrinsics;         ///< of the first depth frame

@@ -39,7 +39,8 @@ Json recording_json(const RecordingInfo& info) {
                {"has_poses", info.frames_with_pose > 0},
                {"frames_with_pose", info.frames_with_pose},
                {"has_colour", info.has_colour},
-               {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)}};
+               {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)},
+               {"warnings", info.warnings}};
   return json;
 }
 

@@ -49,10 +49,11 @@ enum class DropReason {
   kNoDepth,       ///< not one valid depth pixel
   kTimestamp,     ///< time stamp not increasing
   kUnsafePath,    ///< the recording names a file outside its own folder
+  kQueue,         ///< the reader was too slow for the recording's pace
 };
 
 /// "missing_file", "unreadable", "size_mismatch", "no_pose", "bad_pose", "no_intrinsics", "no_depth", "timestamp",
-/// "unsafe_path".
+/// "unsafe_path", "queue".
 [[nodiscard]] const char* to_string(DropReason reason);
 
 struct FrameDropped {

@@ -67,15 +67,13 @@ void sort_messages(McapRecording& file, RawRecording& raw) {
 
 }  // namespace
 
-bool fits_mcap(const std::filesystem::path& path) {
-  const auto file = open_random_access(path);
-  return file && is_mcap(**file);
+bool fits_mcap(const RandomAccess& file) {
+  return is_mcap(file);
 }
 
-Result<Recording> index_mcap(const std::filesystem::path& path, const AcquireConfig& config) {
-  auto access = open_random_access(path);
-  if (!access) return access.error();
-  auto reader = McapReader::open(*std::move(access), config.limits);
+Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::filesystem::path& path,
+                             const AcquireConfig& config) {
+  auto reader = McapReader::open(std::move(access), config.limits);
   if (!reader) return Error{ErrorCode::kInput, reader.error().message, path.string()};
   if (reader->find_channel(kDepthTopic) == nullptr) {
     return Error{ErrorCode::kInput,

@@ -41,13 +41,15 @@ struct FileLayout {
   RecordingFormat format;
   const char* name;
   const char* content;
-  bool (*fits)(const fs::path&);
-  Result<Recording> (*index)(const fs::path&, const AcquireConfig&);
+  bool (*fits)(const RandomAccess&);
+  Result<Recording> (*index)(std::unique_ptr<RandomAccess>, const fs::path&, const AcquireConfig&);
 };
 
 // Recordings that are one file.
 constexpr std::array kFileLayouts = {
     FileLayout{RecordingFormat::kMcap, "mcap", "a file made by `scanknit record`", fits_mcap, index_mcap},
+    FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
+               index_realsense_bag},
 };
 
 constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
@@ -149,9 +151,13 @@ Result<Recording> index_recording(const fs::path& path, const AcquireConfig& con
   if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
     return Error{ErrorCode::kInput, "no such file or folder", path.string()};
   }
-  for (const FileLayout& layout : kFileLayouts) {
-    const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
-    if (kind == fs::file_type::regular && is_wanted && layout.fits(path)) return layout.index(path, config);
+  if (kind == fs::file_type::regular) {
+    auto file = open_random_access(path);
+    if (!file) return file.error();
+    for (const FileLayout& layout : kFileLayouts) {
+      const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
+      if (is_wanted && layout.fits(**file)) return layout.index(*std::move(file), path, config);
+    }
   }
   const auto found =
       kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);

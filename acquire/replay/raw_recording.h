@@ -6,10 +6,13 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "acquire/acquire_config.h"
 #include "acquire/raw_frame.h"
+#include "acquire/record/random_access.h"
 #include "acquire/replay/recording.h"
 #include "core/result.h"
 
@@ -38,7 +41,15 @@ struct RawRecording {
 /// decoded as live capture decodes it (live/raw_decode.h). What `config` states of the camera wins.
 [[nodiscard]] Recording index_raw_recording(RawRecording raw, const AcquireConfig& config);
 
-[[nodiscard]] bool fits_mcap(const std::filesystem::path& file);
-[[nodiscard]] Result<Recording> index_mcap(const std::filesystem::path& file, const AcquireConfig& config);
+// fits_*: whether a file's first bytes are of this kind. index_*: its frames, `path` for messages. Errors (kInput) name
+// it.
+
+[[nodiscard]] bool fits_mcap(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_mcap(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                           const AcquireConfig& config);
+
+[[nodiscard]] bool fits_realsense_bag(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> file,
+                                                    const std::filesystem::path& path, const AcquireConfig& config);
 
 }  // namespace scanknit

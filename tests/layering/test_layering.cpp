@@ -81,6 +81,9 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"CLI", {"app"}},
     {"spdlog", {"app"}},
     {"libusb-1.0", {"acquire"}},
+    {"zstd.h", {"acquire"}},
+    {"lz4frame.h", {"acquire"}},
+    {"bzlib.h", {"acquire"}},
 };
 
 TEST(Layering, LibrariesStayInTheirHome) {
