@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
-#include <map>
 #include <memory>
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -66,6 +66,24 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& place, co
     place = *value;
   };
   return app.add_option_function<std::string>(name, assign, text)->group("Raw samples and stacks of images");
+}
+
+/// An option that is one of a few words.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& place,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& text) {
+  const auto assign = [&place, name, choices](const std::string& given) {
+    std::string words;
+    for (const auto& [word, value] : choices) {
+      if (word == given) {
+        place = value;
+        return;
+      }
+      words += (words.empty() ? "" : ", ") + word;
+    }
+    throw CLI::ValidationError(name, "expected one of " + words + ", got '" + given + "'");
+  };
+  return app.add_option_function<std::string>(name, assign, text);
 }
 
 std::optional<ByteOrder> byte_order_named(std::string_view name) {
@@ -133,13 +151,9 @@ void add_run(CLI::App& app, CommandLine& line) {
       ->type_name("N");
   command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
-  const std::map<std::string, Pace> paces = {
-      {"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}};
-  command
-      ->add_option("--pace", run.pace,
-                   "fast; realtime: by the recording's clock, dropping what comes too late; stepped: a frame for each "
-                   "Enter")
-      ->transform(CLI::CheckedTransformer(paces).description(""))
+  add_choice(*command, "--pace", run.pace,
+             {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}},
+             "fast; realtime: by the recording's clock, dropping what comes too late; stepped: a frame for each Enter")
       ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--poses", "acquire.poses",
@@ -209,14 +223,14 @@ void add_convert(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("RECORDING");
   command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
-  const std::map<std::string, ConvertTarget> targets = {{"mcap", ConvertTarget::kMcap},
-                                                        {"tum", ConvertTarget::kTum},
-                                                        {"open3d", ConvertTarget::kOpen3d},
-                                                        {"7-scenes", ConvertTarget::kSevenScenes},
-                                                        {"fakenect", ConvertTarget::kFakenect}};
-  command->add_option("--to", convert.target, "mcap, tum, open3d, 7-scenes, fakenect")
+  add_choice(*command, "--to", convert.target,
+             {{"mcap", ConvertTarget::kMcap},
+              {"tum", ConvertTarget::kTum},
+              {"open3d", ConvertTarget::kOpen3d},
+              {"7-scenes", ConvertTarget::kSevenScenes},
+              {"fakenect", ConvertTarget::kFakenect}},
+             "mcap, tum, open3d, 7-scenes, fakenect")
       ->required()
-      ->transform(CLI::CheckedTransformer(targets).description(""))
       ->type_name("LAYOUT");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
   add_common(*command, line);

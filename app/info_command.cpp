@@ -109,6 +109,8 @@ Result<Json> describe_volume(const InfoArguments& arguments, const Config& confi
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const Config& config) {
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
+  const auto extension = arguments.file.extension();
+  if (extension == ".mcap" || extension == ".bag") return recording.error();
   const auto volume = describe_volume(arguments, config);
   std::error_code ignored;
   if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;

@@ -58,7 +58,12 @@ Result<void> McapReader::walk_file() {
   while (at < size) {
     const auto record = record_at(*file_, at, size);
     if (!record || record->op == McapOp::kMessage) break;  // messages outside chunks have no CRC: never ours
-    if (record->op == McapOp::kDataEnd || record->op == McapOp::kFooter) return {};
+    if (record->op == McapOp::kDataEnd || record->op == McapOp::kFooter) {
+      std::array<std::byte, kMcapMagic.size()> end{};
+      const bool is_whole = file_->read(size - end.size(), end) && end == kMcapMagic;
+      if (!is_whole) note_fault("its index is cut off");
+      return {};
+    }
     if (record->op == McapOp::kChunk) {
       if (const auto walked = walk_chunk(*record); !walked) return walked;
     } else {

@@ -248,6 +248,17 @@ TEST_F(OwnRecording, WholeIsNotChangedByMending) {
   EXPECT_EQ(bytes_of(path_), before);
 }
 
+TEST_F(OwnRecording, CutInItsIndexLosesNothing) {
+  auto bytes = bytes_of(path_);
+  const auto whole = bytes;
+  bytes.resize(bytes.size() - 100);
+  write_bytes(path_, bytes);
+  const auto summary = repair_recording(path_, path_, {});
+  ASSERT_TRUE(summary);
+  EXPECT_TRUE(summary->fault);
+  EXPECT_EQ(bytes_of(path_), whole);
+}
+
 TEST_F(OwnRecording, WithoutAWholeChunkCannotBeMended) {
   cut(0.05);
   EXPECT_FALSE(repair_recording(path_, path_, {}));

@@ -47,7 +47,7 @@ TEST(ConvertCommand, RefusesATargetThatDoesNotExist) {
   const Scan scan;
   const Outcome outcome = convert(scan.recording(), "betamax", scan / "x");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("--to"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--to: expected one of mcap, tum"), std::string::npos) << outcome.err;
 }
 
 TEST(ConvertCommand, LeavesNoFileWhenTheDiskIsFull) {
