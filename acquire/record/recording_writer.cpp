@@ -11,7 +11,14 @@ namespace {
 // A quarter of a second of a depth camera with colour: few enough bytes that a torn file loses little, enough that the
 // index and the repeated channels (4 kB a chunk) do not count.
 constexpr std::size_t kChunkBytes = 1u << 20;
-constexpr std::int64_t kCalibrationPeriod_ns = 10'000'000'000;
+constexpr std::uint64_t kChunkPeriod_ns = 400'000'000;
+constexpr std::uint64_t kCalibrationPeriod_ns = 10'000'000'000;
+
+// Between two times that may be anything. The streams' stamps need not ascend together: what lies before is no time
+// ago.
+std::uint64_t time_since(std::int64_t before_ns, std::int64_t now_ns) {
+  return now_ns < before_ns ? 0 : static_cast<std::uint64_t>(now_ns) - static_cast<std::uint64_t>(before_ns);
+}
 
 }  // namespace
 
@@ -19,16 +26,18 @@ RecordingWriter::RecordingWriter(ByteSink sink, RawCalibration calibration)
     : mcap_(std::move(sink), recording_schemas(), recording_channels()), calibration_(std::move(calibration)) {}
 
 Result<void> RecordingWriter::write(const RawFrame& frame) {
-  if (calibrations_ == 0 || frame.host_ns >= next_calibration_ns_) {
+  if (calibrations_ == 0 || time_since(calibrated_at_ns_, frame.host_ns) >= kCalibrationPeriod_ns) {
     add_text(RecordingChannel::kCalibration, calibrations_++, frame.host_ns, frame.device_ns,
              calibration_text(calibration_));
-    next_calibration_ns_ = frame.host_ns + kCalibrationPeriod_ns;
+    calibrated_at_ns_ = frame.host_ns;
   }
   const bool is_depth = frame.profile.kind == StreamKind::kDepth;
   add(is_depth ? RecordingChannel::kDepth : RecordingChannel::kColour, frame.sequence, frame.host_ns, frame.device_ns,
       pack_picture(frame));
-  ++frames_waiting_;
-  return mcap_.waiting_bytes() >= kChunkBytes ? flush() : Result<void>{};
+  if (frames_waiting_++ == 0) chunk_begin_ns_ = frame.host_ns;
+  const bool is_full =
+      mcap_.waiting_bytes() >= kChunkBytes || time_since(chunk_begin_ns_, frame.host_ns) >= kChunkPeriod_ns;
+  return is_full ? flush() : Result<void>{};
 }
 
 void RecordingWriter::write_pose(const RawFrame& at, const Pose& T_world_camera) {

@@ -18,8 +18,8 @@ class RecordingWriter {
 
   [[nodiscard]] Result<void> begin() { return mcap_.begin(); }
 
-  /// Into the chunk that is being filled; a chunk that has reached a mebibyte is written. The calibration goes into the
-  /// first chunk and is repeated every ten seconds of host time.
+  /// Into the chunk that is being filled; a chunk of a mebibyte or of 0.4 s of host time is written. The calibration
+  /// goes into the first chunk and is repeated every ten seconds of host time.
   [[nodiscard]] Result<void> write(const RawFrame& frame);
 
   /// `at` gives the times. The pose of the depth picture `at.sequence`.
@@ -41,7 +41,8 @@ class RecordingWriter {
   RawCalibration calibration_;
   std::uint64_t calibrations_ = 0;
   std::uint64_t losses_ = 0;
-  std::int64_t next_calibration_ns_ = 0;
+  std::int64_t calibrated_at_ns_ = 0;
+  std::int64_t chunk_begin_ns_ = 0;  // of the first frame in it
   std::uint64_t frames_waiting_ = 0;
 };
 
