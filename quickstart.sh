@@ -14,9 +14,10 @@ required_packages=(
   ccache cmake g++ ninja-build pkg-config
   libboost-dev libeigen3-dev libhwy-dev libopencv-dev libopenvdb-dev libpcl-dev libtbb-dev libtinygltf-dev
   libgdcm-dev libinsighttoolkit5-dev zlib1g-dev
+  libfreenect-dev libusb-1.0-0-dev libbz2-dev liblz4-dev libzstd-dev
   libcli11-dev libfmt-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev
 )
-test_packages=(libgtest-dev libbenchmark-dev)
+test_packages=(libgtest-dev libbenchmark-dev umockdev libumockdev-dev)
 
 is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
 

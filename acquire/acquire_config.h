@@ -22,7 +22,18 @@ struct CameraModel {
   Distortion distortion{};
 };
 
-enum class RecordingFormat { kAuto, kSevenScenes, kTum, kOpen3d, kPhoneLidar, kPcd, kPclzf };
+enum class RecordingFormat {
+  kAuto,
+  kSevenScenes,
+  kTum,
+  kOpen3d,
+  kPhoneLidar,
+  kPcd,
+  kPclzf,
+  kFakenect,
+  kMcap,
+  kRealsenseBag
+};
 
 /// Where a frame's pose comes from.
 enum class PoseMode {

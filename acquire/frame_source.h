@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "acquire/acquire_config.h"
 #include "core/axes.h"
@@ -17,16 +18,20 @@ namespace scanknit {
 
 /// What is known of a recording without decoding all its frames.
 struct RecordingInfo {
-  std::string format;                     ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf"
-  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it
+  std::string
+      format;  ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag"
+  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
+                                          ///< or the file that is all of it
   std::size_t frames = 0;                 ///< in the recording, whatever from/to/every select
   std::size_t frames_with_pose = 0;       ///< of those, with a pose entry (not yet checked)
   PoseMode poses = PoseMode::kRecording;  ///< as asked for; kAuto is settled
   bool has_colour = false;
   std::optional<CameraIntrinsics> intrinsics;         ///< of the first depth frame
   std::optional<CameraIntrinsics> colour_intrinsics;  ///< of the first colour frame
+  std::optional<double> depth_scale;                  ///< raw units per metre; nothing when depth is floating point
   std::optional<double> duration_s;                   ///< nothing when the recording has no clock
   UpAxis world_up = UpAxis::kMinusY;                  ///< -y: the world is a camera's frame (y down)
+  std::vector<std::string> warnings;                  ///< for people: what is wrong with the recording as a whole
 };
 
 /// One consumer; not thread-safe.
@@ -43,9 +48,10 @@ class FrameSource {
 };
 
 /// Opens a recording: a folder, or one file of it; a folder that holds exactly one recording up to two levels below
-/// stands for that recording (see RecordingInfo::folder). One .pcd or .pclzf file is a recording of one frame. The
-/// format is recognised by content unless config.format names it. Errors (kInput): nothing there, no format fits (the
-/// message lists those that are known), no frame at all, intrinsics missing (the message says how to give them).
+/// stands for that recording (see RecordingInfo::folder). One .pcd or .pclzf file is a recording of one frame, one
+/// .mcap file a whole recording. The format is recognised by content unless config.format names it. Errors (kInput):
+/// nothing there, no format fits (the message lists those that are known), no frame at all, intrinsics missing (the
+/// message says how to give them).
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_recording(const std::filesystem::path& path,
                                                                   const AcquireConfig& config);
 

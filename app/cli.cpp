@@ -11,6 +11,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -32,6 +33,8 @@ struct CommandLine {
   SynthArguments synth;
   ConfigArguments config;
   InfoArguments info;
+  ConvertArguments convert;
+  RepairArguments repair;
   std::filesystem::path distance_mesh, distance_truth;
   std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_quiet = false, is_verbose = false;
@@ -63,6 +66,24 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& place, co
     place = *value;
   };
   return app.add_option_function<std::string>(name, assign, text)->group("Raw samples and stacks of images");
+}
+
+/// An option that is one of a few words.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& place,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& text) {
+  const auto assign = [&place, name, choices](const std::string& given) {
+    std::string words;
+    for (const auto& [word, value] : choices) {
+      if (word == given) {
+        place = value;
+        return;
+      }
+      words += (words.empty() ? "" : ", ") + word;
+    }
+    throw CLI::ValidationError(name, "expected one of " + words + ", got '" + given + "'");
+  };
+  return app.add_option_function<std::string>(name, assign, text);
 }
 
 std::optional<ByteOrder> byte_order_named(std::string_view name) {
@@ -119,7 +140,9 @@ void add_common(CLI::App& app, CommandLine& line) {
 void add_run(CLI::App& app, CommandLine& line) {
   RunArguments& run = line.run;
   CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
-  command->add_option("recording", run.recording, "Folder of the recording")->required()->type_name("RECORDING");
+  command->add_option("recording", run.recording, "Folder or file of the recording")
+      ->required()
+      ->type_name("RECORDING");
   command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl)")
       ->required()
       ->type_name("OUT");
@@ -128,6 +151,10 @@ void add_run(CLI::App& app, CommandLine& line) {
       ->type_name("N");
   command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
+  add_choice(*command, "--pace", run.pace,
+             {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}},
+             "fast; realtime: by the recording's clock, dropping what comes too late; stepped: a frame for each Enter")
+      ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--poses", "acquire.poses",
                 "Where poses come from: auto, recording, track, refine, still");
@@ -187,6 +214,36 @@ void add_synth(CLI::App& app, CommandLine& line) {
     if (!given.only_list && given.output.empty()) throw CLI::RequiredError("--output");
     line.command = [&line] { return synth_command(line.synth, line.common); };
   });
+}
+
+void add_convert(CLI::App& app, CommandLine& line) {
+  ConvertArguments& convert = line.convert;
+  CLI::App* command = app.add_subcommand("convert", "Write a recording in another layout");
+  command->add_option("recording", convert.recording, "Folder or file of the recording")
+      ->required()
+      ->type_name("RECORDING");
+  command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
+  add_choice(*command, "--to", convert.target,
+             {{"mcap", ConvertTarget::kMcap},
+              {"tum", ConvertTarget::kTum},
+              {"open3d", ConvertTarget::kOpen3d},
+              {"7-scenes", ConvertTarget::kSevenScenes},
+              {"fakenect", ConvertTarget::kFakenect}},
+             "mcap, tum, open3d, 7-scenes, fakenect")
+      ->required()
+      ->type_name("LAYOUT");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return convert_command(line.convert, line.common); }; });
+}
+
+void add_repair(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("repair", "Mend a recording (.mcap) that was cut short or damaged");
+  command->add_option("file", line.repair.file, "The recording")->required()->type_name("FILE.mcap");
+  command->add_option("-o,--output", line.repair.output, "Write the mended recording here, not in its place")
+      ->type_name("OUT.mcap");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return repair_command(line.repair, line.common); }; });
 }
 
 void add_info(CLI::App& app, CommandLine& line) {
@@ -279,6 +336,8 @@ int run_cli(int argc, const char* const* argv) {
   add_run(app, line);
   add_extract(app, line);
   add_synth(app, line);
+  add_convert(app, line);
+  add_repair(app, line);
   add_info(app, line);
   add_distance(app, line);
   add_devices(app, line);

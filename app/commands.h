@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "acquire/convert/convert_recording.h"
+#include "acquire/replay/paced_source.h"
 #include "app/config_load.h"
 #include "app/console.h"
 #include "extract/volume/slice_reader.h"
@@ -26,7 +28,17 @@ struct RunArguments {
   std::size_t from = 0;
   std::optional<std::size_t> to;
   std::size_t every = 1;
+  Pace pace = Pace::kFast;
   std::optional<std::filesystem::path> report, trajectory, volume;
+};
+
+struct ConvertArguments {
+  std::filesystem::path recording, output;
+  ConvertTarget target = ConvertTarget::kMcap;
+};
+
+struct RepairArguments {
+  std::filesystem::path file, output;  ///< output empty: the file itself
 };
 
 struct ExtractArguments {
@@ -63,6 +75,8 @@ struct ConfigArguments {
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int distance_command(const std::filesystem::path& mesh, const std::filesystem::path& truth,
                                    const CommonArguments& common);

@@ -39,7 +39,8 @@ Json recording_json(const RecordingInfo& info) {
                {"has_poses", info.frames_with_pose > 0},
                {"frames_with_pose", info.frames_with_pose},
                {"has_colour", info.has_colour},
-               {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)}};
+               {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)},
+               {"warnings", info.warnings}};
   return json;
 }
 
@@ -108,6 +109,8 @@ Result<Json> describe_volume(const InfoArguments& arguments, const Config& confi
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const Config& config) {
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
+  const auto extension = arguments.file.extension();
+  if (extension == ".mcap" || extension == ".bag") return recording.error();
   const auto volume = describe_volume(arguments, config);
   std::error_code ignored;
   if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;

@@ -7,6 +7,7 @@
 #include "app/budget_check.h"
 #include "app/frame_intake.h"
 #include "app/mesh_output.h"
+#include "app/pace_control.h"
 #include "app/pose_finder.h"
 #include "app/stage_timer.h"
 #include "core/atomic_file.h"
@@ -74,20 +75,22 @@ Result<void> mesh_volume(const FieldView& view, const MeshFrame& frame, const Jo
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
-  const auto source = open_recording(job.input, job.config.acquire);
-  if (!source) return source.error();
-  if (auto fits = check_budget(job.input, (*source)->info().poses, job.config, stop); !fits) return fits;
+  auto opened = open_recording(job.input, job.config.acquire);
+  if (!opened) return opened.error();
+  for (const std::string& warning : (*opened)->info().warnings) console.warn(warning);
+  const auto source = paced(*std::move(opened), job.pace, terminal_pace_control());
+  if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   warn_of_holes(job.config.extract, console);
   auto volume = TsdfVolume::create(job.config.fusion);
   if (!volume) return volume.error();
 
-  FrameIntake intake(**source, job.config.acquire, stop, console, report);
-  if (auto fused = fuse_frames(intake, PoseFinder((*source)->info().poses), job.config, *volume, report); !fused)
+  FrameIntake intake(*source, job.config.acquire, stop, console, report);
+  if (auto fused = fuse_frames(intake, PoseFinder(source->info().poses), job.config, *volume, report); !fused)
     return fused;
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  return mesh_volume(field_view(*volume), mesh_frame((*source)->info(), intake), job, report);
+  return mesh_volume(field_view(*volume), mesh_frame(source->info(), intake), job, report);
 }
 
 }  // namespace scanknit

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stop_token>
 
+#include "acquire/replay/paced_source.h"
 #include "app/config.h"
 #include "app/console.h"
 #include "app/outputs.h"
@@ -16,6 +17,7 @@ struct Job {
   std::filesystem::path input;
   Config config;
   Outputs outputs;
+  Pace pace = Pace::kFast;
 };
 
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also

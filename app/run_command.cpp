@@ -22,7 +22,7 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
                                     config->output);
   if (!outputs) return fail(outputs.error(), common);
 
-  const Job job{arguments.recording, std::move(*config), *outputs};
+  const Job job{arguments.recording, std::move(*config), *outputs, arguments.pace};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   const Result<void> result = run_pipeline(job, stop_on_signal.token(), console, report);

@@ -13,6 +13,7 @@ const char* to_string(DropReason reason) {
     case DropReason::kNoDepth: return "no_depth";
     case DropReason::kTimestamp: return "timestamp";
     case DropReason::kUnsafePath: return "unsafe_path";
+    case DropReason::kQueue: return "queue";
   }
   return "unreadable";
 }

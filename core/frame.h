@@ -1,10 +1,13 @@
 // Frame: what a scanner saw at one moment, and the events of a source of frames.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/camera.h"
 #include "core/image.h"
@@ -18,6 +21,9 @@ struct ColourFrame {
   ColourImage image;                       ///< sRGB
   CameraIntrinsics intrinsics;             ///< of `image`
   Pose T_colour_depth = Pose::Identity();  ///< p_colour = T_colour_depth * p_depth
+  /// The PNG or JPEG file that `image` was decoded from; null when there was none, or when a lens was straightened
+  /// since.
+  std::shared_ptr<const std::vector<std::byte>> encoded = nullptr;
 };
 
 struct Frame {
@@ -43,10 +49,11 @@ enum class DropReason {
   kNoDepth,       ///< not one valid depth pixel
   kTimestamp,     ///< time stamp not increasing
   kUnsafePath,    ///< the recording names a file outside its own folder
+  kQueue,         ///< the reader was too slow for the recording's pace
 };
 
 /// "missing_file", "unreadable", "size_mismatch", "no_pose", "bad_pose", "no_intrinsics", "no_depth", "timestamp",
-/// "unsafe_path".
+/// "unsafe_path", "queue".
 [[nodiscard]] const char* to_string(DropReason reason);
 
 struct FrameDropped {

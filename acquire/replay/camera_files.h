@@ -23,8 +23,8 @@ namespace scanknit {
 [[nodiscard]] Result<std::optional<CameraIntrinsics>> find_camera(const std::filesystem::path& folder,
                                                                   const Limits& limits);
 
-/// The key "depth_scale" of camera_intrinsic.json in `folder` (raw units per metre, 1 to 10,000,000), which our
-/// synthetic scanner adds and Open3D does not mind. Nothing when it is not there.
+/// The key "depth_scale" of camera_intrinsic.json in `folder` (raw units per metre, 1 to 10,000,000), which our writers
+/// add and Open3D does not mind. Nothing when it is not there.
 [[nodiscard]] std::optional<double> find_depth_scale(const std::filesystem::path& folder, const Limits& limits);
 
 /// The error that says how to give the camera.

@@ -23,6 +23,9 @@ namespace scanknit {
 [[nodiscard]] bool fits_phone_lidar(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_phone_lidar(const Folder& folder, const AcquireConfig& config);
 
+[[nodiscard]] bool fits_fakenect(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_fakenect(const Folder& folder, const AcquireConfig& config);
+
 [[nodiscard]] bool fits_pcd(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_pcd(const Folder& folder, const AcquireConfig& config);
 

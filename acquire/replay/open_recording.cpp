@@ -8,6 +8,7 @@
 #include "acquire/replay/folder.h"
 #include "acquire/replay/indexed_source.h"
 #include "acquire/replay/layouts.h"
+#include "acquire/replay/raw_recording.h"
 
 namespace scanknit {
 namespace {
@@ -31,8 +32,24 @@ constexpr std::array kLayouts = {
     Layout{RecordingFormat::kTum, "tum", "depth.txt with rgb.txt and groundtruth.txt", fits_tum, index_tum},
     Layout{RecordingFormat::kOpen3d, "open3d", "depth/ with color/ or image/, camera_intrinsic.json, trajectory.log",
            fits_open3d, index_open3d},
+    Layout{RecordingFormat::kFakenect, "fakenect", "INDEX.txt with d-*.pgm and r-*.ppm", fits_fakenect, index_fakenect},
     Layout{RecordingFormat::kPclzf, "pclzf", "NAME_depth.pclzf with NAME.xml", fits_pclzf, index_pclzf},
     Layout{RecordingFormat::kPcd, "pcd", "organised point clouds *.pcd", fits_pcd, index_pcd},
+};
+
+struct FileLayout {
+  RecordingFormat format;
+  const char* name;
+  const char* content;
+  bool (*fits)(const RandomAccess&);
+  Result<Recording> (*index)(std::unique_ptr<RandomAccess>, const fs::path&, const AcquireConfig&);
+};
+
+// Recordings that are one file.
+constexpr std::array kFileLayouts = {
+    FileLayout{RecordingFormat::kMcap, "mcap", "a file made by `scanknit record`", fits_mcap, index_mcap},
+    FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
+               index_realsense_bag},
 };
 
 constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
@@ -71,10 +88,14 @@ Result<std::vector<Found>> find_recordings(const fs::path& path, int levels, con
 
 std::string list_layouts(RecordingFormat wanted) {
   std::string text;
-  for (const Layout& layout : kLayouts) {
-    if (wanted != RecordingFormat::kAuto && wanted != layout.format) continue;
-    text += std::string("\n  ") + layout.name + ": " + layout.content;
-  }
+  const auto list = [&](const auto& layouts) {
+    for (const auto& layout : layouts) {
+      if (wanted != RecordingFormat::kAuto && wanted != layout.format) continue;
+      text += std::string("\n  ") + layout.name + ": " + layout.content;
+    }
+  };
+  list(kLayouts);
+  list(kFileLayouts);
   return text;
 }
 
@@ -124,6 +145,26 @@ Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
   return Found{std::move(frame), layout};
 }
 
+Result<Recording> index_recording(const fs::path& path, const AcquireConfig& config) {
+  std::error_code code;
+  const auto kind = fs::status(path, code).type();
+  if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
+    return Error{ErrorCode::kInput, "no such file or folder", path.string()};
+  }
+  if (kind == fs::file_type::regular) {
+    auto file = open_random_access(path);
+    if (!file) return file.error();
+    for (const FileLayout& layout : kFileLayouts) {
+      const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
+      if (is_wanted && layout.fits(**file)) return layout.index(*std::move(file), path, config);
+    }
+  }
+  const auto found =
+      kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);
+  if (!found) return found.error();
+  return found->layout->index(found->folder, config);
+}
+
 // What the configuration may say, whoever wrote it.
 Result<void> check_config(const AcquireConfig& config) {
   const auto refuse = [](const char* what) { return Error{ErrorCode::kConfig, what}; };
@@ -150,31 +191,22 @@ Result<void> check_config(const AcquireConfig& config) {
 
 Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& config) {
   if (const auto checked = check_config(config); !checked) return checked.error();
-  std::error_code code;
-  const auto kind = fs::status(path, code).type();
-  if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
-    return Error{ErrorCode::kInput, "no such file or folder", path.string()};
-  }
-  const auto found =
-      kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);
-  if (!found) return found.error();
-
-  auto recording = found->layout->index(found->folder, config);
+  auto recording = index_recording(path, config);
   if (!recording) return recording.error();
   const std::size_t frames = recording->entries.size();
-  if (frames == 0) return Error{ErrorCode::kInput, "the recording has no frame", found->folder.path.string()};
+  if (frames == 0) return Error{ErrorCode::kInput, "the recording has no frame", recording->folder.string()};
   if (frames > config.limits.max_frames) {
     return Error{ErrorCode::kInput, "more frames than " + std::to_string(config.limits.max_frames),
-                 found->folder.path.string()};
+                 recording->folder.string()};
   }
   if (config.from >= frames) {
     return Error{ErrorCode::kInput,
                  "from " + std::to_string(config.from) + " selects no frame: the recording has " +
                      std::to_string(frames) + ", counted from 0",
-                 found->folder.path.string()};
+                 recording->folder.string()};
   }
   if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
-    return missing_camera(found->folder.path);
+    return missing_camera(recording->folder);
   }
   return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config));
 }

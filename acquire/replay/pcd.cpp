@@ -203,6 +203,7 @@ Result<Recording> index_pcd(const Folder& folder, const AcquireConfig&) {
   Recording recording{.format = "pcd", .folder = folder.path};
   recording.frames_bring_camera = true;
   recording.frames_bring_pose = true;
+  recording.has_metric_depth = true;
   recording.decode = decode_pcd_frame;
   for (const std::string& name : folder.files) {
     if (is_pcd(name)) recording.entries.push_back({.sequence = recording.entries.size(), .depth = folder.path / name});

@@ -156,6 +156,7 @@ OrDrop<DecodedFrame> decode_png_frame(const FrameEntry& entry, const DecodeSetti
   auto colour = picture_or_drop(decode_colour(std::get<0>(bytes), settings.limits), entry.colour);
   if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
   frame.colour = std::get<ColourImage>(std::move(colour));
+  frame.encoded_colour = std::make_shared<const std::vector<std::byte>>(std::get<0>(std::move(bytes)));
   return frame;
 }
 

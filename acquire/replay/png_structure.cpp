@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "acquire/crc32.h"
 #include "core/byte_reader.h"
 
 namespace scanknit {
@@ -21,24 +22,6 @@ constexpr std::uint32_t kIdat = chunk_type('I', 'D', 'A', 'T');
 constexpr std::uint32_t kIend = chunk_type('I', 'E', 'N', 'D');
 constexpr std::uint32_t kIhdrLength = 13;
 constexpr std::uint32_t kAncillaryBit = 0x20000000;  // lower-case first letter
-
-// CRC-32 of PNG's annex D, one table entry a byte.
-constexpr std::array<std::uint32_t, 256> make_crc_table() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t n = 0; n < 256; ++n) {
-    std::uint32_t c = n;
-    for (int k = 0; k < 8; ++k) c = (c & 1) != 0 ? 0xEDB88320u ^ (c >> 1) : c >> 1;
-    table[n] = c;
-  }
-  return table;
-}
-
-std::uint32_t crc32(std::span<const std::byte> bytes) {
-  static constexpr auto kTable = make_crc_table();
-  std::uint32_t c = 0xFFFFFFFFu;
-  for (const std::byte b : bytes) c = kTable[(c ^ std::to_integer<std::uint32_t>(b)) & 0xFF] ^ (c >> 8);
-  return c ^ 0xFFFFFFFFu;
-}
 
 Error broken(const char* what) {
   return Error{ErrorCode::kInput, what};

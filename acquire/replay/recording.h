@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,8 +39,10 @@ struct FrameEntry {
   std::uint64_t sequence = 0;  ///< the recording's own frame number, else its place
   std::optional<std::int64_t> timestamp_ns = {};
   std::filesystem::path depth = {};
-  std::filesystem::path colour = {};                ///< empty: this frame has no colour
-  std::filesystem::path confidence = {};            ///< empty: every depth pixel is trusted
+  std::filesystem::path colour = {};      ///< empty: this frame has no colour
+  std::filesystem::path confidence = {};  ///< empty: every depth pixel is trusted
+  std::size_t depth_index = 0;            ///< of the picture, where one file holds many
+  std::size_t colour_index = 0;
   std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded one is refused
   std::optional<CameraIntrinsics> camera = {};      ///< this frame's own, as its decoder wants it
   std::optional<CameraIntrinsics> colour_camera = {};
@@ -49,9 +53,11 @@ struct FrameEntry {
 /// What a decoder found in a frame's files. Cameras and pose only where the files hold them.
 struct DecodedFrame {
   DepthImage depth_m;
-  ColourImage colour;  ///< empty: none
+  ColourImage colour;                                                      ///< empty: none
+  std::shared_ptr<const std::vector<std::byte>> encoded_colour = nullptr;  ///< see ColourFrame::encoded
   std::optional<CameraIntrinsics> camera = {};
   std::optional<CameraIntrinsics> colour_camera = {};
+  Pose T_colour_depth = Pose::Identity();
   std::optional<Result<Pose>> T_world_camera = {};
 };
 
@@ -61,7 +67,7 @@ struct DecodeSettings {
   Limits limits;
 };
 
-using DecodeFrame = OrDrop<DecodedFrame> (*)(const FrameEntry&, const DecodeSettings&);
+using DecodeFrame = std::function<OrDrop<DecodedFrame>(const FrameEntry&, const DecodeSettings&)>;
 
 struct Recording {
   const char* format = "";
@@ -69,10 +75,12 @@ struct Recording {
   std::vector<FrameEntry> entries = {};
   std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: those of the picture
   double depth_scale = 1000.0;                  ///< raw units per metre, where the entries do not say
+  bool has_metric_depth = false;                ///< depth is floating point; `depth_scale` does not apply
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
   UpAxis world_up = UpAxis::kMinusY;
-  DecodeFrame decode = nullptr;
+  std::vector<std::string> warnings = {};
+  DecodeFrame decode = {};
 };
 
 }  // namespace scanknit

@@ -26,7 +26,8 @@ TEST(NaturalOrder, ComparesDigitsAsNumbers) {
 TEST(OpenRecording, SaysWhatItLooksForInAnEmptyFolder) {
   const TemporaryFolder folder;
   const std::string error = open_error(folder.path());
-  for (const char* layout : {"7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf"}) {
+  for (const char* layout :
+       {"7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag"}) {
     EXPECT_TRUE(contains(error, layout)) << error;
   }
 }

@@ -1,0 +1,114 @@
+#include "acquire/convert/convert_recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "acquire/convert/picture_files.h"
+#include "acquire/convert/recording_target.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUnitsWithoutRaw = 5000;  // of depth that was floating point: 0.2 mm, up to 13 m
+constexpr std::int64_t kPeriod_ns = 33'333'333;
+
+OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
+  if (target == ConvertTarget::kMcap) return open_mcap_target(output);
+  std::error_code code;
+  if (fs::exists(output, code) && (!fs::is_directory(output, code) || !fs::is_empty(output, code))) {
+    return Error{ErrorCode::kOutput, "is there already and not an empty folder; give another -o", output.string()};
+  }
+  fs::create_directories(output, code);
+  if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), output.string()};
+  switch (target) {
+    case ConvertTarget::kTum: return open_tum_target(output);
+    case ConvertTarget::kOpen3d: return open_open3d_target(output);
+    case ConvertTarget::kSevenScenes: return open_seven_scenes_target(output);
+    default: return open_fakenect_target(output);
+  }
+}
+
+bool is_identity(const Pose& pose) {
+  constexpr double kMetres = 1e-9;
+  return (pose.matrix() - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() < kMetres;
+}
+
+}  // namespace
+
+void RecordingTarget::warn(const std::string& text) {
+  if (std::find(warnings_.begin(), warnings_.end(), text) == warnings_.end()) warnings_.push_back(text);
+}
+
+bool is_registered(const Frame& frame) {
+  constexpr double kPixels = 1e-6;
+  const CameraIntrinsics& colour = frame.colour->intrinsics;
+  const CameraIntrinsics expected = frame.intrinsics.resized(colour.width, colour.height);
+  return is_identity(frame.colour->T_colour_depth) && std::abs(colour.fx - expected.fx) < kPixels &&
+         std::abs(colour.fy - expected.fy) < kPixels && std::abs(colour.cx - expected.cx) < kPixels &&
+         std::abs(colour.cy - expected.cy) < kPixels;
+}
+
+ColourImage register_colour(const Frame& frame) {
+  const ColourFrame& colour = *frame.colour;
+  ColourImage seen(frame.depth_m.width(), frame.depth_m.height());
+  for (int y = 0; y < seen.height(); ++y) {
+    for (int x = 0; x < seen.width(); ++x) {
+      const double z = frame.depth_m.at(x, y);
+      if (!(z > 0)) continue;
+      const Eigen::Vector3d p_colour = colour.T_colour_depth * frame.intrinsics.unproject(x, y, z);
+      if (!(p_colour.z() > 0)) continue;
+      const Eigen::Vector2d pixel = colour.intrinsics.project(p_colour);
+      const bool is_inside = pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < colour.image.width() - 0.5 &&
+                             pixel.y() < colour.image.height() - 0.5;
+      if (!is_inside) continue;
+      seen.at(x, y) =
+          colour.image.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+    }
+  }
+  return seen;
+}
+
+Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget target, const fs::path& output,
+                                         const ConvertProgress& progress, std::stop_token stop) {
+  const auto opened = open_target(target, output);
+  if (!opened) return opened.error();
+  RecordingTarget& recording = **opened;
+  ConvertSummary summary;
+  const double units = source.info().depth_scale.value_or(kUnitsWithoutRaw);
+  std::optional<Error> first_drop;
+  for (;;) {
+    FrameEvent event = source.next(stop);
+    if (std::holds_alternative<EndOfStream>(event)) break;
+    if (auto* error = std::get_if<Error>(&event)) return *std::move(error);
+    if (auto* drop = std::get_if<FrameDropped>(&event)) {
+      ++summary.dropped;
+      if (!first_drop) first_drop = std::move(drop->error);
+      continue;
+    }
+    const Frame& frame = std::get<Frame>(event);
+    const std::int64_t time_ns =
+        frame.has_clock ? frame.timestamp_ns : static_cast<std::int64_t>(summary.frames) * kPeriod_ns;
+    const auto raw = to_raw_depth(frame.depth_m, units);
+    if (auto written = recording.write({frame, raw, units, summary.frames, time_ns}); !written) return written.error();
+    ++summary.frames;
+    if (frame.colour) ++summary.colour;
+    if (frame.T_world_camera) ++summary.poses;
+    if (progress) progress(summary.frames);
+  }
+  summary.was_stopped = stop.stop_requested();
+  if (summary.frames == 0) {
+    return first_drop ? *first_drop : Error{ErrorCode::kInput, "no frame to convert", source.info().folder.string()};
+  }
+  if (auto finished = recording.finish(); !finished) return finished.error();
+  summary.warnings = recording.warnings();
+  if (!source.info().depth_scale) summary.warnings.emplace_back("depth had no raw units: it is rounded to 0.2 mm");
+  if (first_drop) summary.warnings.push_back("frames were dropped, the first: " + first_drop->text());
+  return summary;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,27 @@
+// From a scanner's bytes to a Frame. Live capture and the replay of its recording both come through here.
+#pragma once
+
+#include "acquire/raw_frame.h"
+#include "core/frame.h"
+#include "core/image.h"
+#include "core/limits.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// Z16 as metres; 0 and 65535 are "no return". Errors (kInput, without `where`): another format, not width x height
+/// pixels, beyond the limits.
+[[nodiscard]] Result<DepthImage> decode_raw_depth(const RawFrame& frame, double depth_unit_m, const Limits& limits);
+
+/// YUYV and UYVY by BT.601 (video range), MJPEG (also without Huffman tables, as cameras send it), RGB and BGR. Errors
+/// (kInput, without `where`): Z16, not width x height pixels, truncated or corrupt, beyond the limits.
+[[nodiscard]] Result<ColourImage> decode_raw_colour(const RawFrame& frame, const Limits& limits);
+
+/// The frame of a depth picture and the colour picture that belongs to it (or null): decoded, straightened, with its
+/// cameras, the depth picture's sequence number and the camera's clock. Without a colour camera in `calibration`,
+/// colour is taken to be registered to depth. Pose and normals are left empty. Errors: see above; a picture of another
+/// size than its camera's; no depth camera.
+[[nodiscard]] Result<Frame> decode_raw_frame(const RawFrame& depth, const RawFrame* colour,
+                                             const RawCalibration& calibration, const Limits& limits);
+
+}  // namespace scanknit

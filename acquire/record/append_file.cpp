@@ -1,0 +1,56 @@
+#include "acquire/record/append_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace scanknit {
+
+Result<AppendFile> AppendFile::create(const std::filesystem::path& path) {
+  std::error_code code;
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), code);
+  if (code) return Error{ErrorCode::kOutput, "its folder cannot be made: " + code.message(), path.string()};
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (descriptor >= 0) return AppendFile(path, descriptor);
+  if (errno == EEXIST) {
+    return Error{ErrorCode::kOutput,
+                 "is there already, and a recording is not overwritten; give another name, or remove it",
+                 path.string()};
+  }
+  return Error{ErrorCode::kOutput, std::string("cannot be written: ") + std::strerror(errno), path.string()};
+}
+
+AppendFile::AppendFile(AppendFile&& other) noexcept
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
+
+AppendFile::~AppendFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<void> AppendFile::append(std::span<const std::byte> bytes) {
+  std::span<const std::byte> rest = bytes;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const int reason = written < 0 ? errno : EIO;
+      const auto whole = static_cast<off_t>(size_);
+      // When even this fails, readers find the last whole piece by its checksum.
+      if (::ftruncate(descriptor_, whole) == 0) (void)::lseek(descriptor_, whole, SEEK_SET);
+      return Error{ErrorCode::kOutput, std::string("writing failed: ") + std::strerror(reason), path_.string()};
+    }
+    rest = rest.subspan(static_cast<std::size_t>(written));
+  }
+  size_ += bytes.size();
+  return {};
+}
+
+Result<void> AppendFile::sync() const {
+  if (::fdatasync(descriptor_) == 0) return {};
+  return Error{ErrorCode::kOutput, std::string("writing to the disk failed: ") + std::strerror(errno), path_.string()};
+}
+
+}  // namespace scanknit

@@ -1,0 +1,38 @@
+// RandomAccess: bytes at any place of a file that need not fit into memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "core/result.h"
+
+namespace scanknit {
+
+class RandomAccess {
+ public:
+  virtual ~RandomAccess() = default;
+  [[nodiscard]] virtual std::uint64_t size() const = 0;
+
+  /// Fills `to` with the bytes from `offset` on; false when not all of them are there or can be read.
+  [[nodiscard]] virtual bool read(std::uint64_t offset, std::span<std::byte> to) const = 0;
+};
+
+/// A file, read by pread. A file that grows or shrinks meanwhile does no harm. Errors (kInput): not there, not a
+/// regular file, no permission.
+[[nodiscard]] Result<std::unique_ptr<RandomAccess>> open_random_access(const std::filesystem::path& path);
+
+/// Bytes in memory, which outlive it.
+class MemoryAccess final : public RandomAccess {
+ public:
+  explicit MemoryAccess(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+  [[nodiscard]] bool read(std::uint64_t offset, std::span<std::byte> to) const override;
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,157 @@
+#include "acquire/record/recorder.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <string>
+#include <utility>
+
+namespace scanknit {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLongestWait{400};  // a frame's in memory; well below the second that is promised
+constexpr std::chrono::seconds kSyncPeriod{1};
+constexpr std::int64_t kLossesPeriod_ns = 1'000'000'000;
+
+}  // namespace
+
+Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& path, const RawCalibration& calibration,
+                                                   const RecorderConfig& config) {
+  auto file = AppendFile::create(path);
+  if (!file) return file.error();
+  std::unique_ptr<Recorder> recorder(new Recorder(*std::move(file), path, calibration, config));
+  if (auto begun = recorder->writer_.begin(); !begun) return begun.error();
+  Recorder* self = recorder.get();
+  recorder->thread_ = std::jthread([self](std::stop_token stop) { self->write_frames(std::move(stop)); });
+  ::pthread_setname_np(recorder->thread_.native_handle(), "record");
+  recorder->syncer_ = std::jthread([self](std::stop_token stop) { self->sync_each_second(std::move(stop)); });
+  ::pthread_setname_np(recorder->syncer_.native_handle(), "record-sync");
+  return recorder;
+}
+
+Recorder::Recorder(AppendFile file, std::filesystem::path path, const RawCalibration& calibration,
+                   const RecorderConfig& config)
+    : path_(std::move(path)),
+      file_(std::move(file)),
+      writer_([this](std::span<const std::byte> bytes) { return file_.append(bytes); }, calibration),
+      queue_(config.queue_frames) {}
+
+Recorder::~Recorder() {
+  if (thread_.joinable()) (void)finish();
+}
+
+void Recorder::record(RawFrame frame) {
+  if (has_failed_ || !queue_.try_push(std::move(frame))) ++lost_;
+}
+
+void Recorder::note_losses(const LossCounters& scanner) {
+  const std::scoped_lock lock(mutex_);
+  scanner_ = scanner;
+}
+
+std::optional<Error> Recorder::failure() const {
+  const std::scoped_lock lock(mutex_);
+  return failure_;
+}
+
+Result<RecorderSummary> Recorder::finish() {
+  SCANKNIT_CHECK(thread_.joinable());
+  thread_.request_stop();
+  thread_.join();
+  syncer_.request_stop();
+  syncer_.join();
+  if (const auto error = failure()) return *error;
+  return RecorderSummary{frames_written_, file_.size(), lost_};
+}
+
+void Recorder::write_frames(std::stop_token stop) {
+  for (;;) {
+    const auto patience =
+        oldest_waiting_ ? std::max(Clock::duration{0}, *oldest_waiting_ + kLongestWait - Clock::now()) : kLongestWait;
+    const auto frame = queue_.pop(stop, patience);
+    if (frame) {
+      write(*frame);
+    } else if (stop.stop_requested()) {
+      break;  // and the queue is empty
+    }
+    if (oldest_waiting_ && Clock::now() >= *oldest_waiting_ + kLongestWait) {
+      flush();
+    }
+  }
+  close();
+}
+
+void Recorder::write(const RawFrame& frame) {
+  if (has_failed_) {
+    ++lost_;
+    return;
+  }
+  const std::uint64_t frames = writer_.frames_waiting() + 1;
+  const auto written = writer_.write(frame);
+  const bool is_flushed = writer_.frames_waiting() == 0;
+  if (is_flushed) {
+    settle(written, frames);
+  } else if (!oldest_waiting_) {
+    oldest_waiting_ = Clock::now();
+  }
+  if (frame.host_ns >= next_losses_ns_) {
+    LossCounters losses = [this] {
+      const std::scoped_lock lock(mutex_);
+      return scanner_;
+    }();
+    losses.writer += lost_;
+    writer_.write_losses(frame.host_ns, losses);
+    next_losses_ns_ = frame.host_ns + kLossesPeriod_ns;
+  }
+}
+
+void Recorder::flush() {
+  const std::uint64_t frames = writer_.frames_waiting();
+  settle(writer_.flush(), frames);
+}
+
+// A chunk with this many frames was written or lost.
+void Recorder::settle(const Result<void>& written, std::uint64_t frames) {
+  oldest_waiting_.reset();
+  if (written) {
+    frames_written_ += frames;
+    return;
+  }
+  lost_ += frames;
+  const std::scoped_lock lock(mutex_);
+  if (!failure_) {
+    failure_ = Error{ErrorCode::kOutput,
+                     written.error().message + "; recording has stopped, the first " + std::to_string(frames_written_) +
+                         " frames are kept",
+                     path_.string()};
+  }
+  has_failed_ = true;
+}
+
+void Recorder::close() {
+  if (!has_failed_) flush();
+  // After a failure too: what the last chunk did not find room for may be enough for the summary. Without one the file
+  // is read as well.
+  const auto finished = writer_.finish();
+  if (!has_failed_) settle(finished, 0);
+  if (const auto synced = file_.sync(); !synced && !has_failed_) settle(synced, 0);
+}
+
+void Recorder::sync_each_second(std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  while (!never.wait_for(lock, stop, kSyncPeriod, [&] { return stop.stop_requested(); })) {
+    if (const auto synced = file_.sync(); !synced) {
+      const std::scoped_lock guard(mutex_);
+      if (!failure_) failure_ = synced.error();
+      has_failed_ = true;
+      return;
+    }
+  }
+}
+
+}  // namespace scanknit

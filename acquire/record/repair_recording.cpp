@@ -1,0 +1,50 @@
+#include "acquire/record/repair_recording.h"
+
+#include <optional>
+#include <span>
+
+#include "acquire/record/mcap_reader.h"
+#include "acquire/record/mcap_writer.h"
+#include "core/atomic_file.h"
+
+namespace scanknit {
+
+Result<RepairSummary> repair_recording(const std::filesystem::path& input, const std::filesystem::path& output,
+                                       const Limits& limits) {
+  auto access = open_random_access(input);
+  if (!access) return access.error();
+  auto reader = McapReader::open(*std::move(access), limits);
+  if (!reader) return Error{ErrorCode::kInput, reader.error().message, input.string()};
+  auto file = AtomicFile::create(output);
+  if (!file) return file.error();
+
+  McapWriter writer([&](std::span<const std::byte> bytes) { return file->write(bytes); }, reader->schemas(),
+                    reader->channels());
+  if (auto begun = writer.begin(); !begun) return begun.error();
+  RepairSummary summary{.fault = reader->fault()};
+  std::optional<std::uint32_t> chunk;  // the chunks stay as they were
+  for (const McapMessagePlace& place : reader->messages()) {
+    const auto data = reader->read(place);
+    if (!data) {
+      ++summary.lost;
+      if (!summary.fault) summary.fault = data.error().message;
+      continue;
+    }
+    if (chunk && *chunk != place.chunk) {
+      if (auto flushed = writer.flush(); !flushed) return flushed.error();
+    }
+    chunk = place.chunk;
+    writer.add({.channel = place.channel,
+                .sequence = place.sequence,
+                .log_ns = place.log_ns,
+                .publish_ns = place.publish_ns,
+                .data = *data});
+    ++summary.messages;
+  }
+  if (summary.messages == 0) return Error{ErrorCode::kInput, "not one whole message is left in it", input.string()};
+  if (auto finished = writer.finish(); !finished) return finished.error();
+  if (auto committed = file->commit(); !committed) return committed.error();
+  return summary;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,99 @@
+#include "acquire/replay/paced_source.h"
+
+#include <condition_variable>
+#include <mutex>
+#include <utility>
+#include <variant>
+
+namespace scanknit {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kPeriod_ns = 33'333'333;  // of recordings without a clock, whose stamps count frames
+
+class SteppedSource final : public FrameSource {
+ public:
+  SteppedSource(std::unique_ptr<FrameSource> source, PaceControl control)
+      : source_(std::move(source)), control_(std::move(control)) {}
+
+  [[nodiscard]] const RecordingInfo& info() const override { return source_->info(); }
+
+  [[nodiscard]] FrameEvent next(std::stop_token stop) override {
+    if (!control_.wait_for_step(stop)) return EndOfStream{};
+    return source_->next(stop);
+  }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  PaceControl control_;
+};
+
+class RealtimeSource final : public FrameSource {
+ public:
+  RealtimeSource(std::unique_ptr<FrameSource> source, PaceControl control)
+      : source_(std::move(source)), control_(std::move(control)) {}
+
+  [[nodiscard]] const RecordingInfo& info() const override { return source_->info(); }
+
+  [[nodiscard]] FrameEvent next(std::stop_token stop) override {
+    if (!ahead_) ahead_ = source_->next(stop);
+    FrameEvent event = *std::exchange(ahead_, std::nullopt);
+    auto* frame = std::get_if<Frame>(&event);
+    if (frame == nullptr) return event;
+    const Clock::time_point due = due_at(*frame);
+    if (control_.now() < due) {
+      control_.wait_until(due, stop);
+      return event;
+    }
+    ahead_ = source_->next(stop);
+    const auto* successor = std::get_if<Frame>(&*ahead_);
+    if (successor == nullptr || due_at(*successor) > control_.now()) return event;
+    return FrameDropped{
+        frame->sequence,
+        DropReason::kQueue,
+        {ErrorCode::kInput, "came too late: the frame after it is due already", info().folder.string()}};
+  }
+
+ private:
+  [[nodiscard]] Clock::time_point due_at(const Frame& frame) {
+    const std::int64_t time_ns = frame.has_clock ? frame.timestamp_ns : frame.timestamp_ns * kPeriod_ns;
+    if (!begin_) begin_ = Begin{control_.now(), time_ns};
+    // Recorded stamps ascend but may jump by more than 64 bits hold.
+    std::int64_t since_ns = 0;
+    if (__builtin_sub_overflow(time_ns, begin_->time_ns, &since_ns)) return begin_->at;
+    return begin_->at + std::chrono::nanoseconds(since_ns);
+  }
+
+  struct Begin {
+    Clock::time_point at;
+    std::int64_t time_ns;
+  };
+
+  std::unique_ptr<FrameSource> source_;
+  PaceControl control_;
+  std::optional<Begin> begin_;
+  std::optional<FrameEvent> ahead_;
+};
+
+}  // namespace
+
+PaceControl steady_pace_control() {
+  return {.now = [] { return Clock::now(); },
+          .wait_until =
+              [](Clock::time_point due, const std::stop_token& stop) {
+                std::mutex mutex;
+                std::condition_variable_any never;
+                std::unique_lock lock(mutex);
+                (void)never.wait_until(lock, stop, due, [&] { return stop.stop_requested(); });
+              },
+          .wait_for_step = [](const std::stop_token& stop) { return !stop.stop_requested(); }};
+}
+
+std::unique_ptr<FrameSource> paced(std::unique_ptr<FrameSource> source, Pace pace, PaceControl control) {
+  if (pace == Pace::kRealtime) return std::make_unique<RealtimeSource>(std::move(source), std::move(control));
+  if (pace == Pace::kStepped) return std::make_unique<SteppedSource>(std::move(source), std::move(control));
+  return source;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,36 @@
+// Pace: how fast a recording is played.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "acquire/frame_source.h"
+
+namespace scanknit {
+
+enum class Pace {
+  kFast,      ///< as fast as frames are asked for
+  kRealtime,  ///< by the recording's clock, as a scanner would: a frame whose successor is due already is dropped
+  kStepped,   ///< one frame for each call of PaceControl::wait_for_step
+};
+
+/// Where the waiting is done; tests have a clock of their own.
+struct PaceControl {
+  std::function<std::chrono::steady_clock::time_point()> now;
+  /// Returns at that time, or at once when stopped.
+  std::function<void(std::chrono::steady_clock::time_point, const std::stop_token&)> wait_until;
+  /// False: no further step will come, which ends the source.
+  std::function<bool(const std::stop_token&)> wait_for_step;
+};
+
+/// The steady clock; steps that come at once.
+[[nodiscard]] PaceControl steady_pace_control();
+
+/// `source` at that pace. Realtime: the first frame sets both clocks; thirty frames a second where the recording has no
+/// clock; frames that come too late are dropped with DropReason::kQueue.
+[[nodiscard]] std::unique_ptr<FrameSource> paced(std::unique_ptr<FrameSource> source, Pace pace, PaceControl control);
+
+}  // namespace scanknit

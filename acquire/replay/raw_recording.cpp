@@ -1,0 +1,96 @@
+#include "acquire/replay/raw_recording.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "acquire/live/frame_pairing.h"
+#include "acquire/live/raw_decode.h"
+
+namespace scanknit {
+namespace {
+
+Drop unreadable(const Error& error, const FrameEntry& entry) {
+  return make_drop(DropReason::kUnreadable, error.message, entry.depth);
+}
+
+OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const RawRecording& raw) {
+  const auto depth = raw.read(StreamKind::kDepth, entry.depth_index);
+  if (!depth) return unreadable(depth.error(), entry);
+  std::optional<RawFrame> colour;
+  if (!entry.colour.empty()) {
+    auto read = raw.read(StreamKind::kColour, entry.colour_index);
+    if (!read) return unreadable(read.error(), entry);
+    colour = *std::move(read);
+  }
+  auto frame = decode_raw_frame(*depth, colour ? &*colour : nullptr, raw.calibration, limits);
+  if (!frame) return unreadable(frame.error(), entry);
+  DecodedFrame decoded;
+  decoded.depth_m = std::move(frame->depth_m);
+  decoded.camera = frame->intrinsics;
+  if (!frame->colour) return decoded;
+  decoded.colour = std::move(frame->colour->image);
+  decoded.encoded_colour = frame->colour->encoded;
+  // Without one the source takes depth's, and straightens as it was told.
+  if (raw.calibration.colour.intrinsics.width > 0) decoded.colour_camera = frame->colour->intrinsics;
+  decoded.T_colour_depth = frame->colour->T_colour_depth;
+  return decoded;
+}
+
+// The pictures that are later than all before them: only those have a place in time.
+struct ColourTimes {
+  std::vector<std::int64_t> device_ns;
+  std::vector<std::size_t> index;
+};
+
+ColourTimes ascending(const std::vector<RawStamp>& stamps) {
+  ColourTimes times;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    if (!times.device_ns.empty() && stamps[i].device_ns <= times.device_ns.back()) continue;
+    times.device_ns.push_back(stamps[i].device_ns);
+    times.index.push_back(i);
+  }
+  return times;
+}
+
+std::int64_t reach_ns(const RawRecording& raw) {
+  StreamProfile profile;
+  if (!raw.colour.empty()) {
+    if (const auto first = raw.read(StreamKind::kColour, 0)) profile = first->profile;
+  }
+  return pairing_reach_ns(profile);
+}
+
+}  // namespace
+
+Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
+  // Straightening what the configuration states is the source's work, as in every layout.
+  if (config.intrinsics) raw.calibration.depth = {config.intrinsics->intrinsics, {}};
+  if (config.depth_scale) raw.calibration.depth_unit_m = 1 / *config.depth_scale;
+
+  Recording recording{.format = raw.format, .folder = raw.file, .depth_scale = 1 / raw.calibration.depth_unit_m};
+  recording.frames_bring_camera = raw.calibration.depth.intrinsics.fx != 0;  // its size may be left open
+  recording.warnings = std::move(raw.warnings);
+  const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };
+  const bool is_numbered = std::adjacent_find(raw.depth.begin(), raw.depth.end(), is_later) == raw.depth.end();
+  const ColourTimes colour = ascending(raw.colour);
+  const std::int64_t reach = reach_ns(raw);
+  for (std::size_t i = 0; i < raw.depth.size(); ++i) {
+    FrameEntry entry{.sequence = is_numbered ? raw.depth[i].sequence : i, .timestamp_ns = raw.depth[i].device_ns};
+    entry.depth = raw.file;
+    entry.depth_index = i;
+    if (const auto nearest = nearest_in_time(colour.device_ns, raw.depth[i].device_ns, reach)) {
+      entry.colour = raw.file;
+      entry.colour_index = colour.index[*nearest];
+    }
+    const auto pose = raw.T_world_camera.find(raw.depth[i].sequence);
+    if (pose != raw.T_world_camera.end()) entry.T_world_camera = pose->second;
+    recording.entries.push_back(std::move(entry));
+  }
+  recording.decode = [raw = std::move(raw)](const FrameEntry& entry, const DecodeSettings& settings) {
+    return decode(entry, settings.limits, raw);
+  };
+  return recording;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,55 @@
+// Recordings of raw frames in one file: how they become the index that every layout builds. Private to the room.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquire/acquire_config.h"
+#include "acquire/raw_frame.h"
+#include "acquire/record/random_access.h"
+#include "acquire/replay/recording.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// What is known of a picture before it is read.
+struct RawStamp {
+  std::uint64_t sequence = 0;
+  std::int64_t device_ns = 0;
+};
+
+/// The i-th picture of a stream, counting those of `RawRecording` from 0.
+using ReadRawFrame = std::function<Result<RawFrame>(StreamKind, std::size_t)>;
+
+struct RawRecording {
+  const char* format = "";
+  std::filesystem::path file = {};
+  RawCalibration calibration = {};
+  std::vector<RawStamp> depth = {}, colour = {};              ///< in the order of the file
+  std::map<std::uint64_t, Result<Pose>> T_world_camera = {};  ///< by the depth picture's sequence number
+  std::vector<std::string> warnings = {};
+  ReadRawFrame read = {};
+};
+
+/// A frame for each depth picture, with the colour picture nearest to it in the camera's time (live/frame_pairing.h),
+/// decoded as live capture decodes it (live/raw_decode.h). What `config` states of the camera wins.
+[[nodiscard]] Recording index_raw_recording(RawRecording raw, const AcquireConfig& config);
+
+// fits_*: whether a file's first bytes are of this kind. index_*: its frames, `path` for messages. Errors (kInput) name
+// it.
+
+[[nodiscard]] bool fits_mcap(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_mcap(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                           const AcquireConfig& config);
+
+[[nodiscard]] bool fits_realsense_bag(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> file,
+                                                    const std::filesystem::path& path, const AcquireConfig& config);
+
+}  // namespace scanknit

@@ -1,0 +1,299 @@
+// RealSense Viewer's bags: the container by bytes that tests write, the topics by a real recording.
+#include <bzlib.h>
+#include <gtest/gtest.h>
+#include <lz4frame.h>
+
+#include <map>
+
+#include "acquire/record/byte_writer.h"
+#include "acquire/replay/ros_bag.h"
+#include "test_replay_support.h"
+
+namespace scanknit::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::byte>;
+
+Bytes bytes_of_text(std::string_view text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+template <typename T>
+std::string number_field(const std::string& name, T value) {
+  Bytes raw;
+  ByteWriter(raw).little_endian(value);
+  std::string field = name + "=";
+  for (const std::byte b : raw) field += static_cast<char>(b);
+  return field;
+}
+
+void append_record(Bytes& bytes, const std::vector<std::string>& fields, const Bytes& data) {
+  Bytes header;
+  ByteWriter header_writer(header);
+  for (const std::string& field : fields) header_writer.text(field);
+  ByteWriter writer(bytes);
+  writer.little_endian(static_cast<std::uint32_t>(header.size()));
+  writer.append(header);
+  writer.little_endian(static_cast<std::uint32_t>(data.size()));
+  writer.append(data);
+}
+
+Bytes connection_data(const std::string& type) {
+  Bytes data;
+  ByteWriter(data).text("type=" + type);
+  return data;
+}
+
+void append_message(Bytes& chunk, std::uint32_t connection, double seconds, const Bytes& data) {
+  const auto whole = static_cast<std::uint64_t>(seconds);
+  const auto rest = static_cast<std::uint64_t>((seconds - static_cast<double>(whole)) * 1e9 + 0.5);
+  append_record(chunk,
+                {number_field<std::uint8_t>("op", 2), number_field("conn", connection),
+                 number_field<std::uint64_t>("time", rest << 32 | whole)},
+                data);
+}
+
+void append_connection(Bytes& chunk, std::uint32_t id, const std::string& topic, const std::string& type) {
+  append_record(chunk, {number_field<std::uint8_t>("op", 7), number_field("conn", id), "topic=" + topic},
+                connection_data(type));
+}
+
+Bytes pack(const Bytes& bytes, const std::string& compression) {
+  if (compression == "lz4") {
+    Bytes packed(LZ4F_compressFrameBound(bytes.size(), nullptr));
+    packed.resize(LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr));
+    return packed;
+  }
+  if (compression != "bz2") return bytes;
+  std::vector<char> source, target(bytes.size() + 1000);
+  for (const std::byte b : bytes) source.push_back(static_cast<char>(b));
+  auto size = static_cast<unsigned>(target.size());
+  BZ2_bzBuffToBuffCompress(target.data(), &size, source.data(), static_cast<unsigned>(source.size()), 1, 0, 0);
+  Bytes packed;
+  for (unsigned i = 0; i < size; ++i) packed.push_back(static_cast<std::byte>(target[i]));
+  return packed;
+}
+
+void append_chunk(Bytes& bag, const Bytes& chunk, const std::string& compression) {
+  append_record(bag,
+                {number_field<std::uint8_t>("op", 5), "compression=" + compression,
+                 number_field("size", static_cast<std::uint32_t>(chunk.size()))},
+                pack(chunk, compression));
+}
+
+// Three chunks of two messages each.
+Bytes small_bag(const std::string& compression) {
+  Bytes bag = bytes_of_text("#ROSBAG V2.0\n");
+  append_record(bag, {number_field<std::uint8_t>("op", 3), number_field<std::uint64_t>("index_pos", 0)}, Bytes(100));
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    Bytes chunk;
+    append_connection(chunk, 7, "/a", "std_msgs/String");
+    append_message(chunk, 7, 10 + i, bytes_of_text("first " + std::to_string(i)));
+    append_message(chunk, 7, 10.5 + i, bytes_of_text("second " + std::to_string(i)));
+    append_chunk(bag, chunk, compression);
+  }
+  return bag;
+}
+
+Result<RosBag> open(const Bytes& bag, const Limits& limits = {}) {
+  return RosBag::open(std::make_unique<MemoryAccess>(bag), limits);
+}
+
+class Bag : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Bag, GivesBackEveryMessage) {
+  const Bytes bytes = small_bag(GetParam());
+  auto bag = open(bytes);
+  ASSERT_TRUE(bag) << bag.error().text();
+  EXPECT_FALSE(bag->fault());
+  ASSERT_EQ(bag->connections().size(), 1u);
+  EXPECT_EQ(bag->connections()[0].topic, "/a");
+  EXPECT_EQ(bag->connections()[0].type, "std_msgs/String");
+  ASSERT_EQ(bag->messages().size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto data = bag->read(bag->messages()[i]);
+    ASSERT_TRUE(data);
+    const std::string expected = (i % 2 == 0 ? "first " : "second ") + std::to_string(i / 2);
+    EXPECT_EQ(Bytes(data->begin(), data->end()), bytes_of_text(expected));
+    EXPECT_EQ(bag->messages()[i].time_ns, 10'000'000'000 + static_cast<std::int64_t>(i) * 500'000'000);
+  }
+}
+
+TEST_P(Bag, CutAtAnyByteKeepsEveryWholeChunk) {
+  const Bytes whole = small_bag(GetParam());
+  std::size_t before = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    auto bag = open(cut);
+    const std::size_t messages = bag ? bag->messages().size() : 0;
+    EXPECT_GE(messages, before);
+    EXPECT_EQ(messages % 2, 0u);
+    before = messages;
+  }
+  EXPECT_EQ(before, 4u);
+}
+
+TEST_P(Bag, SurvivesAnyWrongByte) {
+  const Bytes whole = small_bag(GetParam());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    Bytes damaged = whole;
+    damaged[i] ^= std::byte{0xFF};
+    auto bag = open(damaged);
+    if (!bag) continue;
+    for (const BagMessage& message : bag->messages()) {
+      const auto data = bag->read(message);
+      EXPECT_TRUE(!data || data->size() == message.length);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllCompressions, Bag, ::testing::Values("none", "lz4", "bz2"),
+                         [](const auto& compression) { return compression.param; });
+
+TEST(BagLimits, HoldBeforeMemoryIsAskedFor) {
+  Limits limits;
+  limits.max_image_bytes = 20;
+  const Bytes bytes = small_bag("lz4");
+  const auto bag = open(bytes, limits);
+  ASSERT_TRUE(bag);
+  EXPECT_TRUE(bag->messages().empty());
+  EXPECT_TRUE(bag->fault());
+  limits = {};
+  limits.max_frames = 5;
+  EXPECT_FALSE(open(bytes, limits));
+}
+
+TEST(BagLimits, AnotherKindOfBagIsRefusedWithWords) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "a.bag", small_bag("none"));
+  EXPECT_NE(open_error(folder / "a.bag").find("Depth_0"), std::string::npos);
+}
+
+Bytes image_message(const std::string& encoding, std::uint32_t width, std::uint32_t height, std::uint32_t step,
+                    const Bytes& data) {
+  Bytes bytes;
+  ByteWriter writer(bytes);
+  writer.little_endian(std::uint32_t{5});
+  writer.little_endian(std::uint64_t{99});
+  writer.text("0");
+  writer.little_endian(height);
+  writer.little_endian(width);
+  writer.text(encoding);
+  writer.little_endian(std::uint8_t{0});
+  writer.little_endian(step);
+  writer.little_endian(static_cast<std::uint32_t>(data.size()));
+  writer.append(data);
+  return bytes;
+}
+
+Bytes camera_message(std::uint32_t width, std::uint32_t height, const std::string& lens, double k1) {
+  Bytes bytes;
+  ByteWriter writer(bytes);
+  writer.append(Bytes(12));
+  writer.text("0");
+  writer.little_endian(height);
+  writer.little_endian(width);
+  writer.text(lens);
+  writer.little_endian(std::uint32_t{5});
+  for (const double value : {k1, 0.0, 0.0, 0.0, 0.0}) writer.little_endian(value);
+  for (const double value : {4.0, 0.0, 1.5, 0.0, 4.5, 0.5, 0.0, 0.0, 1.0}) writer.little_endian(value);
+  return bytes;
+}
+
+Bytes transform_message(double x, double w) {
+  Bytes bytes;
+  ByteWriter writer(bytes);
+  for (const double value : {x, 0.0, 0.0, 0.0, 0.0, 0.0, w}) writer.little_endian(value);
+  return bytes;
+}
+
+Bytes float_message(float value) {
+  Bytes bytes;
+  ByteWriter(bytes).little_endian(value);
+  return bytes;
+}
+
+// A camera of 4 x 2 pixels whose rows are padded to 12 bytes.
+Bytes camera_bag(const std::string& lens = "Brown Conrady", double k1 = 0) {
+  const std::map<std::uint32_t, std::string> topics = {{1, "/device_0/sensor_0/Depth_0/image/data"},
+                                                       {2, "/device_0/sensor_0/Depth_0/info/camera_info"},
+                                                       {3, "/device_0/sensor_0/Depth_0/tf/0"},
+                                                       {4, "/device_0/sensor_1/Color_0/image/data"},
+                                                       {5, "/device_0/sensor_1/Color_0/info/camera_info"},
+                                                       {6, "/device_0/sensor_1/Color_0/tf/0"},
+                                                       {7, "/device_0/sensor_0/option/Depth Units/value"}};
+  Bytes chunk;
+  for (const auto& [id, topic] : topics) append_connection(chunk, id, topic, "any");
+  Bytes depth;
+  ByteWriter writer(depth);
+  for (const unsigned row : {100u, 200u}) {
+    for (unsigned x = 0; x < 4; ++x) writer.little_endian(static_cast<std::uint16_t>(row + x));
+    writer.little_endian(std::uint32_t{0xFFFF'FFFF});
+  }
+  append_message(chunk, 2, 0, camera_message(4, 2, lens, k1));
+  append_message(chunk, 5, 0, camera_message(4, 2, lens, 0));
+  append_message(chunk, 3, 0, transform_message(0, 1));
+  append_message(chunk, 6, 0, transform_message(0.015, 1));
+  append_message(chunk, 7, 0, float_message(0.01F));
+  append_message(chunk, 1, 1.0, image_message("mono16", 4, 2, 12, depth));
+  append_message(chunk, 4, 1.01, image_message("rgb8", 4, 2, 12, Bytes(24, std::byte{77})));
+  Bytes bag = bytes_of_text("#ROSBAG V2.0\n");
+  append_chunk(bag, chunk, "lz4");
+  return bag;
+}
+
+TEST(RealsenseBag, HasCamerasUnitAndTheWayBetweenThem) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "a.bag", camera_bag());
+  AcquireConfig config;
+  config.poses = PoseMode::kStill;
+  const Played played = play(folder / "a.bag", config);
+  ASSERT_EQ(played.frames.size(), 1u);
+  const Frame& frame = played.frames[0];
+  EXPECT_EQ(frame.intrinsics, (CameraIntrinsics{4, 2, 4, 4.5, 1.5, 0.5}));
+  EXPECT_EQ(frame.depth_m.at(0, 0), 1.0F) << "hundredths of a metre";
+  EXPECT_EQ(frame.depth_m.at(3, 1), 2.03F) << "rows are padded";
+  ASSERT_TRUE(frame.colour);
+  EXPECT_EQ(frame.colour->image.at(3, 1), (Rgb8{77, 77, 77}));
+  EXPECT_EQ(frame.colour->T_colour_depth.translation(), Eigen::Vector3d(0.015, 0, 0));
+  EXPECT_EQ(frame.timestamp_ns, 1'000'000'000);
+}
+
+TEST(RealsenseBag, SaysWhenItCannotStraightenALens) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "a.bag", camera_bag("Inverse Brown Conrady", 0.1));
+  const auto source = open_recording(folder / "a.bag", {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ((*source)->info().warnings.size(), 1u);
+}
+
+TEST(RealsenseBag, OfARealCameraIsReadWhole) {
+  const fs::path file = data_folder() / "realsense_bag" / "single_depth_color_640x480.bag";
+  if (data_folder().empty() || !fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
+  AcquireConfig config;
+  config.poses = PoseMode::kStill;
+  auto source = open_recording(file, config);
+  ASSERT_TRUE(source) << source.error().text();
+  EXPECT_EQ((*source)->info().format, "realsense-bag");
+  EXPECT_EQ((*source)->info().frames, 2u);
+  EXPECT_TRUE((*source)->info().warnings.empty());
+  const Played played = play(**source);
+  ASSERT_EQ(played.frames.size(), 2u);
+  const Frame& frame = played.frames[0];
+  EXPECT_NEAR(frame.intrinsics.fx, 390.45, 0.1);
+  EXPECT_EQ(frame.depth_m.width(), 640);
+  ASSERT_TRUE(frame.colour) << "taken 54 ms after the first depth picture";
+  EXPECT_NEAR(frame.colour->intrinsics.fx, 613.2, 0.1);
+  // A D435's colour camera sits a centimetre and a half beside the left one.
+  EXPECT_NEAR(frame.colour->T_colour_depth.translation().x(), 0.0143, 0.0001);
+  EXPECT_TRUE(is_rigid(frame.colour->T_colour_depth));
+  EXPECT_FALSE(played.frames[1].colour) << "farther than half a period of six frames a second";
+  std::size_t seen = 0;
+  for (const float z : frame.depth_m.pixels()) seen += z > 0.1F && z < 10 ? 1u : 0u;
+  EXPECT_GT(seen, frame.depth_m.size() / 2);
+}
+
+}  // namespace
+}  // namespace scanknit::test

@@ -1,0 +1,123 @@
+// The pace of a replay, by a clock that only moves when it is told to.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "acquire/replay/paced_source.h"
+
+namespace scanknit::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// Frames 0, 1, 2 ... a hundred milliseconds apart.
+class Metronome final : public FrameSource {
+ public:
+  explicit Metronome(std::uint64_t count, bool has_clock = true) : count_(count), has_clock_(has_clock) {}
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] FrameEvent next(std::stop_token) override {
+    if (next_ == count_) return EndOfStream{};
+    Frame frame;
+    frame.sequence = next_;
+    frame.has_clock = has_clock_;
+    frame.timestamp_ns =
+        has_clock_ ? 7'000'000'000 + static_cast<std::int64_t>(next_) * 100'000'000 : static_cast<std::int64_t>(next_);
+    ++next_;
+    return frame;
+  }
+
+ private:
+  RecordingInfo info_;
+  std::uint64_t count_, next_ = 0;
+  bool has_clock_;
+};
+
+class Paced : public ::testing::Test {
+ protected:
+  [[nodiscard]] PaceControl control() {
+    return {.now = [this] { return now_; },
+            .wait_until = [this](Clock::time_point due, const std::stop_token&) { now_ = std::max(now_, due); },
+            .wait_for_step = [this](const std::stop_token&) { return steps_-- > 0; }};
+  }
+  void open(Pace pace, std::uint64_t count, bool has_clock = true) {
+    source_ = paced(std::make_unique<Metronome>(count, has_clock), pace, control());
+  }
+  // The number of the next frame; -1: dropped, -2: the end.
+  int next() {
+    const FrameEvent event = source_->next({});
+    if (const auto* frame = std::get_if<Frame>(&event)) return static_cast<int>(frame->sequence);
+    const auto* drop = std::get_if<FrameDropped>(&event);
+    if (drop == nullptr) return -2;
+    EXPECT_EQ(drop->reason, DropReason::kQueue);
+    return -1;
+  }
+  [[nodiscard]] std::chrono::milliseconds spent() const {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(now_ - begin_);
+  }
+
+  Clock::time_point begin_{}, now_{};
+  int steps_ = 0;
+  std::unique_ptr<FrameSource> source_;
+};
+
+TEST_F(Paced, RealtimeHandsFramesOutWhenTheyWereTaken) {
+  open(Pace::kRealtime, 4);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(next(), i);
+    EXPECT_EQ(spent(), i * 100ms);
+  }
+  EXPECT_EQ(next(), -2);
+}
+
+TEST_F(Paced, RealtimeDropsWhatASlowReaderMissed) {
+  open(Pace::kRealtime, 6);
+  EXPECT_EQ(next(), 0);
+  now_ += 350ms;
+  EXPECT_EQ(next(), -1);
+  EXPECT_EQ(next(), -1);
+  EXPECT_EQ(next(), 3);
+  EXPECT_EQ(spent(), 350ms) << "the latest frame is handed out at once";
+  EXPECT_EQ(next(), 4);
+  EXPECT_EQ(spent(), 400ms);
+}
+
+TEST_F(Paced, RealtimeNeverDropsTheLastFrame) {
+  open(Pace::kRealtime, 2);
+  EXPECT_EQ(next(), 0);
+  now_ += 10s;
+  EXPECT_EQ(next(), 1);
+  EXPECT_EQ(next(), -2);
+}
+
+TEST_F(Paced, RealtimeWithoutAClockIsThirtyFramesASecond) {
+  open(Pace::kRealtime, 4, false);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(next(), i);
+  EXPECT_EQ(spent(), 99ms);
+}
+
+TEST_F(Paced, SteppedGivesAFrameForEachStep) {
+  open(Pace::kStepped, 9);
+  steps_ = 2;
+  EXPECT_EQ(next(), 0);
+  EXPECT_EQ(next(), 1);
+  EXPECT_EQ(next(), -2);
+}
+
+TEST_F(Paced, FastWaitsForNothing) {
+  open(Pace::kFast, 3);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(next(), i);
+  EXPECT_EQ(spent(), 0ms);
+}
+
+TEST(SteadyPace, StopsWaitingWhenStopped) {
+  const PaceControl control = steady_pace_control();
+  std::stop_source source;
+  source.request_stop();
+  const auto begin = control.now();
+  control.wait_until(begin + 1h, source.get_token());
+  EXPECT_LT(control.now() - begin, 10min);
+}
+
+}  // namespace
+}  // namespace scanknit::test

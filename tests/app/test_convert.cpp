@@ -1,0 +1,101 @@
+// Converting, mending and pacing recordings, as a user does it.
+#include <gtest/gtest.h>
+
+#include "tests/app/scan.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+std::vector<std::string> run_arguments(const fs::path& recording, const fs::path& output) {
+  return {"run", recording.string(), "-o", output.string(), "--set", "fusion.voxel_size=8mm"};
+}
+
+Outcome convert(const fs::path& recording, const std::string& target, const fs::path& output) {
+  return scanknit_command({"convert", recording.string(), "-o", output.string(), "--to", target});
+}
+
+TEST(ConvertCommand, TheConvertedRecordingGivesTheSameMesh) {
+  const Scan scan;
+  const fs::path mcap = scan / "scan.mcap";
+  const Outcome converted = convert(scan.recording(), "mcap", mcap);
+  ASSERT_EQ(converted.exit_code, 0) << converted.err;
+  ASSERT_EQ(scanknit_command(run_arguments(scan.recording(), scan / "a.ply")).exit_code, 0);
+  for (const char* again : {"b.ply", "c.ply"}) {
+    const Outcome outcome = scanknit_command(run_arguments(mcap, scan / again));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(read_text(scan / again), read_text(scan / "a.ply")) << "bit by bit";
+  }
+}
+
+TEST(ConvertCommand, SaysWhatItDidAsJson) {
+  const Scan scan;
+  const Outcome outcome =
+      scanknit_command({"convert", scan.recording().string(), "-o", (scan / "tum").string(), "--to", "tum", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["frames"], kScanFrames);
+  EXPECT_EQ(json["with_colour"], kScanFrames);
+  EXPECT_EQ(json["with_pose"], kScanFrames);
+  EXPECT_EQ(json["dropped"], 0);
+  EXPECT_TRUE(json["warnings"].is_array());
+}
+
+TEST(ConvertCommand, RefusesATargetThatDoesNotExist) {
+  const Scan scan;
+  const Outcome outcome = convert(scan.recording(), "betamax", scan / "x");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("--to: expected one of mcap, tum"), std::string::npos) << outcome.err;
+}
+
+TEST(ConvertCommand, LeavesNoFileWhenTheDiskIsFull) {
+  const Scan scan;
+  const fs::path mcap = scan / "scan.mcap";
+  const Outcome outcome = scanknit_command({"convert", scan.recording().string(), "-o", mcap.string(), "--to", "mcap"},
+                                           std::uintmax_t{20'000});
+  EXPECT_EQ(outcome.exit_code, 8) << outcome.err;
+  EXPECT_FALSE(fs::exists(mcap));
+}
+
+TEST(RepairCommand, MendsATornRecordingAndSaysWhatIsLost) {
+  const Scan scan({.frames = 40, .width = 320, .height = 240});  // several chunks
+  const fs::path mcap = scan / "scan.mcap";
+  ASSERT_EQ(convert(scan.recording(), "mcap", mcap).exit_code, 0);
+  fs::resize_file(mcap, fs::file_size(mcap) * 2 / 3);
+  const Outcome torn = scanknit_command({"info", mcap.string()});
+  EXPECT_EQ(torn.exit_code, 0);
+  EXPECT_NE(torn.out.find("torn"), std::string::npos) << torn.out;
+
+  const Outcome repaired = scanknit_command({"repair", mcap.string()});
+  ASSERT_EQ(repaired.exit_code, 0) << repaired.err;
+  EXPECT_NE(repaired.out.find("ends early"), std::string::npos) << repaired.out;
+  const Json info = Json::parse(scanknit_command({"info", mcap.string(), "--json"}).out);
+  EXPECT_EQ(info["format"], "mcap");
+  EXPECT_TRUE(info["warnings"].empty());
+  EXPECT_GT(info["frames"], 10);
+  EXPECT_LT(info["frames"], 40);
+}
+
+TEST(RepairCommand, RefusesWhatIsNoRecording) {
+  const Scan scan;
+  EXPECT_EQ(scanknit_command({"repair", scan.depth_picture(0).string()}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"repair", (scan / "nothing.mcap").string()}).exit_code, 4);
+}
+
+TEST(Pace, RealtimeTakesAsLongAsTheRecordingAndDropsWhatComesTooLate) {
+  const Scan scan;
+  const Outcome outcome = scan.run({"--pace", "realtime"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json report = scan.report();
+  const int fused = report["frames"]["fused"];
+  const Json& reasons = report["frames"]["dropped_by_reason"];
+  const int late = reasons.contains("queue") ? reasons["queue"].get<int>() : 0;
+  EXPECT_EQ(fused + late, kScanFrames);
+  constexpr double kLastFrame_ms = (kScanFrames - 1) * 1000.0 / 30;
+  EXPECT_GT(report["total_ms"].get<double>(), kLastFrame_ms * 0.99);
+}
+
+}  // namespace
+}  // namespace scanknit
