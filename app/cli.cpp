@@ -29,6 +29,8 @@ namespace {
 struct CommandLine {
   CommonArguments common;
   RunArguments run;
+  CaptureArguments capture;
+  RecordArguments record;
   ExtractArguments extract;
   SynthArguments synth;
   ConfigArguments config;
@@ -163,6 +165,62 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return run_command(line.run, line.common); }; });
+}
+
+void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
+  const std::string group = "Scanner";
+  app.add_option("--device", scanner.device, "Which scanner, as `scanknit devices` lists it; default: the first")
+      ->type_name("URI")
+      ->group(group);
+  app.add_option("--width", scanner.width, "Width of the depth pictures, or the nearest there is")
+      ->check(CLI::Range(16, 8192))
+      ->group(group);
+  app.add_option("--height", scanner.height, "Height of the depth pictures")->check(CLI::Range(16, 8192))->group(group);
+  app.add_option("--fps", scanner.frames_per_second, "Pictures a second")->check(CLI::Range(1.0, 1000.0))->group(group);
+  auto* frames = app.add_option("--frames", scanner.frames, "End after so many depth pictures")
+                     ->check(CLI::Range(1, 100'000'000))
+                     ->type_name("N")
+                     ->group(group);
+  app.add_option("--seconds", scanner.seconds, "End after so long")
+      ->check(CLI::PositiveNumber)
+      ->excludes(frames)
+      ->type_name("S")
+      ->group(group);
+  app.add_option("--wait", scanner.wait_s, "Wait so many seconds for a scanner that is not plugged in yet")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S")
+      ->group(group);
+  app.add_option("--reconnect", scanner.reconnect_s, "... and for one that was unplugged; 0: the scan ends then")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S")
+      ->group(group);
+  app.add_flag("--force", scanner.takes_from_others, "Also a scanner that another program uses")->group(group);
+}
+
+void add_capture(CLI::App& app, CommandLine& line) {
+  CaptureArguments& capture = line.capture;
+  CLI::App* command = app.add_subcommand("capture", "Scan with a scanner that is plugged in, and write the mesh");
+  command->add_option("-o,--output", capture.output, "Folder, or one file (.glb .ply .obj .stl)")
+      ->required()
+      ->type_name("OUT");
+  add_scanner_options(*command, capture.scanner);
+  auto* recording = command->add_option("--recording", capture.recording, "Keep the raw pictures here (default: OUT)")
+                        ->type_name("FILE.mcap");
+  command->add_flag("!--no-recording", capture.wants_recording, "Do not keep the raw pictures")->excludes(recording);
+  add_shorthand(*command, line, "--poses", "acquire.poses", "track (the default), or still");
+  command->add_option("--report", capture.report, "Write report.json here")->type_name("FILE");
+  command->add_option("--trajectory", capture.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
+  command->add_option("--save-volume", capture.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return capture_command(line.capture, line.common); }; });
+}
+
+void add_record(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("record", "Keep what a scanner sends, for `run`");
+  command->add_option("-o,--output", line.record.output, "The recording")->required()->type_name("FILE.mcap");
+  add_scanner_options(*command, line.record.scanner);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return record_command(line.record, line.common); }; });
 }
 
 void add_extract(CLI::App& app, CommandLine& line) {
@@ -334,6 +392,8 @@ int run_cli(int argc, const char* const* argv) {
   app.footer(kExitCodesHelp);
   app.require_subcommand(0, 1);
   add_run(app, line);
+  add_capture(app, line);
+  add_record(app, line);
   add_extract(app, line);
   add_synth(app, line);
   add_convert(app, line);

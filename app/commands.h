@@ -12,6 +12,7 @@
 #include "acquire/replay/paced_source.h"
 #include "app/config_load.h"
 #include "app/console.h"
+#include "app/live_scanner.h"
 #include "extract/volume/slice_reader.h"
 
 namespace scanknit {
@@ -39,6 +40,19 @@ struct ConvertArguments {
 
 struct RepairArguments {
   std::filesystem::path file, output;  ///< output empty: the file itself
+};
+
+struct CaptureArguments {
+  ScannerArguments scanner;
+  std::filesystem::path output;
+  std::optional<std::filesystem::path> report, trajectory, volume;
+  bool wants_recording = true;
+  std::optional<std::filesystem::path> recording;  ///< nothing: beside the mesh
+};
+
+struct RecordArguments {
+  ScannerArguments scanner;
+  std::filesystem::path output;
 };
 
 struct ExtractArguments {
@@ -73,6 +87,8 @@ struct ConfigArguments {
 };
 
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int record_command(const RecordArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);

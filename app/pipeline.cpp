@@ -80,17 +80,22 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   for (const std::string& warning : (*opened)->info().warnings) console.warn(warning);
   const auto source = paced(*std::move(opened), job.pace, terminal_pace_control());
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
+  return mesh_source(*source, job, stop, console, report);
+}
+
+Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
+                         RunReport& report) {
   warn_of_holes(job.config.extract, console);
   auto volume = TsdfVolume::create(job.config.fusion);
   if (!volume) return volume.error();
 
-  FrameIntake intake(*source, job.config.acquire, stop, console, report);
-  if (auto fused = fuse_frames(intake, PoseFinder(source->info().poses), job.config, *volume, report); !fused)
+  FrameIntake intake(source, job.config.acquire, stop, console, report);
+  if (auto fused = fuse_frames(intake, PoseFinder(source.info().poses), job.config, *volume, report); !fused)
     return fused;
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  return mesh_volume(field_view(*volume), mesh_frame(source->info(), intake), job, report);
+  return mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report);
 }
 
 }  // namespace scanknit

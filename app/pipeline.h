@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stop_token>
 
+#include "acquire/frame_source.h"
 #include "acquire/replay/paced_source.h"
 #include "app/config.h"
 #include "app/console.h"
@@ -24,5 +25,9 @@ struct Job {
 /// after an error. A stop request ends the fusing; what has been fused becomes the mesh. Errors: kOutput before any
 /// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
 [[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report);
+
+/// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked.
+[[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
+                                       RunReport& report);
 
 }  // namespace scanknit

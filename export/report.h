@@ -37,6 +37,9 @@ struct RunReport {
     std::vector<std::string> drop_messages;  ///< the first 100
   } frames;
 
+  /// Pictures of a scanner that never arrived, by where they were lost; nothing unless one was listened to.
+  std::optional<std::map<std::string, std::uint64_t>> losses;
+
   /// How well one frame's pose was found.
   struct TrackedFrame {
     std::uint64_t sequence = 0;

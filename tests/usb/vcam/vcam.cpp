@@ -155,6 +155,8 @@ std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n) {
 
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
   if (!stream.is_compressed) {
+    const bool is_depth = &stream == &streams_[0];
+    if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
     const auto pixels = std::as_bytes(depth_pixels(stream.number));
     return {pixels.begin(), pixels.end()};
   }

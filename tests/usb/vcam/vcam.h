@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -53,6 +54,8 @@ struct VcamOptions {
   std::string depth_code = "Z16 ";
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
+  /// The bytes of depth picture n; without one, depth_pixels(n).
+  std::function<std::vector<std::byte>(std::uint64_t)> depth_picture;
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 

@@ -1,0 +1,152 @@
+#include "acquire/live/live_source.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "acquire/live/raw_decode.h"
+
+namespace scanknit {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr std::size_t kQueueFrames = 32;  // half a second of two streams
+constexpr auto kPatience = std::chrono::milliseconds(50);
+constexpr auto kLossesEvery = std::chrono::seconds(1);
+
+const StreamProfile* stream_of(const std::vector<StreamProfile>& streams, StreamKind kind) {
+  const auto found = std::find_if(streams.begin(), streams.end(), [&](const auto& s) { return s.kind == kind; });
+  return found == streams.end() ? nullptr : &*found;
+}
+
+RecordingInfo describe(const LiveScanner& scanner, const LiveOptions& options) {
+  RecordingInfo info;
+  info.format = "live";
+  info.frames = options.frames.value_or(0);
+  info.poses = options.poses;
+  info.intrinsics = scanner.calibration.depth.intrinsics;
+  info.depth_scale = 1 / scanner.calibration.depth_unit_m;
+  info.has_colour = stream_of(scanner.streams, StreamKind::kColour) != nullptr;
+  if (info.has_colour) info.colour_intrinsics = scanner.calibration.colour.intrinsics;
+  return info;
+}
+
+FrameDropped drop(std::uint64_t sequence, DropReason reason, std::string message) {
+  return {sequence, reason, {ErrorCode::kInput, std::move(message)}};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LiveSource>> LiveSource::start(LiveScanner scanner, LiveOptions options, Recorder* recorder) {
+  const std::vector<StreamProfile> streams = scanner.streams;
+  std::unique_ptr<LiveSource> source(new LiveSource(std::move(scanner), std::move(options), recorder));
+  const auto started = source->device_->start(
+      streams, [self = source.get()](RawFrame frame) { self->take(std::move(frame)); },
+      [self = source.get()](const DeviceEvent& event) {
+        const std::scoped_lock lock(self->events_mutex_);
+        self->events_.push_back(event);
+      });
+  if (!started) return started.error();
+  return source;
+}
+
+LiveSource::LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder)
+    : info_(describe(scanner, options)),
+      options_(std::move(options)),
+      recorder_(recorder),
+      calibration_(std::move(scanner.calibration)),
+      queue_(kQueueFrames),
+      pairing_(info_.has_colour),
+      device_(std::move(scanner.device)) {}
+
+LiveSource::~LiveSource() {
+  device_->stop();
+}
+
+void LiveSource::take(RawFrame frame) {
+  if (recorder_ != nullptr) recorder_->record(frame);
+  if (!queue_.try_push(std::move(frame))) ++lost_in_queue_;
+}
+
+LossCounters LiveSource::losses() const {
+  LossCounters losses = device_->losses();
+  losses.queue += lost_in_queue_;
+  return losses;
+}
+
+void LiveSource::report_events() {
+  std::vector<DeviceEvent> events;
+  {
+    const std::scoped_lock lock(events_mutex_);
+    events.swap(events_);
+  }
+  for (const DeviceEvent& event : events) {
+    if (options_.on_event) options_.on_event(event);
+    if (event.kind == DeviceEvent::Kind::kFailed) failure_ = Error{ErrorCode::kDevice, event.text};
+  }
+}
+
+void LiveSource::report_losses() {
+  const auto now = steady_clock::now();
+  if (recorder_ == nullptr || now - losses_at_ < kLossesEvery) return;
+  losses_at_ = now;
+  recorder_->note_losses(losses());
+}
+
+bool LiveSource::is_over() const {
+  if (options_.frames && pictures_ >= *options_.frames) return true;
+  const auto seconds_past = [&] { return std::chrono::duration<double>(steady_clock::now() - *first_at_).count(); };
+  return options_.seconds && first_at_ && seconds_past() >= *options_.seconds;
+}
+
+std::optional<RawPair> LiveSource::newest_pair() {
+  std::optional<RawPair> newest;
+  const auto keep = [&](RawPair pair) {
+    if (newest) skipped_.push_back(drop(newest->depth.sequence, DropReason::kQueue, "a newer frame was there already"));
+    newest = std::move(pair);
+    ++pictures_;
+  };
+  auto patience = std::chrono::nanoseconds(kPatience);
+  while (auto frame = queue_.pop(std::stop_token{}, patience)) {
+    pairing_.add(*std::move(frame));
+    while (!is_over()) {
+      auto pair = pairing_.next();
+      if (!pair) break;
+      keep(*std::move(pair));
+    }
+    patience = std::chrono::nanoseconds::zero();
+  }
+  if (newest && !first_at_) first_at_ = steady_clock::now();
+  return newest;
+}
+
+FrameEvent LiveSource::decode(const RawPair& pair) {
+  auto frame = decode_raw_frame(pair.depth, pair.colour ? &*pair.colour : nullptr, calibration_, limits_);
+  if (!frame) return FrameDropped{pair.depth.sequence, DropReason::kUnreadable, frame.error()};
+  if (last_timestamp_ns_ && frame->timestamp_ns <= *last_timestamp_ns_) {
+    return drop(pair.depth.sequence, DropReason::kTimestamp, "its time is not after that of the frame before");
+  }
+  last_timestamp_ns_ = frame->timestamp_ns;
+  return *std::move(frame);
+}
+
+FrameEvent LiveSource::next(std::stop_token stop) {
+  while (true) {
+    report_events();
+    report_losses();
+    if (!skipped_.empty()) {
+      FrameDropped first = std::move(skipped_.front());
+      skipped_.pop_front();
+      return first;
+    }
+    const bool has_ended = stop.stop_requested() || is_over() || failure_;
+    if (has_ended) {
+      device_->stop();
+      return EndOfStream{};
+    }
+    if (const auto pair = newest_pair()) return decode(*pair);
+  }
+}
+
+}  // namespace scanknit

@@ -1,0 +1,90 @@
+// LiveSource: a scanner as a source of frames, while it streams.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "acquire/device_source.h"
+#include "acquire/frame_source.h"
+#include "acquire/live/frame_pairing.h"
+#include "acquire/record/recorder.h"
+#include "core/bounded_queue.h"
+#include "core/limits.h"
+
+namespace scanknit {
+
+/// What is streamed, and what is known of it.
+struct LiveScanner {
+  std::unique_ptr<DeviceSource> device;
+  std::vector<StreamProfile> streams;
+  RawCalibration calibration;
+};
+
+struct LiveOptions {
+  PoseMode poses = PoseMode::kTrack;  ///< kTrack or kStill
+  std::optional<std::size_t> frames;  ///< depth pictures after which it ends
+  std::optional<double> seconds;      ///< ... or so long after the first
+  EventSink on_event;                 ///< called by next(), not on a thread of the scanner
+};
+
+/// Whoever asks for frames gets the newest: those that came meanwhile are dropped (DropReason::kQueue), so that what is
+/// shown and tracked is what the scanner sees now. The recorder has them all.
+class LiveSource final : public FrameSource {
+ public:
+  /// Starts the scanner. `recorder` may be null and outlives this. Errors (kDevice): it cannot be started.
+  [[nodiscard]] static Result<std::unique_ptr<LiveSource>> start(LiveScanner scanner, LiveOptions options,
+                                                                 Recorder* recorder);
+  ~LiveSource() override;
+
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+
+  /// Ends when stopped, at the limits of LiveOptions, and when the scanner has failed; the scanner is then stopped.
+  [[nodiscard]] FrameEvent next(std::stop_token stop) override;
+
+  /// Why the scanner sends no more frames; nothing while it does.
+  [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
+
+  /// Of all streams since the start; the recorder's are its own.
+  [[nodiscard]] LossCounters losses() const;
+
+ private:
+  LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder);
+  void take(RawFrame frame);
+  void report_events();
+  void report_losses();
+  [[nodiscard]] bool is_over() const;
+  [[nodiscard]] std::optional<RawPair> newest_pair();
+  [[nodiscard]] FrameEvent decode(const RawPair& pair);
+
+  RecordingInfo info_;
+  LiveOptions options_;
+  Recorder* recorder_;
+  RawCalibration calibration_;
+  Limits limits_;
+
+  // Shared with the scanner's threads.
+  BoundedQueue<RawFrame> queue_;
+  std::atomic<std::uint64_t> lost_in_queue_ = 0;
+  std::mutex events_mutex_;
+  std::vector<DeviceEvent> events_;
+
+  FramePairing pairing_;
+  std::deque<FrameDropped> skipped_;
+  std::size_t pictures_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> first_at_;
+  std::chrono::steady_clock::time_point losses_at_{};
+  std::optional<std::int64_t> last_timestamp_ns_;
+  std::optional<Error> failure_;
+
+  std::unique_ptr<DeviceSource> device_;  // last: its threads use the others
+};
+
+}  // namespace scanknit

@@ -1,0 +1,95 @@
+// capture: from a scanner that is plugged in to a mesh, with the recording beside it.
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "app/commands.h"
+#include "app/live_scanner.h"
+#include "app/pipeline.h"
+#include "app/run_report.h"
+#include "app/signals.h"
+#include "core/atomic_file.h"
+
+namespace scanknit {
+namespace {
+
+/// Beside the mesh: OUT/recording.mcap, or NAME.mcap for one mesh file.
+std::filesystem::path default_recording(const std::filesystem::path& output, const Outputs& outputs) {
+  const bool is_one_file = !outputs.meshes.empty() && outputs.meshes.front() == output;
+  return is_one_file ? std::filesystem::path(output).replace_extension(".mcap") : output / "recording.mcap";
+}
+
+Result<std::unique_ptr<Recorder>> open_recorder(const CaptureArguments& arguments, const Outputs& outputs,
+                                                const RawCalibration& calibration, Console& console,
+                                                RunReport& report) {
+  if (!arguments.wants_recording) return std::unique_ptr<Recorder>();
+  const auto path = arguments.recording.value_or(default_recording(arguments.output, outputs));
+  if (auto writable = check_writable(path); !writable) return writable.error();
+  auto recorder = Recorder::create(path, calibration);
+  if (!recorder) return recorder.error();
+  console.info(fmt::format("recording to {}", path.string()));
+  report.files["recording"] = path.string();
+  return recorder;
+}
+
+void note_losses(const LossCounters& losses, Console& console, RunReport& report) {
+  report.losses = {{"device", losses.device},
+                   {"transport", losses.transport},
+                   {"overflow", losses.overflow},
+                   {"queue", losses.queue},
+                   {"writer", losses.writer}};
+  if (losses.total() > 0) console.warn("pictures lost: " + losses_text(losses));
+}
+
+Result<void> capture(const CaptureArguments& arguments, const Job& job, std::stop_token stop, Console& console,
+                     RunReport& report) {
+  const PoseMode poses = job.config.acquire.poses;
+  if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
+    return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
+  }
+  if (auto writable = check_outputs(job.outputs); !writable) return writable;
+  auto scanner = open_scanner(arguments.scanner, job.config.acquire, stop, console);
+  if (!scanner) return scanner.error();
+  auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);
+  if (!recorder) return recorder.error();
+  const PoseMode settled = poses == PoseMode::kStill ? PoseMode::kStill : PoseMode::kTrack;
+  auto source =
+      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, settled, console), recorder->get());
+  if (!source) return source.error();
+  console.info("scanning; Ctrl-C ends the scan and makes the mesh");
+
+  const Result<void> meshed = mesh_source(**source, job, stop, console, report);
+  LossCounters losses = (*source)->losses();
+  if (*recorder != nullptr) {
+    if (const auto kept = (*recorder)->finish(); !kept) console.warn(kept.error().text());
+    losses.writer += (*recorder)->lost();
+  }
+  note_losses(losses, console, report);
+  if (!meshed || !(*source)->failure()) return meshed;
+  return Error{ErrorCode::kDevice,
+               fmt::format("{}; what was scanned until then has been meshed", (*source)->failure()->message)};
+}
+
+}  // namespace
+
+int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal stop_on_signal;  // before any other thread
+  const auto begin = std::chrono::steady_clock::now();
+  auto config = load_config(with_run_defaults(common.config));
+  if (!config) return fail(config.error(), common);
+  const auto outputs = plan_outputs({.output = arguments.output,
+                                     .report = arguments.report,
+                                     .trajectory = arguments.trajectory,
+                                     .volume = arguments.volume},
+                                    config->output);
+  if (!outputs) return fail(outputs.error(), common);
+
+  const Job job{arguments.scanner.device, std::move(*config), *outputs};
+  RunReport report = begin_report(job);
+  Console console(common.verbosity);
+  const Result<void> result = capture(arguments, job, stop_on_signal.token(), console, report);
+  close_report(report, result, /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends
+  return conclude(report, result, job, common);
+}
+
+}  // namespace scanknit

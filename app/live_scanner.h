@@ -1,0 +1,38 @@
+// A scanner for `capture` and `record`: found, opened, and what it shall send chosen.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "acquire/live/live_source.h"
+#include "app/config.h"
+#include "app/console.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// What the command line says of the scanner and of how long it is listened to.
+struct ScannerArguments {
+  std::string device;  ///< as open_camera() takes it; empty: the first
+  int width = 640, height = 480;
+  double frames_per_second = 30;
+  std::optional<std::size_t> frames;
+  std::optional<double> seconds;
+  double wait_s = 0;
+  double reconnect_s = 30;
+  bool takes_from_others = false;
+};
+
+/// Errors: kUsage, kDevice (absent, forbidden, in use, without a known calibration).
+[[nodiscard]] Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const AcquireConfig& config,
+                                               std::stop_token stop, Console& console);
+
+/// Its limits; what happens to the scanner is said on the console.
+[[nodiscard]] LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Console& console);
+
+/// "device 0, transport 2, ..."; empty when nothing was lost.
+[[nodiscard]] std::string losses_text(const LossCounters& losses);
+
+}  // namespace scanknit
