@@ -46,6 +46,7 @@ LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Cons
   options.poses = poses;
   options.frames = arguments.frames;
   options.seconds = arguments.seconds;
+  options.survives_unplugging = arguments.reconnect_s > 0;
   options.on_event = [&console](const DeviceEvent& event) { console.warn(event.text); };
   return options;
 }

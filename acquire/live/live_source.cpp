@@ -83,7 +83,8 @@ void LiveSource::report_events() {
   }
   for (const DeviceEvent& event : events) {
     if (options_.on_event) options_.on_event(event);
-    if (event.kind == DeviceEvent::Kind::kFailed) failure_ = Error{ErrorCode::kDevice, event.text};
+    const bool is_gone = event.kind == DeviceEvent::Kind::kLeft && !options_.survives_unplugging;
+    if (event.kind == DeviceEvent::Kind::kFailed || is_gone) failure_ = Error{ErrorCode::kDevice, event.text};
   }
 }
 

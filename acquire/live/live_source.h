@@ -32,6 +32,7 @@ struct LiveOptions {
   PoseMode poses = PoseMode::kTrack;  ///< kTrack or kStill
   std::optional<std::size_t> frames;  ///< depth pictures after which it ends
   std::optional<double> seconds;      ///< ... or so long after the first
+  bool survives_unplugging = true;    ///< the device comes back by itself (DeviceOptions::reconnect_s), or fails
   EventSink on_event;                 ///< called by next(), not on a thread of the scanner
 };
 

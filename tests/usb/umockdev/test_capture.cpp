@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "acquire/frame_source.h"
 #include "acquire/synthetic/surface_error.h"

@@ -55,7 +55,7 @@ struct VcamOptions {
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
   /// The bytes of depth picture n; without one, depth_pixels(n).
-  std::function<std::vector<std::byte>(std::uint64_t)> depth_picture;
+  std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 
