@@ -1,6 +1,6 @@
 #include "acquire/record/mcap_format.h"
 
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "core/byte_reader.h"
 
 namespace scanknit {
@@ -19,19 +19,19 @@ std::optional<std::string> take_text(ByteReader& reader) {
 }  // namespace
 
 McapRecord::McapRecord(McapOp op, std::vector<std::byte>& bytes) : bytes_(bytes) {
-  ByteWriter writer(bytes_);
+  ByteAppender writer(bytes_);
   writer.little_endian(static_cast<std::uint8_t>(op));
   writer.little_endian(std::uint64_t{0});
   content_at_ = bytes_.size();
 }
 
 void McapRecord::close() {
-  ByteWriter(bytes_).put(content_at_ - sizeof(std::uint64_t), std::uint64_t{bytes_.size() - content_at_});
+  ByteAppender(bytes_).put(content_at_ - sizeof(std::uint64_t), std::uint64_t{bytes_.size() - content_at_});
 }
 
 void append_schema(const McapSchema& schema, std::vector<std::byte>& bytes) {
   McapRecord record(McapOp::kSchema, bytes);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(schema.id);
   writer.text(schema.name);
   writer.text(schema.encoding);
@@ -41,7 +41,7 @@ void append_schema(const McapSchema& schema, std::vector<std::byte>& bytes) {
 
 void append_channel(const McapChannel& channel, std::vector<std::byte>& bytes) {
   McapRecord record(McapOp::kChannel, bytes);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(channel.id);
   writer.little_endian(channel.schema_id);
   writer.text(channel.topic);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "acquire/crc32.h"
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "core/version.h"
 
 namespace scanknit {
@@ -16,7 +16,7 @@ constexpr std::size_t kChunkHeader = kMcapRecordHeader + 8 + 8 + 8 + 4 + 4 + 8;
 
 // `bytes` hold the summary and its offsets: the footer's CRC is of all that stands before it.
 void append_footer(std::uint64_t summary_start, std::uint64_t offsets_start, std::vector<std::byte>& bytes) {
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(static_cast<std::uint8_t>(McapOp::kFooter));
   writer.little_endian(std::uint64_t{8 + 8 + 4});
   writer.little_endian(summary_start);
@@ -34,7 +34,7 @@ McapWriter::McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vect
 Result<void> McapWriter::begin() {
   std::vector<std::byte> bytes(kMcapMagic.begin(), kMcapMagic.end());
   McapRecord header(McapOp::kHeader, bytes);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.text("x-scanknit");
   writer.text(std::string("scanknit ") + kVersion);
   header.close();
@@ -55,7 +55,7 @@ void McapWriter::add(const McapMessage& message) {
   ++messages_;
   index_[message.channel].push_back({message.log_ns, chunk_.size() - kChunkHeader});
   McapRecord record(McapOp::kMessage, chunk_);
-  ByteWriter writer(chunk_);
+  ByteAppender writer(chunk_);
   writer.little_endian(message.channel);
   writer.little_endian(message.sequence);
   writer.little_endian(message.log_ns);
@@ -82,7 +82,7 @@ void McapWriter::close_chunk(ChunkPlace& place) {
   place.length = chunk_.size();
   place.records = chunk_.size() - kChunkHeader;
   std::vector<std::byte> header;
-  ByteWriter writer(header);
+  ByteAppender writer(header);
   writer.little_endian(static_cast<std::uint8_t>(McapOp::kChunk));
   writer.little_endian(std::uint64_t{chunk_.size() - kMcapRecordHeader});
   writer.little_endian(place.begin_ns);
@@ -99,7 +99,7 @@ void McapWriter::append_message_indexes(ChunkPlace& place) {
   for (const auto& [channel, entries] : index_) {
     place.index_offsets[channel] = place.offset + chunk_.size();
     McapRecord record(McapOp::kMessageIndex, chunk_);
-    ByteWriter writer(chunk_);
+    ByteAppender writer(chunk_);
     writer.little_endian(channel);
     writer.little_endian(static_cast<std::uint32_t>(entries.size() * 2 * sizeof(std::uint64_t)));
     for (const IndexEntry& entry : entries) {
@@ -120,7 +120,7 @@ Result<void> McapWriter::finish() {
 std::vector<std::byte> McapWriter::summary() const {
   std::vector<std::byte> bytes;
   McapRecord data_end(McapOp::kDataEnd, bytes);
-  ByteWriter(bytes).little_endian(std::uint32_t{0});  // the chunks have their own CRCs
+  ByteAppender(bytes).little_endian(std::uint32_t{0});  // the chunks have their own CRCs
   data_end.close();
   const std::uint64_t begin = offset_ + bytes.size();
 
@@ -129,7 +129,7 @@ std::vector<std::byte> McapWriter::summary() const {
   const auto add_group = [&](McapOp op, std::size_t group_begin) {
     if (section.size() == group_begin) return;
     McapRecord record(McapOp::kSummaryOffset, offsets);
-    ByteWriter writer(offsets);
+    ByteAppender writer(offsets);
     writer.little_endian(static_cast<std::uint8_t>(op));
     writer.little_endian(begin + group_begin);
     writer.little_endian(std::uint64_t{section.size() - group_begin});
@@ -158,7 +158,7 @@ std::vector<std::byte> McapWriter::summary() const {
 
 void McapWriter::append_chunk_index(const ChunkPlace& place, std::vector<std::byte>& bytes) const {
   McapRecord record(McapOp::kChunkIndex, bytes);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(place.begin_ns);
   writer.little_endian(place.end_ns);
   writer.little_endian(place.offset);
@@ -185,7 +185,7 @@ void McapWriter::append_statistics(std::vector<std::byte>& bytes) const {
     end_ns = std::max(end_ns, place.end_ns);
   }
   McapRecord record(McapOp::kStatistics, bytes);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(messages);
   writer.little_endian(static_cast<std::uint16_t>(schemas_.size()));
   writer.little_endian(static_cast<std::uint32_t>(channels_.size()));

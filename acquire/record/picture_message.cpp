@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/record/depth_codec.h"
 #include "acquire/record/zstd_bytes.h"
 #include "core/byte_reader.h"
@@ -90,7 +90,7 @@ std::vector<std::byte> pack_picture(const RawFrame& frame) {
   SCANKNIT_CHECK(frame.bytes && frame.profile.width > 0 && frame.profile.height > 0);
   const Packing packing = packing_for(frame);
   std::vector<std::byte> message;
-  ByteWriter writer(message);
+  ByteAppender writer(message);
   writer.little_endian(kVersion1);
   writer.little_endian(static_cast<std::uint8_t>(frame.profile.kind));
   writer.little_endian(static_cast<std::uint8_t>(frame.profile.format));

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "acquire/crc32.h"
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/record/depth_codec.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/zstd_bytes.h"
@@ -23,7 +23,7 @@ std::vector<std::byte> random_bytes(std::size_t count, std::uint32_t seed) {
 
 std::vector<std::byte> little_endian(const std::vector<std::uint16_t>& values) {
   std::vector<std::byte> bytes;
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   for (const std::uint16_t value : values) writer.little_endian(value);
   return bytes;
 }
@@ -126,14 +126,14 @@ TEST(PictureMessage, SurvivesAnyWrongByte) {
 // A header of a few bytes that asks for gigabytes.
 TEST(PictureMessage, AsksForNoMemoryBeyondTheLimits) {
   auto message = pack_picture(colour_frame(1));
-  ByteWriter writer(message);
+  ByteAppender writer(message);
   writer.put(4, std::uint32_t{60'000});
   writer.put(8, std::uint32_t{60'000});
   EXPECT_FALSE(unpack_picture(message, {}));
   writer.put(4, std::uint32_t{0});
   EXPECT_FALSE(unpack_picture(message, {}));
   message = pack_picture(colour_frame(1));
-  ByteWriter(message).put(12, std::uint32_t{0xFFFF'FFFF});
+  ByteAppender(message).put(12, std::uint32_t{0xFFFF'FFFF});
   EXPECT_FALSE(unpack_picture(message, {}));
 }
 

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "acquire/crc32.h"
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/mcap_writer.h"
 #include "acquire/record/zstd_bytes.h"
@@ -235,11 +235,11 @@ TEST(McapFile, MayHaveChunksPackedWithZstd) {
   Bytes records;
   append_channel({1, 0, "a", "json"}, records);
   McapRecord message(McapOp::kMessage, records);
-  ByteWriter(records).append(Bytes(kMcapMessageHeader + 5));
+  ByteAppender(records).append(Bytes(kMcapMessageHeader + 5));
   message.close();
   Bytes file(kMcapMagic.begin(), kMcapMagic.end());
   McapRecord chunk(McapOp::kChunk, file);
-  ByteWriter writer(file);
+  ByteAppender writer(file);
   writer.append(Bytes(16));
   writer.little_endian(std::uint64_t{records.size()});
   writer.little_endian(crc32(records));

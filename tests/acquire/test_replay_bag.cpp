@@ -5,7 +5,7 @@
 
 #include <map>
 
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/replay/ros_bag.h"
 #include "test_replay_support.h"
 
@@ -23,7 +23,7 @@ Bytes bytes_of_text(std::string_view text) {
 template <typename T>
 std::string number_field(const std::string& name, T value) {
   Bytes raw;
-  ByteWriter(raw).little_endian(value);
+  ByteAppender(raw).little_endian(value);
   std::string field = name + "=";
   for (const std::byte b : raw) field += static_cast<char>(b);
   return field;
@@ -31,9 +31,9 @@ std::string number_field(const std::string& name, T value) {
 
 void append_record(Bytes& bytes, const std::vector<std::string>& fields, const Bytes& data) {
   Bytes header;
-  ByteWriter header_writer(header);
+  ByteAppender header_writer(header);
   for (const std::string& field : fields) header_writer.text(field);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(static_cast<std::uint32_t>(header.size()));
   writer.append(header);
   writer.little_endian(static_cast<std::uint32_t>(data.size()));
@@ -42,7 +42,7 @@ void append_record(Bytes& bytes, const std::vector<std::string>& fields, const B
 
 Bytes connection_data(const std::string& type) {
   Bytes data;
-  ByteWriter(data).text("type=" + type);
+  ByteAppender(data).text("type=" + type);
   return data;
 }
 
@@ -174,7 +174,7 @@ TEST(BagLimits, AnotherKindOfBagIsRefusedWithWords) {
 Bytes image_message(const std::string& encoding, std::uint32_t width, std::uint32_t height, std::uint32_t step,
                     const Bytes& data) {
   Bytes bytes;
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.little_endian(std::uint32_t{5});
   writer.little_endian(std::uint64_t{99});
   writer.text("0");
@@ -190,7 +190,7 @@ Bytes image_message(const std::string& encoding, std::uint32_t width, std::uint3
 
 Bytes camera_message(std::uint32_t width, std::uint32_t height, const std::string& lens, double k1) {
   Bytes bytes;
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   writer.append(Bytes(12));
   writer.text("0");
   writer.little_endian(height);
@@ -204,14 +204,14 @@ Bytes camera_message(std::uint32_t width, std::uint32_t height, const std::strin
 
 Bytes transform_message(double x, double w) {
   Bytes bytes;
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   for (const double value : {x, 0.0, 0.0, 0.0, 0.0, 0.0, w}) writer.little_endian(value);
   return bytes;
 }
 
 Bytes float_message(float value) {
   Bytes bytes;
-  ByteWriter(bytes).little_endian(value);
+  ByteAppender(bytes).little_endian(value);
   return bytes;
 }
 
@@ -227,7 +227,7 @@ Bytes camera_bag(const std::string& lens = "Brown Conrady", double k1 = 0) {
   Bytes chunk;
   for (const auto& [id, topic] : topics) append_connection(chunk, id, topic, "any");
   Bytes depth;
-  ByteWriter writer(depth);
+  ByteAppender writer(depth);
   for (const unsigned row : {100u, 200u}) {
     for (unsigned x = 0; x < 4; ++x) writer.little_endian(static_cast<std::uint16_t>(row + x));
     writer.little_endian(std::uint32_t{0xFFFF'FFFF});

@@ -72,7 +72,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"openvdb", {"fusion", "extract", "app"}},
     {"boost", {"extract"}},
     {"hwy", {"acquire", "fusion", "extract"}},
-    {"zlib.h", {"extract"}},
+    {"zlib.h", {"acquire", "extract"}},
     {"gdcmReader.h", {"extract"}},
     {"NrrdIO.h", {"extract"}},
     {"tiny_gltf.h", {"export"}},
@@ -86,6 +86,25 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"lz4frame.h", {"acquire"}},
     {"bzlib.h", {"acquire"}},
 };
+
+// All rooms share one namespace: two types of one name would be one to the linker.
+TEST(Layering, NoTwoHeadersDefineATypeOfOneName) {
+  const std::regex definition(R"(^(?:class|struct|enum class) (?:alignas\(\d+\) )?(\w+)(?: final)?(?: :.*)?\s*\{)");
+  std::map<std::string, std::string> first;
+  for (const std::string& room : kRooms) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SCANKNIT_SOURCE_DIR) / room)) {
+      if (entry.path().extension() != ".h") continue;
+      std::ifstream file(entry.path());
+      for (std::string line; std::getline(file, line);) {
+        std::smatch match;
+        if (!std::regex_search(line, match, definition)) continue;
+        const auto [place, is_new] = first.emplace(match[1].str(), entry.path().string());
+        EXPECT_TRUE(is_new) << match[1] << " in " << entry.path() << " and " << place->second;
+      }
+    }
+  }
+  EXPECT_GT(first.size(), 100u);
+}
 
 TEST(Layering, LibrariesStayInTheirHome) {
   for (const Include& include : all_includes()) {

@@ -1,4 +1,4 @@
-// ByteWriter: ByteReader's other half. Numbers and texts as bytes, little endian.
+// ByteAppender: ByteReader's other half. Numbers and texts as bytes, little endian.
 #pragma once
 
 #include <bit>
@@ -12,9 +12,9 @@
 namespace scanknit {
 
 /// Appends to a vector that it does not own.
-class ByteWriter {
+class ByteAppender {
  public:
-  explicit ByteWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
+  explicit ByteAppender(std::vector<std::byte>& bytes) : bytes_(bytes) {}
 
   /// T: an integer or float of 1, 2, 4 or 8 bytes.
   template <typename T>
