@@ -1,4 +1,4 @@
-// FrameSource: one frame after another, from a recording or (later) a live scanner.
+// FrameSource: one frame after another, from a recording or a scanner (live/live_source.h).
 #pragma once
 
 #include <cstddef>

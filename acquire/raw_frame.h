@@ -60,6 +60,14 @@ struct LossCounters {
   std::uint64_t writer = 0;     ///< the recorder was too slow, or its disk full
 
   [[nodiscard]] std::uint64_t total() const { return device + transport + overflow + queue + writer; }
+  LossCounters& operator+=(const LossCounters& other) {
+    device += other.device;
+    transport += other.transport;
+    overflow += other.overflow;
+    queue += other.queue;
+    writer += other.writer;
+    return *this;
+  }
   friend bool operator==(const LossCounters&, const LossCounters&) = default;
 };
 

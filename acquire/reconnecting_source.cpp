@@ -31,20 +31,14 @@ class ReconnectingSource final : public DeviceSource {
   }
   [[nodiscard]] LossCounters losses() const override {
     const std::lock_guard lock(mutex_);
-    return source_ ? sum(losses_before_, source_->losses()) : losses_before_;
+    LossCounters losses = losses_before_;
+    if (source_) losses += source_->losses();
+    return losses;
   }
   [[nodiscard]] Result<void> start(std::span<const StreamProfile> streams, FrameSink frames, EventSink events) override;
   void stop() override;
 
  private:
-  static LossCounters sum(LossCounters a, const LossCounters& b) {
-    a.device += b.device;
-    a.transport += b.transport;
-    a.overflow += b.overflow;
-    a.queue += b.queue;
-    a.writer += b.writer;
-    return a;
-  }
   [[nodiscard]] Error absent() const { return {ErrorCode::kDevice, "unplugged", info_.name}; }
   [[nodiscard]] Result<void> start_source(DeviceSource& source);
   void on_frame(RawFrame frame);
@@ -130,7 +124,7 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
       std::unique_lock lock(mutex_);
       if (!left_.wait(lock, stop, [this] { return has_left_; })) return;
       has_left_ = false;
-      losses_before_ = sum(losses_before_, source_->losses());
+      losses_before_ += source_->losses();
       old = std::move(source_);
     }
     old.reset();  // waits for its threads: not under the lock, which its last event may want

@@ -32,15 +32,6 @@ Result<std::unique_ptr<Recorder>> open_recorder(const CaptureArguments& argument
   return recorder;
 }
 
-void note_losses(const LossCounters& losses, Console& console, RunReport& report) {
-  report.losses = {{"device", losses.device},
-                   {"transport", losses.transport},
-                   {"overflow", losses.overflow},
-                   {"queue", losses.queue},
-                   {"writer", losses.writer}};
-  if (losses.total() > 0) console.warn("pictures lost: " + losses_text(losses));
-}
-
 Result<void> capture(const CaptureArguments& arguments, const Job& job, std::stop_token stop, Console& console,
                      RunReport& report) {
   const PoseMode poses = job.config.acquire.poses;
@@ -50,6 +41,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
   auto scanner = open_scanner(arguments.scanner, job.config.acquire, stop, console);
   if (!scanner) return scanner.error();
+  report.input = scanner->device->info().uri;
   auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);
   if (!recorder) return recorder.error();
   const PoseMode settled = poses == PoseMode::kStill ? PoseMode::kStill : PoseMode::kTrack;
@@ -64,7 +56,8 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     if (const auto kept = (*recorder)->finish(); !kept) console.warn(kept.error().text());
     losses.writer += (*recorder)->lost();
   }
-  note_losses(losses, console, report);
+  report.losses = named(losses);
+  warn_of_losses(losses, console);
   if (!meshed || !(*source)->failure()) return meshed;
   return Error{ErrorCode::kDevice,
                fmt::format("{}; what was scanned until then has been meshed", (*source)->failure()->message)};

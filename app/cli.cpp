@@ -190,7 +190,8 @@ void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->group(group);
-  app.add_option("--reconnect", scanner.reconnect_s, "... and for one that was unplugged; 0: the scan ends then")
+  app.add_option("--reconnect", scanner.reconnect_s,
+                 "Wait so many seconds for a scanner that was unplugged, default 30; 0: the scan ends")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->group(group);

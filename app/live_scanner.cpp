@@ -1,8 +1,10 @@
 #include "app/live_scanner.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <utility>
+#include <vector>
 
 namespace scanknit {
 namespace {
@@ -51,10 +53,19 @@ LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Cons
   return options;
 }
 
-std::string losses_text(const LossCounters& losses) {
-  if (losses.total() == 0) return "";
-  return fmt::format("device {}, transport {}, overflow {}, queue {}, writer {}", losses.device, losses.transport,
-                     losses.overflow, losses.queue, losses.writer);
+std::map<std::string, std::uint64_t> named(const LossCounters& losses) {
+  return {{"device", losses.device},
+          {"transport", losses.transport},
+          {"overflow", losses.overflow},
+          {"queue", losses.queue},
+          {"writer", losses.writer}};
+}
+
+void warn_of_losses(const LossCounters& losses, Console& console) {
+  if (losses.total() == 0) return;
+  std::vector<std::string> parts;
+  for (const auto& [where, count] : named(losses)) parts.push_back(fmt::format("{} {}", where, count));
+  console.warn(fmt::format("pictures lost: {}; docs/devices.md says what the words mean", fmt::join(parts, ", ")));
 }
 
 }  // namespace scanknit

@@ -1,7 +1,8 @@
 // A scanner for `capture` and `record`: found, opened, and what it shall send chosen.
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -32,7 +33,10 @@ struct ScannerArguments {
 /// Its limits; what happens to the scanner is said on the console.
 [[nodiscard]] LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Console& console);
 
-/// "device 0, transport 2, ..."; empty when nothing was lost.
-[[nodiscard]] std::string losses_text(const LossCounters& losses);
+/// By their names in the report.
+[[nodiscard]] std::map<std::string, std::uint64_t> named(const LossCounters& losses);
+
+/// Says on the console what was lost, if anything was.
+void warn_of_losses(const LossCounters& losses, Console& console);
 
 }  // namespace scanknit

@@ -51,17 +51,11 @@ int print_summary(const Recorded& recorded, const RecordArguments& arguments, co
   const std::string output = arguments.output.string();
   if (common.is_json) {
     using Json = nlohmann::ordered_json;
-    const LossCounters& losses = recorded.losses;
     const Json json = {{"output", output},
                        {"depth_pictures", recorded.frames},
                        {"pictures", recorded.file.frames},
                        {"bytes", recorded.file.bytes},
-                       {"losses",
-                        {{"device", losses.device},
-                         {"transport", losses.transport},
-                         {"overflow", losses.overflow},
-                         {"queue", losses.queue},
-                         {"writer", losses.writer}}}};
+                       {"losses", named(recorded.losses)}};
     return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
   if (common.verbosity == Verbosity::kQuiet) return kExitOk;
@@ -79,7 +73,7 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   Console console(common.verbosity);
   const auto recorded = record(arguments, config->acquire, stop_on_signal.token(), console);
   if (!recorded) return fail(recorded.error(), common);
-  if (const std::string lost = losses_text(recorded->losses); !lost.empty()) console.warn("pictures lost: " + lost);
+  warn_of_losses(recorded->losses, console);
   const int printed = print_summary(*recorded, arguments, common);
   if (recorded->failure) return fail(*recorded->failure, common);
   return printed;

@@ -8,7 +8,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "core/atomic_file.h"
 
 namespace scanknit {
@@ -63,7 +63,7 @@ class FakenectTarget final : public RecordingTarget {
   // Sixteen bits in the order of the machine that plays, against the definition of PGM: as the player reads them.
   [[nodiscard]] Result<void> write_depth(const Image<std::uint16_t>& raw, const std::string& name) {
     std::vector<std::byte> bytes = text_bytes(fmt::format("P5 {} {} 65535\n", kWidth, kHeight));
-    ByteWriter writer(bytes);
+    ByteAppender writer(bytes);
     for (const std::uint16_t value : raw.pixels()) writer.little_endian(value);
     index_ += name + "\n";
     return write_bytes(bytes, folder_ / name);

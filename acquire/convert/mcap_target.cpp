@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "acquire/convert/recording_target.h"
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/record/recording_writer.h"
 #include "acquire/replay/jpeg_structure.h"
 #include "core/atomic_file.h"

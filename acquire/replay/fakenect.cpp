@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "acquire/record/byte_writer.h"
+#include "acquire/record/byte_appender.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
@@ -86,7 +86,7 @@ std::shared_ptr<const std::vector<std::byte>> to_millimetres(std::span<const std
   std::vector<std::byte> bytes;
   bytes.reserve(disparity.size());
   ByteReader reader(disparity);
-  ByteWriter writer(bytes);
+  ByteAppender writer(bytes);
   while (const auto d = reader.little_endian<std::uint16_t>()) writer.little_endian(millimetres(*d));
   return std::make_shared<const std::vector<std::byte>>(std::move(bytes));
 }

@@ -253,12 +253,7 @@ void UvcCamera::stop() {
 
 LossCounters UvcCamera::losses() const {
   LossCounters sum = losses_before_;
-  for (const Watched& watched : streams_) {
-    const LossCounters one = watched.stream->losses();
-    sum.device += one.device;
-    sum.transport += one.transport;
-    sum.overflow += one.overflow;
-  }
+  for (const Watched& watched : streams_) sum += watched.stream->losses();
   return sum;
 }
 

@@ -22,6 +22,7 @@ using nlohmann::json;
 
 constexpr int kPictures = 45;        // three seconds of
 constexpr const char* kRate = "15";  // pictures a second
+constexpr double kQuarterVoxel_m = 0.002;
 
 /// Part of a slow walk round the desk, as the emulated camera's optics would see it.
 class DeskView {
@@ -102,7 +103,7 @@ TEST(CaptureCommand, EndsInAMeshOfWhatTheCameraSaw) {
   EXPECT_EQ(report.at("frames").at("lost"), 0);
   EXPECT_GE(report.at("frames").at("fused"), 5);
   const std::uint64_t first = report.at("tracking").at("frames").at(0).at("frame");
-  EXPECT_LT(mean_error_m(out / "desk.ply", first), 0.002);  // a quarter of a voxel
+  EXPECT_LT(mean_error_m(out / "desk.ply", first), kQuarterVoxel_m);
 
   // All pictures are in the recording, whatever was too late for fusion; it is fused like any other.
   AcquireConfig config;
@@ -117,7 +118,7 @@ TEST(CaptureCommand, EndsInAMeshOfWhatTheCameraSaw) {
     return read_text(out / name);
   };
   EXPECT_EQ(fuse("once.ply"), fuse("twice.ply"));
-  EXPECT_LT(mean_error_m(out / "once.ply", 0), 0.002);
+  EXPECT_LT(mean_error_m(out / "once.ply", 0), kQuarterVoxel_m);
 }
 
 TEST(CaptureCommand, UnpluggedForGoodKeepsWhatWasScanned) {
@@ -129,10 +130,28 @@ TEST(CaptureCommand, UnpluggedForGoodKeepsWhatWasScanned) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
     bus.unplug(address);
   });
-  EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--fps", kRate, "--reconnect", "0", "--set",
-                      "fusion.voxel_size=8mm"}),
+  EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--report", (out / "report.json").string(), "--fps",
+                      kRate, "--reconnect", "0", "--set", "fusion.voxel_size=8mm"}),
             5);
-  EXPECT_LT(mean_error_m(out / "desk.ply", 0), 0.02);
+  const json report = json::parse(read_text(out / "report.json"));
+  EXPECT_EQ(report.at("exit_code"), 5);
+  EXPECT_LT(mean_error_m(out / "desk.ply", report.at("tracking").at("frames").at(0).at("frame")), kQuarterVoxel_m);
+}
+
+TEST(CaptureCommand, PutsTheRecordingIntoTheFolderOfTheMesh) {
+  (void)desk_view();
+  EmulatedBus bus;
+  bus.plug(camera_at_the_desk());
+  TempFolder out;
+  ASSERT_EQ(scanknit({"capture", "-o", (out / "scan").string(), "--fps", kRate, "--seconds", "0.5", "--set",
+                      "fusion.voxel_size=8mm"}),
+            0);
+  for (const char* name :
+       {"model.glb", "model.ply", "preview.png", "report.json", "trajectory.txt", "recording.mcap"}) {
+    EXPECT_GT(std::filesystem::file_size(out / "scan" / name), 0u) << name;
+  }
+  const json report = json::parse(read_text(out / "scan" / "report.json"));
+  EXPECT_EQ(report.at("input"), "usb:8086:0b07/0123456789ab");
 }
 
 TEST(CaptureCommand, WithoutACameraExitsWith5) {
