@@ -53,12 +53,28 @@ class Orbit : public ::testing::Test {
       fs::remove(picture("color", frame));
     }
   }
+  /// Gives the recording the true poses without those of some frames.
+  void cut_poses(int from, int to) const {
+    constexpr int kLines = 5;  // of a pose
+    std::ifstream all(truth().parent_path() / "trajectory.log");
+    std::ofstream rest(recording() / "trajectory.log");
+    std::string line;
+    for (int i = 0; std::getline(all, line); ++i) {
+      if (i / kLines < from || i / kLines > to) rest << line << '\n';
+    }
+  }
 
   [[nodiscard]] Outcome run(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments = {"run",   recording().string(),    "-o",     output().string(),
                                           "--set", "fusion.voxel_size=2cm", "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return scanknit_command(arguments);
+  }
+  /// How far the mesh is from the scene.
+  [[nodiscard]] Json distance() const {
+    return Json::parse(
+        scanknit_command({"distance", (output() / "model.ply").string(), recording().string(), "--json"}).out, nullptr,
+        false);
   }
   [[nodiscard]] Json report() const { return Json::parse(read_text(output() / "report.json"), nullptr, false); }
   /// The world is the first camera's, so the truth is compared after alignment.
@@ -136,6 +152,16 @@ TEST_F(Orbit, WithFortyFramesCutOutMakesNoSecondCopy) {
   EXPECT_GT(tracking["states"]["recovered"].get<int>(), 0);
   EXPECT_GT(error().pairs, 41u);
   EXPECT_LT(error().max_m, kVoxel_m);  // a frame fused in a wrong place would be far off
+}
+
+TEST_F(Orbit, WithFortyFramesCutOutHasItsSurfaceWhereTheSceneIs) {
+  cut_poses(40, 79);
+  cut(40, 79);
+  const Outcome outcome = run({"--poses", "track"});  // in the world of the truth
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json cut_error = distance();
+  EXPECT_LT(cut_error["area"]["p95_m"].get<double>(), kVoxel_m);  // a second copy would be farther off
+  EXPECT_LT(cut_error["area"]["mean_m"].get<double>(), kVoxel_m / 4);
 }
 
 TEST_F(Orbit, ThatIsLostForMostOfItsLengthIsRefused) {
