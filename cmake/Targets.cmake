@@ -5,7 +5,7 @@ function(scanknit_flags target)
     -ffp-contract=off -fno-semantic-interposition
     $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
   if(SCANKNIT_SANITIZE)
-    target_compile_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE} -fno-omit-frame-pointer -g)
+    target_compile_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE})
   endif()
 endfunction()
