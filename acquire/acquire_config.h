@@ -32,7 +32,8 @@ enum class RecordingFormat {
   kPclzf,
   kFakenect,
   kMcap,
-  kRealsenseBag
+  kRealsenseBag,
+  kOni
 };
 
 /// Where a frame's pose comes from.

@@ -19,7 +19,7 @@ struct DeviceInfo {
   std::string uri;     ///< "usb:8086:0b07/0123", "kinect1:0": what open_camera() takes
   std::string name;    ///< for people
   std::string serial;  ///< empty: it has none
-  int bus = 0;
+  int bus = 0;         ///< 0: unknown, address too
   int address = 0;
   int speed_mbit = 0;   ///< of its USB link: 480, 5000 ...; 0: unknown
   std::string support;  ///< "tested on hardware", "tested on an emulated device" or "should work"
@@ -96,7 +96,8 @@ struct DeviceOptions {
 /// cannot be used at all.
 [[nodiscard]] Result<std::vector<DeviceInfo>> list_cameras();
 
-/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0", or "" for the first of any kind.
+/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0", "openni2:" (the first),
+/// "openni2:/path/file.oni", or "" for the first of any kind.
 /// Errors: no such kind of URI (kUsage); absent, forbidden, in use (kDevice, with what to do).
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const DeviceOptions& options,
                                                                 std::stop_token stop);

@@ -18,11 +18,11 @@ namespace scanknit {
 
 /// What is known of a recording without decoding all its frames.
 struct RecordingInfo {
-  std::string
-      format;  ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag"
-  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
-                                          ///< or the file that is all of it
-  std::size_t frames = 0;                 ///< in the recording, whatever from/to/every select
+  std::string format;            ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap",
+                                 ///< "realsense-bag", "oni"
+  std::filesystem::path folder;  ///< where its files lie: the path that was opened, or a folder below it;
+                                 ///< or the file that is all of it
+  std::size_t frames = 0;        ///< in the recording, whatever from/to/every select
   std::size_t frames_with_pose = 0;       ///< of those, with a pose entry (not yet checked)
   PoseMode poses = PoseMode::kRecording;  ///< as asked for; kAuto is settled
   bool has_colour = false;
@@ -49,9 +49,9 @@ class FrameSource {
 
 /// Opens a recording: a folder, or one file of it; a folder that holds exactly one recording up to two levels below
 /// stands for that recording (see RecordingInfo::folder). One .pcd or .pclzf file is a recording of one frame, one
-/// .mcap file a whole recording. The format is recognised by content unless config.format names it. Errors (kInput):
-/// nothing there, no format fits (the message lists those that are known), no frame at all, intrinsics missing (the
-/// message says how to give them).
+/// .mcap, .bag or .oni file a whole recording. The format is recognised by content unless config.format names it.
+/// Errors (kInput): nothing there, no format fits (the message lists those that are known), no frame at all, intrinsics
+/// missing (the message says how to give them).
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_recording(const std::filesystem::path& path,
                                                                   const AcquireConfig& config);
 

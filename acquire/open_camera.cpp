@@ -9,6 +9,7 @@
 
 #include "acquire/device_source.h"
 #include "acquire/kinect1/kinect1_camera.h"
+#include "acquire/openni2/openni2_plugin.h"
 #include "acquire/reconnecting_source.h"
 #include "acquire/usb/usb_context.h"
 #include "acquire/usb/uvc_camera.h"
@@ -135,21 +136,28 @@ Result<std::vector<DeviceInfo>> list_cameras() {
   if (!context) return context.error();
   std::vector<DeviceInfo> cameras;
   for (FoundCamera& camera : find_cameras(**context)) cameras.push_back(std::move(camera.info));
+  auto others = list_openni2();
+  std::move(others.begin(), others.end(), std::back_inserter(cameras));
   return cameras;
 }
 
 Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const DeviceOptions& options,
                                                   std::stop_token stop) {
+  if (uri.starts_with(kOpenNi2Prefix)) return open_openni2(uri, options, stop);
   const auto wanted = parse_uri(uri);
   if (!wanted) {
     return Error{ErrorCode::kUsage,
                  "'" + uri +
-                     "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL or kinect1:0 "
+                     "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL, kinect1:0 or openni2: "
                      "(scanknit devices lists them)"};
   }
   auto created = UsbContext::create();
   if (!created) return created.error();
   const std::shared_ptr<UsbContext> context = *created;
+  // A module's camera is taken unnamed when there is no other.
+  if (uri.empty() && find_cameras(*context).empty() && !list_openni2().empty()) {
+    return open_openni2(kOpenNi2Prefix, options, stop);
+  }
   auto opened = wait_and_open(*context, *wanted, options, after(options.wait_s), stop);
   if (!opened || options.reconnect_s <= 0) return opened;
   // The same camera again, by its serial number; one without is known by its kind.

@@ -22,13 +22,15 @@ Json device_json(const DeviceInfo& device) {
   return {{"uri", device.uri},
           {"name", device.name},
           {"serial", device.serial.empty() ? Json() : Json(device.serial)},
-          {"bus", device.bus},
-          {"address", device.address},
+          {"bus", device.bus > 0 ? Json(device.bus) : Json()},
+          {"address", device.bus > 0 ? Json(device.address) : Json()},
           {"speed_mbit", device.speed_mbit > 0 ? Json(device.speed_mbit) : Json()},
           {"support", device.support}};
 }
 
 std::string device_line(const DeviceInfo& device) {
+  // A module's camera: only its driver knows where it is plugged in.
+  if (device.bus == 0) return fmt::format("{}  {}, {}\n", device.uri, device.name, device.support);
   return fmt::format("{}  {}, bus {} address {}, {} Mbit/s, {}\n", device.uri, device.name, device.bus, device.address,
                      device.speed_mbit, device.support);
 }

@@ -15,6 +15,11 @@ pkg_check_modules(libusb REQUIRED IMPORTED_TARGET libusb-1.0)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
 find_package(BZip2 REQUIRED)
+if(SCANKNIT_WITH_OPENNI2 STREQUAL "AUTO")
+  pkg_check_modules(openni2 IMPORTED_TARGET libopenni2)
+elseif(SCANKNIT_WITH_OPENNI2)
+  pkg_check_modules(openni2 REQUIRED IMPORTED_TARGET libopenni2)
+endif()
 
 # OpenVDB ships a find module, not a package configuration.
 list(APPEND CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")

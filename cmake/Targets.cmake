@@ -28,16 +28,19 @@ function(scanknit_room name)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
 
-# scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label]): one GoogleTest executable, each test a ctest. The label is
-# the room unless given. Tests find the sources through SCANKNIT_SOURCE_DIR.
+# scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds]): one GoogleTest executable, each test a
+# ctest. The label is the room unless given. Tests find the sources through SCANKNIT_SOURCE_DIR.
 function(scanknit_test name)
-  cmake_parse_arguments(TEST "" "LABEL" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TEST "" "LABEL;TIMEOUT" "SOURCES;LIBRARIES" ${ARGN})
   if(NOT TEST_LABEL)
     get_filename_component(TEST_LABEL ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  endif()
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE SCANKNIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   scanknit_flags(${name})
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${TEST_LABEL} TIMEOUT 600)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
 endfunction()

@@ -129,6 +129,7 @@ FrameEvent LiveSource::decode(const RawPair& pair) {
     return drop(pair.depth.sequence, DropReason::kTimestamp, "its time is not after that of the frame before");
   }
   last_timestamp_ns_ = frame->timestamp_ns;
+  if (info_.poses == PoseMode::kStill) frame->T_world_camera = Pose::Identity();
   return *std::move(frame);
 }
 

@@ -16,6 +16,11 @@ constexpr std::size_t kLongestCompression = 4;                // "zstd"
 constexpr std::uint64_t kMaxDefinitionBytes = 1u << 20;       // a schema or a channel
 constexpr std::size_t kMaxDefinitions = 1000;                 // ours have ten
 
+// Messages outside chunks have no CRC: never ours. What the specification does not know, we did not write either.
+bool is_expected(McapOp op) {
+  return op >= McapOp::kHeader && op <= McapOp::kDataEnd && op != McapOp::kMessage;
+}
+
 std::string at_byte(std::uint64_t offset) {
   return "at byte " + std::to_string(offset);
 }
@@ -55,31 +60,69 @@ std::optional<McapReader::Record> McapReader::record_at(const RandomAccess& byte
 Result<void> McapReader::walk_file() {
   const std::uint64_t size = file_->size();
   std::uint64_t at = kMcapMagic.size();
+  std::uint64_t after_chunk = at;  // what lies between is known by its length alone
   while (at < size) {
     const auto record = record_at(*file_, at, size);
-    if (!record || record->op == McapOp::kMessage) break;  // messages outside chunks have no CRC: never ours
-    if (record->op == McapOp::kDataEnd || record->op == McapOp::kFooter) {
+    bool is_good = record && is_expected(record->op);
+    if (is_good && (record->op == McapOp::kDataEnd || record->op == McapOp::kFooter)) {
       std::array<std::byte, kMcapMagic.size()> end{};
       const bool is_whole = file_->read(size - end.size(), end) && end == kMcapMagic;
       if (!is_whole) note_fault("its index is cut off");
       return {};
     }
-    if (record->op == McapOp::kChunk) {
-      if (const auto walked = walk_chunk(*record); !walked) return walked;
-    } else {
+    if (is_good && record->op == McapOp::kChunk) {
+      const auto walked = walk_chunk(*record);
+      if (!walked) return walked.error();
+      is_good = *walked;
+      after_chunk = is_good ? record->end() : at + 1;
+    } else if (is_good) {
       note_definition(*file_, *record);
     }
-    at = record->end();
+    if (is_good) {
+      at = record->end();
+      continue;
+    }
+    note_fault("it ends early or is damaged " + at_byte(at) + " of " + std::to_string(size));
+    // A length may be what is damaged: the next chunk is where one is found.
+    const auto next = find_chunk(after_chunk);
+    if (!next) return {};
+    at = *next;
   }
-  note_fault("it ends early or is damaged " + at_byte(at) + " of " + std::to_string(size));
+  note_fault("it ends early: " + at_byte(at) + " of " + std::to_string(size));
   return {};
 }
 
-Result<void> McapReader::walk_chunk(const Record& record) {
+std::optional<std::uint64_t> McapReader::find_chunk(std::uint64_t from) {
+  constexpr std::size_t kBlock = 1u << 16;
+  std::vector<std::byte> block(kBlock + kMcapRecordHeader);
+  const std::uint64_t size = file_->size();
+  for (std::uint64_t at = from; at < size; at += kBlock) {
+    const auto bytes =
+        std::span(block).first(static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), size - at)));
+    if (!file_->read(at, bytes)) return std::nullopt;
+    for (std::size_t i = 0; i < std::min(kBlock, bytes.size()); ++i) {
+      if (bytes[i] == static_cast<std::byte>(McapOp::kChunk) && is_whole_chunk(at + i)) return at + i;
+    }
+  }
+  return std::nullopt;
+}
+
+bool McapReader::is_whole_chunk(std::uint64_t at) {
+  constexpr std::uint64_t kLargest = 16u << 20;  // ours have a mebibyte
+  constexpr int kMostTrials = 1000;              // so that no file makes us unpack for ever
+  const auto record = record_at(*file_, at, file_->size());
+  if (!record || record->op != McapOp::kChunk || record->length > kLargest) return false;
+  const auto chunk = parse_chunk(*record);
+  const bool is_likely = chunk && chunk->crc != 0 && chunk->unpacked <= kLargest &&
+                         chunk->begin + chunk->length == record->end() && ++trials_ <= kMostTrials;
+  return is_likely && load(*chunk);
+}
+
+Result<bool> McapReader::walk_chunk(const Record& record) {
   const auto chunk = parse_chunk(record);
   if (!chunk) {
     note_fault("the chunk " + at_byte(record.begin) + " is malformed or compressed in an unknown way");
-    return {};
+    return false;
   }
   chunks_.push_back(*chunk);
   const std::size_t known_schemas = schemas_.size();
@@ -102,7 +145,7 @@ Result<void> McapReader::walk_chunk(const Record& record) {
   if (messages_.size() > limits_.max_frames) {
     return Error{ErrorCode::kInput, "more messages than " + std::to_string(limits_.max_frames)};
   }
-  return {};
+  return is_whole;
 }
 
 bool McapReader::walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end) {

@@ -28,8 +28,8 @@ struct McapMessagePlace {
   std::uint64_t length = 0;  ///< of the data
 };
 
-/// Not thread-safe. The file may be torn: what came whole before the tear is found. Neither summary nor message indexes
-/// are looked at. Chunks: uncompressed or zstd.
+/// Not thread-safe. The file may be torn or damaged: what is whole before and after that is found. Neither summary nor
+/// message indexes are looked at. Chunks: uncompressed or zstd.
 class McapReader {
  public:
   /// Walks from record to record and opens no message. Errors (kInput, without `where`): not an MCAP file, more
@@ -73,7 +73,11 @@ class McapReader {
 
   [[nodiscard]] static std::optional<Record> record_at(const RandomAccess& bytes, std::uint64_t at, std::uint64_t end);
   [[nodiscard]] Result<void> walk_file();
-  [[nodiscard]] Result<void> walk_chunk(const Record& record);
+  /// The beginning of the first good chunk at `from` or later.
+  [[nodiscard]] std::optional<std::uint64_t> find_chunk(std::uint64_t from);
+  [[nodiscard]] bool is_whole_chunk(std::uint64_t at);
+  /// False: damaged.
+  [[nodiscard]] Result<bool> walk_chunk(const Record& record);
   [[nodiscard]] bool walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end);
   [[nodiscard]] bool note_message(const RandomAccess& bytes, const Record& record, std::uint64_t base);
   void note_definition(const RandomAccess& bytes, const Record& record);
@@ -91,6 +95,7 @@ class McapReader {
   std::optional<std::string> fault_;
   std::array<LoadedChunk, 2> cache_;  // depth and its colour may lie on either side of a chunk's end
   std::uint64_t reads_ = 0;
+  int trials_ = 0;  // chunks unpacked while looking for the next good one
 };
 
 /// True when the file begins as an MCAP file does.

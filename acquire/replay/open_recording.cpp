@@ -50,14 +50,26 @@ constexpr std::array kFileLayouts = {
     FileLayout{RecordingFormat::kMcap, "mcap", "a file made by `scanknit record`", fits_mcap, index_mcap},
     FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
                index_realsense_bag},
+    FileLayout{RecordingFormat::kOni, "oni", "an .oni file of OpenNI 1 or 2", fits_oni, index_oni},
 };
 
 constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
 constexpr std::size_t kMaxCandidates = 64;  // sub-folders looked into at each level
 
+/// A folder of pictures, or one file.
 struct Found {
   Folder folder;
   const Layout* layout = nullptr;
+  fs::path file = {};
+  const FileLayout* file_layout = nullptr;
+
+  [[nodiscard]] fs::path path() const { return layout != nullptr ? folder.path : file; }
+  [[nodiscard]] Result<Recording> index(const AcquireConfig& config) const {
+    if (layout != nullptr) return layout->index(folder, config);
+    auto access = open_random_access(file);
+    if (!access) return access.error();
+    return file_layout->index(*std::move(access), file, config);
+  }
 };
 
 const Layout* layout_of(const Folder& folder, const AcquireConfig& config) {
@@ -66,6 +78,27 @@ const Layout* layout_of(const Folder& folder, const AcquireConfig& config) {
     return is_wanted && layout.fits(folder, config.limits);
   });
   return match == kLayouts.end() ? nullptr : &*match;
+}
+
+const FileLayout* layout_of(const RandomAccess& file, const AcquireConfig& config) {
+  const auto match = std::find_if(kFileLayouts.begin(), kFileLayouts.end(), [&](const FileLayout& layout) {
+    const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
+    return is_wanted && layout.fits(file);
+  });
+  return match == kFileLayouts.end() ? nullptr : &*match;
+}
+
+// Recordings that are one file each, by the usual ends of their names.
+std::vector<Found> find_file_recordings(const Folder& folder, const AcquireConfig& config) {
+  constexpr std::array kEnds = {".mcap", ".bag", ".oni"};
+  std::vector<Found> found;
+  for (const std::string& name : folder.files) {
+    if (std::none_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return name.ends_with(end); })) continue;
+    const auto file = open_random_access(folder.path / name);
+    const FileLayout* layout = file ? layout_of(**file, config) : nullptr;
+    if (layout != nullptr) found.push_back({.folder = {}, .file = folder.path / name, .file_layout = layout});
+  }
+  return found;
 }
 
 // The recordings at `path` itself, else those below it.
@@ -77,7 +110,8 @@ Result<std::vector<Found>> find_recordings(const fs::path& path, int levels, con
     found.push_back({*std::move(folder), layout});
     return found;
   }
-  if (levels == 0) return found;
+  found = find_file_recordings(*folder, config);
+  if (levels == 0 || !found.empty()) return found;
   for (std::size_t i = 0; i < std::min(folder->folders.size(), kMaxCandidates); ++i) {
     auto below = find_recordings(path / folder->folders[i], levels - 1, config);
     if (!below) continue;  // a sub-folder that cannot be entered holds no recording for us
@@ -106,7 +140,7 @@ Error nothing_fits(const fs::path& path, RecordingFormat wanted) {
 Error several_fit(const fs::path& path, const std::vector<Found>& found) {
   constexpr std::size_t kShown = 5;
   std::string message = "holds " + std::to_string(found.size()) + " recordings; name one of them:";
-  for (std::size_t i = 0; i < std::min(found.size(), kShown); ++i) message += "\n  " + found[i].folder.path.string();
+  for (std::size_t i = 0; i < std::min(found.size(), kShown); ++i) message += "\n  " + found[i].path().string();
   if (found.size() > kShown) message += "\n  ...";
   return {ErrorCode::kInput, message, path.string()};
 }
@@ -154,15 +188,12 @@ Result<Recording> index_recording(const fs::path& path, const AcquireConfig& con
   if (kind == fs::file_type::regular) {
     auto file = open_random_access(path);
     if (!file) return file.error();
-    for (const FileLayout& layout : kFileLayouts) {
-      const bool is_wanted = config.format == RecordingFormat::kAuto || config.format == layout.format;
-      if (is_wanted && layout.fits(**file)) return layout.index(*std::move(file), path, config);
-    }
+    if (const FileLayout* layout = layout_of(**file, config)) return layout->index(*std::move(file), path, config);
   }
   const auto found =
       kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);
   if (!found) return found.error();
-  return found->layout->index(found->folder, config);
+  return found->index(config);
 }
 
 // What the configuration may say, whoever wrote it.

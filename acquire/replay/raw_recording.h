@@ -48,6 +48,10 @@ struct RawRecording {
 [[nodiscard]] Result<Recording> index_mcap(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                            const AcquireConfig& config);
 
+[[nodiscard]] bool fits_oni(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_oni(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                          const AcquireConfig& config);
+
 [[nodiscard]] bool fits_realsense_bag(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> file,
                                                     const std::filesystem::path& path, const AcquireConfig& config);

@@ -221,6 +221,30 @@ TEST(McapFile, LosesOneChunkToOneWrongByteInItsRecords) {
   EXPECT_EQ(read_all(file).size(), 6u);
 }
 
+TEST(McapFile, LosesOneChunkToAWrongLength) {
+  const Bytes whole = small_file();
+  // The second chunk: its first byte is its kind, then come eight bytes of length.
+  const auto is_chunk = [&](std::size_t at) {
+    ByteReader reader = reader_at(whole, at);
+    return reader.little_endian<std::uint8_t>() == 0x06 && reader.little_endian<std::uint64_t>().value_or(~0ull) < 1000;
+  };
+  std::size_t at = kMcapMagic.size(), chunks = 0;
+  while (!is_chunk(at) || ++chunks < 2) {
+    ByteReader reader = reader_at(whole, at);
+    (void)reader.little_endian<std::uint8_t>();
+    at += kMcapRecordHeader + reader.little_endian<std::uint64_t>().value();
+  }
+  for (const int change : {0x01, 0x10, 0xFF}) {
+    for (std::size_t byte = 1; byte <= 8; ++byte) {
+      Bytes file = whole;
+      file[at + byte] ^= static_cast<std::byte>(change);
+      const std::size_t messages = read_all(file).size();
+      EXPECT_GE(messages, 6u) << "byte " << byte << " of the length, " << change;
+      EXPECT_TRUE(messages == 9 || open(file)->fault()) << "what is missing is said";
+    }
+  }
+}
+
 TEST(McapFile, KeepsItsChannelsWhenTheFirstChunkIsDamaged) {
   Bytes file = small_file();
   const Bytes needle = text_bytes("thing");

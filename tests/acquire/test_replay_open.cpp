@@ -1,6 +1,7 @@
 // Opening: which layout is recognised where, and what is said when none is.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <stop_token>
 
 #include "acquire/replay/folder.h"
@@ -27,13 +28,26 @@ TEST(OpenRecording, SaysWhatItLooksForInAnEmptyFolder) {
   const TemporaryFolder folder;
   const std::string error = open_error(folder.path());
   for (const char* layout :
-       {"7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag"}) {
+       {"7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag", "oni"}) {
     EXPECT_TRUE(contains(error, layout)) << error;
   }
 }
 
 TEST(OpenRecording, NamesAPathThatIsNotThere) {
   EXPECT_TRUE(contains(open_error("/nowhere/at/all"), "/nowhere/at/all: no such file or folder"));
+}
+
+TEST(OpenRecording, TakesTheOneFileThatIsARecording) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "notes.mcap") << "no recording";
+  std::filesystem::create_directory(folder.path() / "scan");
+  // As `capture -o scan` leaves it, beside the mesh: without one frame, which is what the message then says.
+  std::ofstream(folder.path() / "scan" / "model.ply") << "ply";
+  std::ofstream(folder.path() / "scan" / "recording.mcap", std::ios::binary).write("\x89MCAP0\r\n", 8);
+  const std::string error = open_error(folder.path());
+  EXPECT_TRUE(contains(error, "recording.mcap: an MCAP file, but not a recording of ours")) << error;
+  std::ofstream(folder.path() / "scan" / "second.mcap", std::ios::binary).write("\x89MCAP0\r\n", 8);
+  EXPECT_TRUE(contains(open_error(folder.path()), "holds 2 recordings"));
 }
 
 TEST(OpenRecording, TakesTheOnlyRecordingBelow) {

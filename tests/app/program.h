@@ -42,6 +42,7 @@ class Program {
 
   [[nodiscard]] std::string err_so_far() const;
   [[nodiscard]] bool is_running();
+  [[nodiscard]] pid_t process() const { return process_; }
   void send(int signal) const;
   [[nodiscard]] Outcome wait();
 

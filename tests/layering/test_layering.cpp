@@ -82,6 +82,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"spdlog", {"app"}},
     {"libusb-1.0", {"acquire"}},
     {"libfreenect.h", {"acquire"}},
+    {"OniCAPI.h", {"acquire"}},
     {"zstd.h", {"acquire"}},
     {"lz4frame.h", {"acquire"}},
     {"bzlib.h", {"acquire"}},

@@ -99,7 +99,7 @@ class FrameLog {
 
   static int number_of(const std::vector<std::byte>& bytes) {
     const int number = std::to_integer<int>(bytes.at(0)) | std::to_integer<int>(bytes.at(1)) << 8;
-    const auto expected = std::as_bytes(Vcam::depth_pixels(static_cast<std::uint64_t>(number)));
+    const auto expected = std::as_bytes(Vcam::depth_pixels(static_cast<std::uint64_t>(number), bytes.size() / 2));
     EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), expected.begin(), expected.end())) << "a damaged picture";
     return number;
   }

@@ -1,15 +1,38 @@
 // The built program, looking at emulated cameras.
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
+#include <signal.h>
 
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "acquire/frame_source.h"
+#include "export/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/usb/umockdev/emulated_bus.h"
 
 namespace scanknit::test {
 namespace {
 
+using namespace std::chrono_literals;
 using nlohmann::json;
+
+/// A rough wall one metre away, as depth in millimetres: so rough that its recording is not too small to wait for.
+VcamOptions rough_wall() {
+  static const std::vector<std::byte> picture = [] {
+    std::vector<std::byte> bytes;
+    for (std::uint32_t i = 0; i < 640 * 480; ++i) {
+      const std::uint32_t depth_mm = 1000 + (i * 2654435761u >> 30);
+      bytes.insert(bytes.end(), {static_cast<std::byte>(depth_mm & 0xFF), static_cast<std::byte>(depth_mm >> 8)});
+    }
+    return bytes;
+  }();
+  VcamOptions options;
+  options.has_colour = false;
+  options.depth_picture = [](std::uint64_t) { return picture; };
+  return options;
+}
 
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -69,6 +92,109 @@ TEST(DoctorCommand, SaysThatAUsb2LinkIsNarrow) {
     EXPECT_TRUE(contains(finding.at("remedy"), "USB 3"));
   }
   EXPECT_TRUE(is_said);
+}
+
+/// scanknit in the background, streaming from the emulated camera; waits until `file` has some pictures.
+class Scan {
+ public:
+  Scan(EmulatedBus& bus, int address, const std::vector<std::string>& arguments, const std::filesystem::path& file)
+      : program_(arguments) {
+    bus.serve(address, program_.process());
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    std::error_code none_yet;
+    const auto has_pictures = [&] {
+      const auto size = std::filesystem::file_size(file, none_yet);
+      return !none_yet && size > 400'000;
+    };
+    while (!has_pictures() && program_.is_running() && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(20ms);
+    }
+    EXPECT_TRUE(has_pictures()) << program_.err_so_far();
+  }
+
+  [[nodiscard]] Outcome interrupt_once() {
+    program_.send(SIGINT);
+    return program_.wait();
+  }
+  /// Again and again, until it ends: signals that come at once are one.
+  [[nodiscard]] Outcome interrupt_until_it_ends() {
+    while (program_.is_running()) {
+      program_.send(SIGINT);
+      std::this_thread::sleep_for(2ms);
+    }
+    return program_.wait();
+  }
+
+ private:
+  Program program_;
+};
+
+std::size_t frames_in(const std::filesystem::path& file, bool& is_torn) {
+  AcquireConfig config;
+  config.poses = PoseMode::kTrack;
+  const auto recording = open_recording(file, config);
+  EXPECT_TRUE(recording) << recording.error().text();
+  if (!recording) return 0;
+  is_torn = !(*recording)->info().warnings.empty();
+  std::size_t frames = 0;
+  while (true) {
+    const FrameEvent event = (*recording)->next({});
+    if (std::holds_alternative<EndOfStream>(event)) return frames;
+    EXPECT_TRUE(std::holds_alternative<Frame>(event)) << "a picture that is not whole";
+    ++frames;
+  }
+}
+
+std::vector<std::string> capture_to(const std::filesystem::path& mesh) {
+  return {"capture", "-o", mesh.string(), "--poses", "still", "--fps", "30", "--set", "fusion.voxel_size=2cm"};
+}
+
+TEST(Interrupted, CaptureEndsWithTheMesh) {
+  EmulatedBus bus;
+  const int address = bus.plug(rough_wall());
+  TempFolder out;
+  Scan scan(bus, address, capture_to(out / "wall.ply"), out / "wall.mcap");
+  const Outcome outcome = scan.interrupt_once();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(read_mesh(out / "wall.ply"));
+  bool is_torn = true;
+  EXPECT_GT(frames_in(out / "wall.mcap", is_torn), 0u);
+  EXPECT_FALSE(is_torn);
+}
+
+TEST(Interrupted, CaptureStopsAtOnceTheSecondTime) {
+  EmulatedBus bus;
+  const int address = bus.plug(rough_wall());
+  TempFolder out;
+  Scan scan(bus, address, capture_to(out / "wall.ply"), out / "wall.mcap");
+  EXPECT_EQ(scan.interrupt_until_it_ends().exit_code, 130);
+  EXPECT_FALSE(std::filesystem::exists(out / "wall.ply")) << "it was not finished";
+  bool is_torn = false;
+  EXPECT_GT(frames_in(out / "wall.mcap", is_torn), 0u) << "what was recorded until a second ago is there";
+}
+
+TEST(Interrupted, RecordEndsWithAWholeFile) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  TempFolder out;
+  Scan scan(bus, address, {"record", "-o", (out / "scan.mcap").string()}, out / "scan.mcap");
+  const Outcome outcome = scan.interrupt_once();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  bool is_torn = true;
+  EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u);
+  EXPECT_FALSE(is_torn);
+}
+
+TEST(Interrupted, RecordKeepsItsPicturesTheSecondTime) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  TempFolder out;
+  Scan scan(bus, address, {"record", "-o", (out / "scan.mcap").string()}, out / "scan.mcap");
+  const int exit_code = scan.interrupt_until_it_ends().exit_code;
+  EXPECT_TRUE(exit_code == 130 || exit_code == 0) << exit_code << ": 0 when it was done before the second signal";
+  bool is_torn = false;
+  EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u);
+  EXPECT_TRUE(exit_code == 130 || !is_torn);
 }
 
 TEST(UdevRulesCommand, PrintsRules) {

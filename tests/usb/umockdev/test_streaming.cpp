@@ -74,6 +74,8 @@ TEST_P(EmulatedStream, ArrivesWithoutALoss) {
 INSTANTIATE_TEST_SUITE_P(
     All, EmulatedStream,
     ::testing::Values(Stream{"DepthAt30", {}, 30, {}}, Stream{"DepthAndYuyvAt30", {}, 30, PixelFormat::kYuyv},
+                      Stream{"DepthAndYuyvAt60", {}, 60, PixelFormat::kYuyv},
+                      Stream{"HdDepthAt30", {.width = 1280, .height = 720}, 30, {}},
                       Stream{"DepthAndYuyvAt90", {}, 90, PixelFormat::kYuyv},
                       Stream{"DepthAndMjpegAt90", {}, 90, PixelFormat::kMjpeg},
                       Stream{"SmallPayloads", {.payload_bytes = 16384}, 30, {}},

@@ -86,7 +86,7 @@ void Vcam::answer_probe(Stream& stream) {
   const bool is_colour = &stream == &streams_[1];
   stream.is_compressed = is_colour && stream.probe[2] == std::byte{2};
   stream.interval_100ns = std::max(1u, u32_at(stream.probe, 4));
-  stream.picture_bytes = static_cast<std::size_t>(kWidth) * kHeight * 2;
+  stream.picture_bytes = 2 * pixels();
   const std::size_t header_bytes = options_.has_metadata && !options_.is_isochronous ? 60 : 12;
   stream.payload_bytes = options_.payload_bytes > 0 ? options_.payload_bytes : stream.picture_bytes + header_bytes;
   if (options_.is_isochronous && !is_colour) stream.payload_bytes = 3072;
@@ -143,22 +143,23 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
   return std::vector<std::byte>{};
 }
 
-std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n) {
-  constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight, kNumbers = 4096;
+std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n, std::size_t count) {
+  constexpr std::size_t kPixels = 1280 * 720, kNumbers = 4096;
   static const std::vector<std::uint16_t> all = [] {
     std::vector<std::uint16_t> values(kPixels + kNumbers);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i);
     return values;
   }();
-  return std::span(all).subspan(n % kNumbers, kPixels);
+  return std::span(all).subspan(n % kNumbers, count);
 }
 
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
   if (!stream.is_compressed) {
     const bool is_depth = &stream == &streams_[0];
     if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
-    const auto pixels = std::as_bytes(depth_pixels(stream.number));
-    return {pixels.begin(), pixels.end()};
+    if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
+    const auto bytes = std::as_bytes(depth_pixels(stream.number, pixels()));
+    return {bytes.begin(), bytes.end()};
   }
   Bytes bytes{0xFF, 0xD8};
   return bytes.fill(20'000 + stream.number % 100, static_cast<int>(stream.number % 200)).add({0xFF, 0xD9}).vector();

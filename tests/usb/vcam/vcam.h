@@ -54,8 +54,11 @@ struct VcamOptions {
   std::string depth_code = "Z16 ";
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
+  int width = 640, height = 480;  ///< of both streams
   /// The bytes of depth picture n; without one, depth_pixels(n).
   std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
+  /// The same for YUYV colour.
+  std::function<std::vector<std::byte>(std::uint64_t)> colour_picture = {};
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 
@@ -71,7 +74,6 @@ struct ControlFaults {
 class Vcam final : public UsbModel {
  public:
   static constexpr std::uint8_t kDepthEndpoint = 0x82, kColourEndpoint = 0x84;
-  static constexpr int kWidth = 640, kHeight = 480;
 
   explicit Vcam(const VcamOptions& options);
 
@@ -92,7 +94,8 @@ class Vcam final : public UsbModel {
   [[nodiscard]] Delivery fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) override;
 
   /// The pixels of depth picture n: n % 4096 + i, as 16 bits. So each tells its number, and each pixel its place.
-  [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n);
+  /// `count` is at most 1280 x 720.
+  [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n, std::size_t count);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
   ControlFaults control_faults;
@@ -119,6 +122,9 @@ class Vcam final : public UsbModel {
     std::vector<std::byte> probe;
   };
 
+  [[nodiscard]] std::size_t pixels() const {
+    return static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height);
+  }
   [[nodiscard]] std::vector<std::byte> configuration() const;
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kColourEndpoint ? 1 : 0]; }
   [[nodiscard]] std::optional<std::vector<std::byte>> streaming_control(Stream& stream, std::uint8_t request,

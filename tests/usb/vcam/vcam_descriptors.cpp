@@ -27,14 +27,16 @@ Bytes extension_unit() {
 Bytes depth_format(const VcamOptions& options) {
   Bytes bytes = descriptor(Bytes{0x24, 0x10, 1, 1}.add(format_guid(options.depth_code)).u8(16).u8(1).fill(5));
   Bytes size{0x24, 0x11, 1, 0};
-  size.u16(Vcam::kWidth).u16(Vcam::kHeight).u32(0).u32(0).u32(333333).u8(std::size(kIntervals)).u32(2 * Vcam::kWidth);
+  const auto width = static_cast<std::uint32_t>(options.width), height = static_cast<std::uint32_t>(options.height);
+  size.u16(width).u16(height).u32(0).u32(0).u32(333333).u8(std::size(kIntervals)).u32(2 * width);
   for (const std::uint32_t interval : kIntervals) size.u32(interval);
   return bytes.add(descriptor(size));
 }
 
-Bytes colour_size(int subtype) {
+Bytes colour_size(const VcamOptions& options, int subtype) {
   Bytes size{0x24, subtype, 1, 0};
-  size.u16(Vcam::kWidth).u16(Vcam::kHeight).u32(0).u32(0).u32(2 * Vcam::kWidth * Vcam::kHeight).u32(333333);
+  const auto width = static_cast<std::uint32_t>(options.width), height = static_cast<std::uint32_t>(options.height);
+  size.u16(width).u16(height).u32(0).u32(0).u32(2 * width * height).u32(333333);
   size.u8(std::size(kIntervals));
   for (const std::uint32_t interval : kIntervals) size.u32(interval);
   return descriptor(size);
@@ -63,8 +65,9 @@ Bytes colour_function(const VcamOptions& options) {
   Bytes bytes = descriptor({0x0B, 2, 2, kVideo, 3, 0, 0});
   bytes.add(control_interface(options, 2, 1, 2)).add(interface(3, 0, 1, 2));
   bytes.add(descriptor({0x24, 0x01, 2, 0, 0, Vcam::kColourEndpoint, 0, 4, 0, 0, 0, 1, 0, 0}));
-  bytes.add(descriptor(Bytes{0x24, 0x04, 1, 1}.add(format_guid("YUY2")).u8(16).u8(1).fill(4))).add(colour_size(0x05));
-  bytes.add(descriptor({0x24, 0x06, 2, 1, 1, 1, 0, 0, 0, 0})).add(colour_size(0x07));
+  bytes.add(descriptor(Bytes{0x24, 0x04, 1, 1}.add(format_guid("YUY2")).u8(16).u8(1).fill(4)))
+      .add(colour_size(options, 0x05));
+  bytes.add(descriptor({0x24, 0x06, 2, 1, 1, 1, 0, 0, 0, 0})).add(colour_size(options, 0x07));
   return bytes.add(bulk_endpoint(options, Vcam::kColourEndpoint));
 }
 

@@ -1,0 +1,133 @@
+#include "acquire/openni2/openni2_plugin.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string_view>
+
+#include "acquire/reconnecting_source.h"
+#include "acquire/replay/oni_file.h"
+#include "core/version.h"
+
+namespace scanknit {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kModule = "libscanknit_openni2.so";
+constexpr const char* kRemedy =
+    ". Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
+    "says "
+    "what is missing)";
+
+Clock::time_point after(double seconds) {
+  constexpr double kYear = 31'557'600;
+  return Clock::now() + milliseconds(static_cast<std::int64_t>(std::clamp(seconds, 0.0, kYear) * 1000));
+}
+
+/// False: stopped.
+bool pause(milliseconds time, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  never.wait_for(lock, stop, time, [] { return false; });
+  return !stop.stop_requested();
+}
+
+/// OpenNI's player believes every number of a file: it gets only those that are whole and whose pictures we could read.
+Result<void> check_recording(const std::string& path) {
+  auto access = open_random_access(path);
+  if (!access) return access.error();
+  const auto file = OniFile::open(*std::move(access), {});
+  if (!file) return Error{ErrorCode::kInput, file.error().message, path};
+  const auto refuse = [&](const std::string& why) {
+    return Error{ErrorCode::kInput, why + "; `scanknit run` reads what is good in it", path};
+  };
+  if (file->fault()) return refuse("the recording is torn: " + *file->fault());
+  for (std::size_t i = 0; i < file->depth().pictures.size(); ++i) {
+    if (const auto picture = file->read(StreamKind::kDepth, i); !picture) return refuse(picture.error().message);
+  }
+  for (std::size_t i = 0; file->colour() && i < file->colour()->pictures.size(); ++i) {
+    if (const auto picture = file->read(StreamKind::kColour, i); !picture) return refuse(picture.error().message);
+  }
+  return {};
+}
+
+/// Which camera is wanted: any, the one with this URI, or (after unplugging, when its URI is another) of this name.
+struct WantedCamera {
+  std::string uri, name;
+  [[nodiscard]] bool fits(const DeviceInfo& camera) const {
+    return (uri.empty() || uri == camera.uri) && (name.empty() || name == camera.name);
+  }
+};
+
+Result<std::unique_ptr<DeviceSource>> wait_and_open(const OpenNi2Plugin& plugin, const WantedCamera& wanted,
+                                                    const DeviceOptions& options, Clock::time_point deadline,
+                                                    const std::stop_token& stop) {
+  constexpr milliseconds kAgain{200};
+  while (true) {
+    const auto cameras = plugin.list();
+    if (!cameras) return cameras.error();
+    const auto found =
+        std::find_if(cameras->begin(), cameras->end(), [&](const DeviceInfo& camera) { return wanted.fits(camera); });
+    Result<std::unique_ptr<DeviceSource>> opened =
+        Error{ErrorCode::kDevice, cameras->empty() ? "OpenNI2 sees no camera. Is it plugged in, and may you use it?"
+                                                   : "OpenNI2 does not see it, but " + cameras->front().uri};
+    if (found != cameras->end()) opened = plugin.open(found->uri, options);
+    const auto left = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
+    if (opened || left <= milliseconds(0) || !pause(std::min(left, kAgain), stop)) return opened;
+  }
+}
+
+}  // namespace
+
+Result<const OpenNi2Plugin*> load_openni2() {
+  // Found beside our own libraries. Never unloaded: cameras and errors come from it.
+  void* module = ::dlopen(kModule, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  const auto refuse = [](const std::string& why) {
+    return Error{ErrorCode::kDevice, "the OpenNI2 module cannot be used: " + why + kRemedy};
+  };
+  if (module == nullptr) return refuse(::dlerror());
+  const auto get = reinterpret_cast<const OpenNi2Plugin* (*)()>(::dlsym(module, "scanknit_openni2_plugin"));
+  const OpenNi2Plugin* plugin = get == nullptr ? nullptr : get();
+  if (plugin == nullptr || std::string_view(plugin->version) != kVersion) {
+    return refuse(std::string(kModule) + " is of another version of ScanKnit");
+  }
+  return plugin;
+}
+
+std::vector<DeviceInfo> list_openni2() {
+  const auto plugin = load_openni2();
+  if (!plugin) return {};
+  auto cameras = (*plugin)->list();
+  return cameras ? *std::move(cameras) : std::vector<DeviceInfo>{};
+}
+
+Result<std::unique_ptr<DeviceSource>> open_openni2(const std::string& uri, const DeviceOptions& options,
+                                                   const std::stop_token& stop) {
+  const auto plugin = load_openni2();
+  if (!plugin) return plugin.error();
+  const std::string name = uri.substr(std::string_view(kOpenNi2Prefix).size());
+  std::error_code ignored;
+  if (name.ends_with(".oni") || std::filesystem::is_regular_file(name, ignored)) {
+    if (const auto checked = check_recording(name); !checked) return checked.error();
+    return (*plugin)->open(uri, options);
+  }
+  const WantedCamera wanted{name.empty() ? "" : uri, ""};
+  auto opened = wait_and_open(**plugin, wanted, options, after(options.wait_s), stop);
+  if (!opened || options.reconnect_s <= 0) return opened;
+  const WantedCamera same{"", (*opened)->info().name};
+  auto reopen = [plugin = *plugin, same, options](const std::stop_token& give_up) {
+    return wait_and_open(*plugin, same, options, after(options.reconnect_s), give_up);
+  };
+  return make_reconnecting(std::move(*opened), std::move(reopen),
+                           std::chrono::duration_cast<milliseconds>(after(options.reconnect_s) - Clock::now()));
+}
+
+}  // namespace scanknit

@@ -1,0 +1,10 @@
+// What tests know of the emulated driver. It is loaded by the OpenNI2 library; its functions are found by name.
+#pragma once
+
+namespace scanknit::test {
+
+inline constexpr const char* kEmulatedUri = "emulated/0";
+
+// extern "C" void scanknit_emulated_plug(), scanknit_emulated_unplug(): as if the device came or went.
+
+}  // namespace scanknit::test
