@@ -1,4 +1,4 @@
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 #include <fcntl.h>
 #include <linux/usbdevice_fs.h>
@@ -106,7 +106,8 @@ struct EmulatedBus::Device {
   std::map<std::uint8_t, std::int64_t> packet_time_ns;
   std::vector<std::byte> scratch;
   bool is_unplugged = false, is_claim_refused = false;
-  int most_transfers = 1000, idle_asks = 0;
+  std::size_t most_bytes = 16u << 20;  // of the transfers that wait, as Linux has it
+  int idle_asks = 0;
   int master = -1, slave = -1;
   std::string node, syspath;
   UMockdevIoctlBase* handler = nullptr;
@@ -148,9 +149,12 @@ Answer EmulatedBus::Device::handle(unsigned long request, Address argument) {
 Answer EmulatedBus::Device::submit(Address at) {
   const Urb urb{at, memory.get<usbdevfs_urb>(at)};
   if (urb.head.type == USBDEVFS_URB_TYPE_CONTROL) return control(urb), Answer{};
-  auto& queue = waiting[urb.head.endpoint];
-  if (queue.size() >= static_cast<std::size_t>(most_transfers)) return {-1, ENOMEM};
-  queue.push_back(urb);
+  auto bytes = static_cast<std::size_t>(urb.head.buffer_length);
+  for (const auto& [endpoint, queue] : waiting) {
+    for (const Urb& other : queue) bytes += static_cast<std::size_t>(other.head.buffer_length);
+  }
+  if (bytes > most_bytes) return {-1, ENOMEM};
+  waiting[urb.head.endpoint].push_back(urb);
   return {};
 }
 
@@ -399,9 +403,11 @@ void EmulatedBus::refuse_claims(int address, bool is_refused) {
   device(address).is_claim_refused = is_refused;
 }
 
-void EmulatedBus::limit_transfers(int address, int most) {
-  const std::lock_guard lock(device(address).mutex);
-  device(address).most_transfers = most;
+void EmulatedBus::limit_memory(int megabytes) {
+  for (const auto& [address, each] : testbed_->devices) {
+    const std::lock_guard lock(each->mutex);
+    each->most_bytes = static_cast<std::size_t>(megabytes) << 20;
+  }
 }
 
 void EmulatedBus::serve(int address, pid_t client) {
@@ -409,7 +415,7 @@ void EmulatedBus::serve(int address, pid_t client) {
   device(address).memory = ClientMemory(client);
 }
 
-int EmulatedBus::idle_asks(int address) {
+std::optional<int> EmulatedBus::idle_asks(int address) {
   const std::lock_guard lock(device(address).mutex);
   return device(address).idle_asks;
 }

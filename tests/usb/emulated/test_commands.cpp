@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 namespace {

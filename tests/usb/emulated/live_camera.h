@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "acquire/device_source.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 

@@ -1,6 +1,6 @@
 // What goes wrong with cameras, cables and hubs: a damaged picture is never delivered, the next good one always is, and
 // what was lost is counted where it was lost. FrameLog looks at every pixel of what arrives.
-#include "tests/usb/umockdev/live_camera.h"
+#include "tests/usb/emulated/live_camera.h"
 
 namespace scanknit::test {
 namespace {
@@ -309,17 +309,19 @@ TEST(StartedCamera, AnsweringTheNegotiationOddlyStreams) {
 TEST(StartedCamera, StreamsWithLittleUsbMemory) {
   EmulatedBus bus;
   FrameLog log;
-  bus.limit_transfers(bus.plug({}), 2);
+  bus.plug({});
+  bus.limit_memory(2);
   const auto source = open_first();
   ASSERT_TRUE(source);
   ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(kEnough));
 }
 
-TEST(StartedCamera, WithoutUsbMemoryIsAnErrorWithTheRemedy) {
+TEST(StartedCamera, WithoutUsbMemoryForTwoPicturesIsAnErrorWithTheRemedy) {
   EmulatedBus bus;
   FrameLog log;
-  bus.limit_transfers(bus.plug({}), 0);
+  bus.plug({});
+  bus.limit_memory(1);
   const auto source = open_first();
   ASSERT_TRUE(source);
   const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());

@@ -1,0 +1,2 @@
+// What only a real system has
+#include <gtest/gtest.h>
