@@ -1,6 +1,7 @@
 // EmulatedBus: plugs a UsbModel into the computer, for an unmodified libusb to find. Two front ends:
-// umockdev/emulated_bus.cpp makes this process' view of Linux (sysfs, udev events, a usbfs node that answers ioctls; the
-// process must run under umockdev-wrapper), vhci/emulated_bus.cpp asks the kernel itself (as root, in a virtual machine).
+// umockdev/emulated_bus.cpp makes this process' view of Linux (sysfs, udev events, a usbfs node that answers ioctls;
+// the process must run under umockdev-wrapper), vhci/emulated_bus.cpp asks the kernel itself (as root, in a virtual
+// machine).
 #pragma once
 
 #include <sys/types.h>

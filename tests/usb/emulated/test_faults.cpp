@@ -177,15 +177,18 @@ TEST_F(FaultyCamera, ThatIsUnpluggedWhileItsHaltIsClearedEndsCleanly) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
 }
 
-TEST(Unplug, AtAnyMomentEndsCleanly) {
-  for (int offset_ms = 0; offset_ms < 50; ++offset_ms) {
+/// At ten moments from `GetParam()` milliseconds on; the first ten are while the camera is being started.
+class Unplug : public ::testing::TestWithParam<int> {};
+
+TEST_P(Unplug, AtAnyMomentEndsCleanly) {
+  for (int offset_ms = GetParam(); offset_ms < GetParam() + 10; ++offset_ms) {
     EmulatedBus bus;
     FrameLog log;
     const int address = bus.plug({.payload_bytes = offset_ms % 2 == 0 ? 0u : 65536u});
     auto source = open_first();
     ASSERT_TRUE(source);
     std::jthread hand;
-    if (offset_ms < 10) hand = std::jthread([&] { bus.unplug(address); });  // while it is being started
+    if (offset_ms < 10) hand = std::jthread([&] { bus.unplug(address); });
     const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());
     if (offset_ms >= 10) {
       std::this_thread::sleep_for(std::chrono::milliseconds(offset_ms - 10));
@@ -196,6 +199,20 @@ TEST(Unplug, AtAnyMomentEndsCleanly) {
     (*source)->stop();
     EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ms, Unplug, ::testing::Range(0, 50, 10));
+
+TEST(OpenedCamera, ThatIsUnpluggedIsAnErrorToStart) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  bus.unplug(address);
+  const auto started = (*source)->start(streams_of(**source, 30), log.frame_sink(), log.event_sink());
+  ASSERT_FALSE(started);
+  EXPECT_NE(started.error().message.find("unplugged"), std::string::npos) << started.error().message;
 }
 
 TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {

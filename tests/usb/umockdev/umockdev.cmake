@@ -19,7 +19,7 @@ function(scanknit_emulated_test name)
 endfunction()
 
 scanknit_emulated_test(test_usb_emulated
-  SOURCES $<TARGET_OBJECTS:emulated_camera_tests> LIBRARIES scanknit_umockdev_bus)
+  SOURCES $<TARGET_OBJECTS:emulated_camera_tests> LIBRARIES scanknit_umockdev_bus ${emulated_camera_libraries})
 if(SCANKNIT_BUILD_APP)
   scanknit_emulated_test(test_usb_commands
     SOURCES emulated/test_commands.cpp ../app/program.cpp LIBRARIES scanknit_umockdev_bus nlohmann_json::nlohmann_json)

@@ -201,8 +201,8 @@ void EmulatedBus::Device::attach() {
   address = number_in(sysfs / "devnum");
 }
 
-/// As a cable that is drawn: transfers fail first, then the hub notices. Closing the socket alone may hang Linux 6.1 for
-/// ever: vhci_hcd loses transfers that it has not sent yet when they are cancelled at that moment.
+/// As a cable that is drawn: transfers fail first, then the hub notices. Closing the socket alone may hang Linux 6.1
+/// for ever: vhci_hcd loses transfers that it has not sent yet when they are cancelled at that moment.
 void EmulatedBus::Device::leave() {
   if (line < 0) return;
   {
@@ -285,9 +285,9 @@ void EmulatedBus::Device::take_unlink(std::uint32_t number, std::uint32_t unwant
 
 void EmulatedBus::Device::control(std::uint32_t number, const Setup& setup, std::span<const std::byte> data) {
   const bool is_standard = (setup.type & 0x60) == 0;
-  auto answer = is_standard ? standard_request(setup)
-                            : model->control(setup.type, setup.request, setup.value, setup.index, setup.length, data,
-                                             now_ns());
+  auto answer = is_standard
+                    ? standard_request(setup)
+                    : model->control(setup.type, setup.request, setup.value, setup.index, setup.length, data, now_ns());
   if (is_gone) return complete(number, -EPROTO, 0);
   if (!answer) return complete(number, -EPIPE, 0);
   if ((setup.type & kIn) == 0) return complete(number, 0, data.size());
@@ -326,11 +326,11 @@ std::optional<std::vector<std::byte>> EmulatedBus::Device::described(const Setup
 }
 
 /// Isochronous data is sent without the gaps between the packets.
-void EmulatedBus::Device::complete(std::uint32_t number, int status, std::size_t moved,
-                                   std::span<const std::byte> data, std::span<const std::byte> packets) {
+void EmulatedBus::Device::complete(std::uint32_t number, int status, std::size_t moved, std::span<const std::byte> data,
+                                   std::span<const std::byte> packets) {
   const std::size_t count = packets.size() / kPacketBytes;
-  Words answer{kSubmitted, number, 0, 0, 0, status, static_cast<std::int64_t>(moved), 0,
-               static_cast<std::int64_t>(count), 0};
+  Words answer{
+      kSubmitted, number, 0, 0, 0, status, static_cast<std::int64_t>(moved), 0, static_cast<std::int64_t>(count), 0};
   answer.bytes().resize(kHeaderBytes);
   send(answer.bytes());
   send(data);
@@ -357,8 +357,7 @@ void EmulatedBus::Device::feed_packets(std::uint8_t endpoint) {
   auto& queue = waiting[endpoint];
   if (queue.empty()) return;
   auto& clock = packet_time_ns.try_emplace(endpoint, now_ns()).first->second;
-  while (!queue.empty() &&
-         now_ns() >= clock + static_cast<std::int64_t>(queue.front().packets.size()) * kMicroframe) {
+  while (!queue.empty() && now_ns() >= clock + static_cast<std::int64_t>(queue.front().packets.size()) * kMicroframe) {
     const Transfer transfer = std::move(queue.front());
     queue.pop_front();
     scratch.resize(std::max(scratch.size(), transfer.bytes));

@@ -10,7 +10,7 @@ export PATH="$PATH:/usr/sbin:/sbin"
 here="$(cd "$(dirname "$0")" && pwd)"
 folder="$1" start="$PWD"
 shift
-seconds="${SCANKNIT_VM_SECONDS:-280}"
+seconds="${SCANKNIT_VM_SECONDS:-580}"
 
 skip() {
   echo "SKIPPED: no virtual machine: $*"
