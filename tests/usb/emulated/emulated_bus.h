@@ -18,6 +18,9 @@ namespace scanknit::test {
 
 class EmulatedBus {
  public:
+  /// Frames a second of tests to which it does not matter: 90, or what a virtual machine has time for.
+  static const double kBriskFps;
+
   EmulatedBus();
   ~EmulatedBus();  ///< cameras are unplugged
   EmulatedBus(const EmulatedBus&) = delete;

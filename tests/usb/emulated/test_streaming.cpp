@@ -79,14 +79,14 @@ INSTANTIATE_TEST_SUITE_P(
                       Stream{"SmallPayloads", {.payload_bytes = 16384}, 30, {}},
                       Stream{"MiddlingPayloads", {.payload_bytes = 65536}, 60, PixelFormat::kYuyv},
                       Stream{"Isochronous", {.is_isochronous = true, .speed_mbit = 480}, 30, {}},
-                      Stream{"Uvc10", {.uvc_version = 0x0100}, 90, PixelFormat::kYuyv},
-                      Stream{"Uvc11", {.uvc_version = 0x0110}, 90, PixelFormat::kYuyv},
-                      Stream{"D16Only", {.depth_code = std::string("\x50\0\0\0", 4)}, 90, {}},
+                      Stream{"Uvc10", {.uvc_version = 0x0100}, EmulatedBus::kBriskFps, PixelFormat::kYuyv},
+                      Stream{"Uvc11", {.uvc_version = 0x0110}, EmulatedBus::kBriskFps, PixelFormat::kYuyv},
+                      Stream{"D16Only", {.depth_code = std::string("\x50\0\0\0", 4)}, EmulatedBus::kBriskFps, {}},
                       Stream{"Y16OfAnUnknownCamera",
                              {.vendor = 0x1234, .product = 0x5678, .has_metadata = false, .depth_code = "Y16 "},
-                             90,
+                             EmulatedBus::kBriskFps,
                              {}},
-                      Stream{"EndpointAttached", {.hangs_on_endpoint = true}, 90, {}}),
+                      Stream{"EndpointAttached", {.hangs_on_endpoint = true}, EmulatedBus::kBriskFps, {}}),
     [](const auto& test) { return test.param.name; });
 
 /// Of this process' thread of that name.
@@ -167,7 +167,7 @@ TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
     options.intrinsics = CameraModel{{0, 0, 500, 500, 320, 240}, {}};
     const auto source = open_first(options);
     ASSERT_TRUE(source);
-    const auto streams = streams_of(**source, 90);
+    const auto streams = streams_of(**source, EmulatedBus::kBriskFps);
     const auto given = (*source)->calibration(streams);
     ASSERT_TRUE(given);
     EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
@@ -199,8 +199,8 @@ TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
   const int address = bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
-  ASSERT_TRUE(log.wait_for_depth(120));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE(log.wait_for_depth(static_cast<std::size_t>(1.3 * EmulatedBus::kBriskFps)));
   bus.with_camera(address, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}});
   });
@@ -216,7 +216,7 @@ TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
   bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
+  const auto streams = streams_of(**source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
   for (FrameLog& log : logs) {
     ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
     EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink())) << "it streams already";
@@ -272,7 +272,7 @@ TEST(EmulatedCamera, IsWaitedFor) {
   const auto before = std::chrono::steady_clock::now();
   const auto source = open_first(options);
   ASSERT_TRUE(source) << source.error().text();
-  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 3s);
 }
 
 TEST(EmulatedCamera, ThatIsNotThereIsAnError) {

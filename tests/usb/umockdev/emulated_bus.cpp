@@ -106,7 +106,7 @@ struct EmulatedBus::Device {
   std::map<std::uint8_t, std::int64_t> packet_time_ns;
   std::vector<std::byte> scratch;
   bool is_unplugged = false, is_claim_refused = false;
-  std::size_t most_bytes = 16u << 20;  // of the transfers that wait, as Linux has it
+  std::size_t held_bytes = 0, most_bytes = 16u << 20;  // of the transfers that were not reaped, as Linux has it
   int idle_asks = 0;
   int master = -1, slave = -1;
   std::string node, syspath;
@@ -148,12 +148,10 @@ Answer EmulatedBus::Device::handle(unsigned long request, Address argument) {
 
 Answer EmulatedBus::Device::submit(Address at) {
   const Urb urb{at, memory.get<usbdevfs_urb>(at)};
+  const auto bytes = static_cast<std::size_t>(urb.head.buffer_length);
+  if (held_bytes + bytes > most_bytes) return {-1, ENOMEM};
+  held_bytes += bytes;
   if (urb.head.type == USBDEVFS_URB_TYPE_CONTROL) return control(urb), Answer{};
-  auto bytes = static_cast<std::size_t>(urb.head.buffer_length);
-  for (const auto& [endpoint, queue] : waiting) {
-    for (const Urb& other : queue) bytes += static_cast<std::size_t>(other.head.buffer_length);
-  }
-  if (bytes > most_bytes) return {-1, ENOMEM};
   waiting[urb.head.endpoint].push_back(urb);
   return {};
 }
@@ -186,6 +184,7 @@ Answer EmulatedBus::Device::reap(Address result) {
     ++idle_asks;
     return {-1, is_unplugged ? ENODEV : EAGAIN};
   }
+  held_bytes -= static_cast<std::size_t>(memory.get<usbdevfs_urb>(done.front()).buffer_length);
   memory.put<Address>(result, done.front());
   done.pop_front();
   if (done.empty() && !is_unplugged) tcflow(slave, TCOOFF);
@@ -289,6 +288,7 @@ void on_vanished(UMockdevIoctlBase* /*handler*/, UMockdevIoctlClient* /*client*/
   const std::lock_guard lock(device.mutex);
   device.waiting.clear();
   device.done.clear();
+  device.held_bytes = 0;
   if (!device.is_unplugged) tcflow(device.slave, TCOOFF);
 }
 
@@ -299,6 +299,8 @@ struct EmulatedBus::Testbed {
   std::map<int, std::unique_ptr<Device>> devices;
   int next_address = 2;
 };
+
+const double EmulatedBus::kBriskFps = 90;
 
 EmulatedBus::EmulatedBus() : testbed_(std::make_unique<Testbed>()) {
   if (umockdev_in_mock_environment() == 0) {

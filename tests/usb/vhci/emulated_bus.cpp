@@ -399,6 +399,8 @@ struct EmulatedBus::Testbed {
   std::map<int, std::unique_ptr<Device>> devices;
 };
 
+const double EmulatedBus::kBriskFps = 15;
+
 EmulatedBus::EmulatedBus() : testbed_(std::make_unique<Testbed>()) {}
 
 EmulatedBus::~EmulatedBus() {

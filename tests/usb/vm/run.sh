@@ -60,7 +60,7 @@ printf '%s\n' "$PWD/udev" >initramfs/udev_folder
 timeout "$seconds" qemu-system-x86_64 -accel tcg -cpu max -smp 2 -m 1536 -nodefaults -no-reboot -display none \
   -kernel "$image/boot/vmlinuz-$version" -initrd initramfs.gz -append "console=ttyS0 quiet panic=-1" \
   -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
-  -serial file:kernel.log -serial stdio </dev/null | tr -d '\r' | tee output.log || true
+  -serial file:kernel.log -serial stdio </dev/null | sed -u 's/\r$//' | tee output.log || true
 
 ended="$(sed -n 's/^The command ended with \([0-9]*\)$/\1/p' output.log)"
 if [ -z "$ended" ]; then

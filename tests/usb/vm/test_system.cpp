@@ -1,5 +1,6 @@
 // What only a real system has: a kernel driver that wants the camera too, permissions, other users, the USB core's own
 // opinion of our model.
+#include <grp.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -124,7 +125,7 @@ TEST(KernelDriver, IsPutAsideWhileWeStreamAndComesBack) {
     const auto source = open_first();
     ASSERT_TRUE(source) << source.error().text();
     EXPECT_TRUE(depth_video().empty());
-    ASSERT_TRUE((*source)->start(streams_of(**source, 30), log.frame_sink(), log.event_sink()));
+    ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
     EXPECT_TRUE(log.wait_for_depth(5));
   }
   EXPECT_TRUE(soon([] { return !depth_video().empty(); }));
@@ -161,7 +162,7 @@ TEST_F(CameraInUse, IsTakenByForce) {
   FrameLog log;
   const auto ours = open_first(options);
   ASSERT_TRUE(ours) << ours.error().text();
-  ASSERT_TRUE((*ours)->start(streams_of(**ours, 30), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE((*ours)->start(streams_of(**ours, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(5));
   client.join();
   EXPECT_LT(numbers_in(folder / "depth").size(), 40u);
@@ -215,9 +216,12 @@ class OrdinaryUser : public ::testing::Test {
   template <typename Act>
   static void as_nobody(const Act& act) {
     constexpr uid_t kNobody = 65534;
+    ASSERT_EQ(setgroups(0, nullptr), 0);
+    ASSERT_EQ(setresgid(kNobody, kNobody, 0), 0);
     ASSERT_EQ(setresuid(kNobody, kNobody, 0), 0);
     act();
     ASSERT_EQ(setresuid(0, 0, 0), 0);
+    ASSERT_EQ(setresgid(0, 0, 0), 0);
   }
 
   inline static const fs::path kRules = "/run/udev/rules.d/60-scanknit.rules";
@@ -238,13 +242,14 @@ TEST_F(OrdinaryUser, WithOurRulesMayScan) {
   std::ofstream(kRules) << udev_rules();
   EXPECT_EQ(shell("udevadm control --reload").exit_code, 0);
   bus.plug({});
-  EXPECT_EQ(shell("udevadm settle").exit_code, 0);
   as_nobody([] {
     FrameLog log;
-    const auto source = open_first();
+    DeviceOptions options;
+    options.wait_s = 5;  // until udev has come to it
+    const auto source = open_first(options);
     ASSERT_TRUE(source) << source.error().text();
     EXPECT_TRUE(has_finding(Finding::Grade::kGood, "permission: "));
-    ASSERT_TRUE((*source)->start(streams_of(**source, 30), log.frame_sink(), log.event_sink()));
+    ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
     EXPECT_TRUE(log.wait_for_depth(5));
   });
 }
