@@ -250,12 +250,12 @@ TEST_F(OrdinaryUser, WithoutOurRulesIsToldOfThem) {
 
 TEST_F(OrdinaryUser, WithOurRulesMayScan) {
   std::ofstream(kRules) << udev_rules();
-  EXPECT_EQ(shell("udevadm control --reload").exit_code, 0);
+  EXPECT_EQ(shell("udevadm settle && udevadm control --reload").exit_code, 0);
   bus.plug({});
   as_nobody([] {
     FrameLog log;
     DeviceOptions options;
-    options.wait_s = 5;  // until udev has come to it
+    options.wait_s = 30;  // until udev has come to it
     const auto source = open_first(options);
     ASSERT_TRUE(source) << source.error().text();
     EXPECT_TRUE(has_finding(Finding::Grade::kGood, "permission: "));
