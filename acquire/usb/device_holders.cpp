@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <string_view>
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// udev looks into what has just been plugged in, and is gone in a moment.
+constexpr std::string_view kUdevWorker = "(udev-worker)";
 
 /// Entries come and go while we look, and many are not ours to see: both are no errors here.
 template <typename Visit>
@@ -50,7 +54,7 @@ std::vector<DeviceHolder> find_holders(const std::vector<fs::path>& nodes, const
     if (!has_open(process, nodes)) return;
     std::ifstream file(process / "comm");
     std::getline(file, holder.program);
-    holders.push_back(holder);
+    if (holder.program != kUdevWorker) holders.push_back(holder);
   });
   std::sort(holders.begin(), holders.end(),
             [](const DeviceHolder& a, const DeviceHolder& b) { return a.process < b.process; });

@@ -19,6 +19,7 @@ struct DeviceHolder {
                                                               const std::filesystem::path& sysfs = "/sys");
 
 /// Other processes than this one that have one of `nodes` open, as far as we may see: those of other users are hidden.
+/// Without udev, which looks at a device when it is plugged in.
 [[nodiscard]] std::vector<DeviceHolder> find_holders(const std::vector<std::filesystem::path>& nodes,
                                                      const std::filesystem::path& proc = "/proc");
 

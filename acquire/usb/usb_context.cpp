@@ -210,7 +210,8 @@ UsbHandle::UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* 
     : context_(std::move(context)), handle_(handle), info_(std::move(info)) {}
 
 UsbHandle::~UsbHandle() {
-  for (const std::uint8_t interface : claimed_) libusb_release_interface(handle_, interface);
+  // In reverse: the kernel's driver of a control interface wants its streaming interfaces, too, or does not come back.
+  for (auto it = claimed_.rbegin(); it != claimed_.rend(); ++it) libusb_release_interface(handle_, *it);
   libusb_close(handle_);
 }
 
@@ -220,10 +221,6 @@ Result<void> UsbHandle::claim(std::uint8_t interface) {
   if (code != 0) return usb_error(code, "cannot use interface " + std::to_string(interface) + " of", info_);
   claimed_.push_back(interface);
   return {};
-}
-
-void UsbHandle::release(std::uint8_t interface) {
-  if (std::erase(claimed_, interface) > 0) libusb_release_interface(handle_, interface);
 }
 
 Result<void> UsbHandle::set_alternate(std::uint8_t interface, std::uint8_t alternate) {

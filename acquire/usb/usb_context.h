@@ -88,7 +88,6 @@ class UsbHandle {
   /// The kernel's driver is put aside and comes back on release. Errors (kDevice): held by another program (named where
   /// it can be found), unplugged ...
   [[nodiscard]] Result<void> claim(std::uint8_t interface);
-  void release(std::uint8_t interface);
   [[nodiscard]] Result<void> set_alternate(std::uint8_t interface, std::uint8_t alternate);
   [[nodiscard]] Result<void> clear_halt(std::uint8_t endpoint);
 

@@ -106,7 +106,7 @@ class UvcCamera final : public DeviceSource {
   [[nodiscard]] Result<void> set_colour_automatics(bool is_automatic);
   void warn_of_slow_link(std::span<const StreamProfile> streams);
   void watch(const std::stop_token& stop);
-  [[nodiscard]] bool look_at(Watched& watched);
+  [[nodiscard]] bool look_at(Watched& watched, bool has_overslept);
   [[nodiscard]] bool restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what);
   void wake_up();
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
@@ -283,6 +283,7 @@ void UvcCamera::watch(const std::stop_token& stop) {
                         })->silence;
   while (!stop.stop_requested()) {
     int jumps = 0;
+    const auto before = std::chrono::steady_clock::now();
     {
       std::unique_lock lock(mutex_);
       changed_.wait_for(lock, stop, shortest / 4, [this] { return is_trouble_; });
@@ -291,8 +292,10 @@ void UvcCamera::watch(const std::stop_token& stop) {
     }
     if (stop.stop_requested()) return;
     if (jumps > 0) tell(DeviceEvent::Kind::kClockJump, "its clock jumped; this computer's is used instead");
+    // A computer so busy that we slept too long has kept frames from us, too: they may be waiting.
+    const bool has_overslept = std::chrono::steady_clock::now() - before > shortest / 2;
     for (Watched& watched : streams_) {
-      if (!look_at(watched)) return;
+      if (!look_at(watched, has_overslept)) return;
     }
     const bool is_time = std::chrono::steady_clock::now() - started_at_ > kBeforeHolding;
     if (options_.holds_automatics && is_time && !is_holding_) {
@@ -303,7 +306,7 @@ void UvcCamera::watch(const std::stop_token& stop) {
 }
 
 /// False: there is nothing to watch any more.
-bool UvcCamera::look_at(Watched& watched) {
+bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
   UvcStream& stream = *watched.stream;
   if (watched.is_recovering && stream.frames() > watched.frames_at_restart) {
     watched.is_recovering = false;
@@ -320,7 +323,7 @@ bool UvcCamera::look_at(Watched& watched) {
     case TransferRing::State::kHalted: return restart(watched, DeviceEvent::Kind::kStalled, "it stopped with an error");
     default: break;
   }
-  if (quiet <= watched.silence) return true;
+  if (has_overslept || quiet <= watched.silence) return true;
   return restart(watched, DeviceEvent::Kind::kSilent,
                  "no data for " + std::to_string(quiet / milliseconds(1)) + " ms on a " + link_name(info_.speed_mbit) +
                      " link. Check the cable and the hub's power");

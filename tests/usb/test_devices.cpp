@@ -28,6 +28,7 @@ TEST(DeviceHolders, AreFoundThroughTheirOpenFiles) {
   const TemporaryFolder proc;
   add_process(proc.path(), 812, "cheese", "/dev/video2");
   add_process(proc.path(), 900, "editor", "/home/a/text");
+  add_process(proc.path(), 901, "(udev-worker)", "/dev/bus/usb/002/004");
   add_process(proc.path(), 77, "viewer", "/dev/bus/usb/002/004");
   const auto holders = find_holders({"/dev/bus/usb/002/004", "/dev/video2"}, proc.path());
   EXPECT_EQ(describe_holders(holders), "process 77 (viewer), process 812 (cheese)");

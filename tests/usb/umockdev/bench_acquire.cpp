@@ -14,7 +14,7 @@
 
 #include "acquire/device_source.h"
 #include "acquire/steady_now.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 namespace {

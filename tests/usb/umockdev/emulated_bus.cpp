@@ -1,4 +1,4 @@
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 #include <fcntl.h>
 #include <linux/usbdevice_fs.h>
@@ -106,7 +106,8 @@ struct EmulatedBus::Device {
   std::map<std::uint8_t, std::int64_t> packet_time_ns;
   std::vector<std::byte> scratch;
   bool is_unplugged = false, is_claim_refused = false;
-  int most_transfers = 1000, idle_asks = 0;
+  std::size_t held_bytes = 0, most_bytes = 16u << 20;  // of the transfers that were not reaped, as Linux has it
+  int idle_asks = 0;
   int master = -1, slave = -1;
   std::string node, syspath;
   UMockdevIoctlBase* handler = nullptr;
@@ -147,10 +148,11 @@ Answer EmulatedBus::Device::handle(unsigned long request, Address argument) {
 
 Answer EmulatedBus::Device::submit(Address at) {
   const Urb urb{at, memory.get<usbdevfs_urb>(at)};
+  const auto bytes = static_cast<std::size_t>(urb.head.buffer_length);
+  if (held_bytes + bytes > most_bytes) return {-1, ENOMEM};
+  held_bytes += bytes;
   if (urb.head.type == USBDEVFS_URB_TYPE_CONTROL) return control(urb), Answer{};
-  auto& queue = waiting[urb.head.endpoint];
-  if (queue.size() >= static_cast<std::size_t>(most_transfers)) return {-1, ENOMEM};
-  queue.push_back(urb);
+  waiting[urb.head.endpoint].push_back(urb);
   return {};
 }
 
@@ -182,6 +184,7 @@ Answer EmulatedBus::Device::reap(Address result) {
     ++idle_asks;
     return {-1, is_unplugged ? ENODEV : EAGAIN};
   }
+  held_bytes -= static_cast<std::size_t>(memory.get<usbdevfs_urb>(done.front()).buffer_length);
   memory.put<Address>(result, done.front());
   done.pop_front();
   if (done.empty() && !is_unplugged) tcflow(slave, TCOOFF);
@@ -285,6 +288,7 @@ void on_vanished(UMockdevIoctlBase* /*handler*/, UMockdevIoctlClient* /*client*/
   const std::lock_guard lock(device.mutex);
   device.waiting.clear();
   device.done.clear();
+  device.held_bytes = 0;
   if (!device.is_unplugged) tcflow(device.slave, TCOOFF);
 }
 
@@ -295,6 +299,8 @@ struct EmulatedBus::Testbed {
   std::map<int, std::unique_ptr<Device>> devices;
   int next_address = 2;
 };
+
+const double EmulatedBus::kBriskFps = 90;
 
 EmulatedBus::EmulatedBus() : testbed_(std::make_unique<Testbed>()) {
   if (umockdev_in_mock_environment() == 0) {
@@ -399,9 +405,11 @@ void EmulatedBus::refuse_claims(int address, bool is_refused) {
   device(address).is_claim_refused = is_refused;
 }
 
-void EmulatedBus::limit_transfers(int address, int most) {
-  const std::lock_guard lock(device(address).mutex);
-  device(address).most_transfers = most;
+void EmulatedBus::limit_memory(int megabytes) {
+  for (const auto& [address, each] : testbed_->devices) {
+    const std::lock_guard lock(each->mutex);
+    each->most_bytes = static_cast<std::size_t>(megabytes) << 20;
+  }
 }
 
 void EmulatedBus::serve(int address, pid_t client) {
@@ -409,7 +417,7 @@ void EmulatedBus::serve(int address, pid_t client) {
   device(address).memory = ClientMemory(client);
 }
 
-int EmulatedBus::idle_asks(int address) {
+std::optional<int> EmulatedBus::idle_asks(int address) {
   const std::lock_guard lock(device(address).mutex);
   return device(address).idle_asks;
 }

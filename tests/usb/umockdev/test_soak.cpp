@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "acquire/live/live_source.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 namespace {

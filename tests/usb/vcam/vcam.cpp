@@ -30,7 +30,12 @@ std::size_t probe_bytes_of(std::uint16_t version) {
 }  // namespace
 
 Vcam::Vcam(const VcamOptions& options) : options_(options) {
-  for (Stream& stream : streams_) stream.probe.resize(probe_bytes_of(options_.uvc_version));
+  for (Stream& stream : streams_) {
+    stream.probe.resize(probe_bytes_of(options_.uvc_version));
+    stream.probe[2] = stream.probe[3] = std::byte{1};  // the first format and its first size, until asked for others
+    put_u32(stream.probe, 4, stream.interval_100ns);
+    answer_probe(stream);
+  }
 }
 
 UsbIdentity Vcam::identity() const {

@@ -15,7 +15,14 @@ Bytes control_interface(const VcamOptions& options, int number, int terminal, in
   Bytes bytes = interface(number, 0, 0, 1);
   bytes.add(descriptor(Bytes{0x24, 0x01}.u16(options.uvc_version).u16(0).u32(48'000'000).u8(1).u8(number + 1)));
   bytes.add(descriptor(Bytes{0x24, 0x02, terminal}.u16(0x0201).fill(6).add({3, 0x0A, 0, 0})));
-  return bytes.add(descriptor({0x24, 0x05, processing, terminal, 0, 0, 2, 0, 0x10, 0}));
+  Bytes unit = {0x24, 0x05, processing, terminal, 0, 0, 2, 0, 0x10, 0};
+  if (options.uvc_version >= 0x0110) unit.u8(0);  // television standards
+  return bytes.add(descriptor(unit));
+}
+
+/// Where the pictures come out after the unit `source`.
+Bytes output_terminal(int source) {
+  return descriptor(Bytes{0x24, 0x03, 4}.u16(0x0101).add({0, source, 0}));
 }
 
 Bytes extension_unit() {
@@ -63,7 +70,7 @@ Bytes depth_stream(const VcamOptions& options) {
 
 Bytes colour_function(const VcamOptions& options) {
   Bytes bytes = descriptor({0x0B, 2, 2, kVideo, 3, 0, 0});
-  bytes.add(control_interface(options, 2, 1, 2)).add(interface(3, 0, 1, 2));
+  bytes.add(control_interface(options, 2, 1, 2)).add(output_terminal(2)).add(interface(3, 0, 1, 2));
   bytes.add(descriptor({0x24, 0x01, 2, 0, 0, Vcam::kColourEndpoint, 0, 4, 0, 0, 0, 1, 0, 0}));
   bytes.add(descriptor(Bytes{0x24, 0x04, 1, 1}.add(format_guid("YUY2")).u8(16).u8(1).fill(4)))
       .add(colour_size(options, 0x05));
@@ -75,7 +82,8 @@ Bytes colour_function(const VcamOptions& options) {
 
 std::vector<std::byte> Vcam::configuration() const {
   Bytes parts = descriptor({0x0B, 0, 2, kVideo, 3, 0, 0});
-  parts.add(control_interface(options_, 0, 1, 2)).add(extension_unit()).add(depth_stream(options_));
+  parts.add(control_interface(options_, 0, 1, 2)).add(extension_unit()).add(output_terminal(3));
+  parts.add(depth_stream(options_));
   if (options_.has_colour) parts.add(colour_function(options_));
   Bytes bytes{9, 2};
   // bMaxPower counts 8 mA at SuperSpeed: 55 are 440 mA.

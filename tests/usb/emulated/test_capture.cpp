@@ -15,7 +15,7 @@
 #include "app/cli.h"
 #include "export/read_mesh.h"
 #include "tests/app/program.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "acquire/device_source.h"
-#include "tests/usb/umockdev/emulated_bus.h"
+#include "tests/usb/emulated/emulated_bus.h"
 
 namespace scanknit::test {
 
@@ -61,7 +61,7 @@ class FrameLog {
     return std::find(all.begin(), all.end(), number) != all.end();
   }
 
-  /// False: it did not happen within five seconds.
+  /// False: it did not happen within twenty seconds.
   [[nodiscard]] bool wait_for_depth(std::size_t count) {
     return wait([&] { return depth_.size() >= count; });
   }
@@ -78,7 +78,7 @@ class FrameLog {
   template <typename Condition>
   bool wait(const Condition& condition) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 5s, condition);
+    return changed_.wait_for(lock, 20s, condition);
   }
 
   void take(RawFrame frame) {

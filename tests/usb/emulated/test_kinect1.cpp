@@ -1,7 +1,7 @@
 // A first Kinect through an unmodified libfreenect.
 #include <cmath>
 
-#include "tests/usb/umockdev/live_camera.h"
+#include "tests/usb/emulated/live_camera.h"
 #include "tests/usb/vcam/vkinect.h"
 
 namespace scanknit::test {

@@ -4,21 +4,21 @@
 #include <fstream>
 #include <numeric>
 
-#include "tests/usb/umockdev/live_camera.h"
+#include "tests/usb/emulated/live_camera.h"
 
 namespace scanknit::test {
 namespace {
 
 TEST(EmulatedCamera, IsListedWithoutBeingOpened) {
   EmulatedBus bus;
-  bus.plug({});
+  const int address = bus.plug({});
   const auto cameras = list_cameras();
   ASSERT_TRUE(cameras) << cameras.error().text();
   ASSERT_EQ(cameras->size(), 1u);
   EXPECT_EQ(cameras->front().uri, "usb:8086:0b07/0123456789ab");
   EXPECT_EQ(cameras->front().name, "Intel RealSense D435");
   EXPECT_EQ(cameras->front().speed_mbit, 5000);
-  EXPECT_EQ(cameras->front().bus, 1);
+  EXPECT_EQ(cameras->front().address, address);
 }
 
 TEST(EmulatedCamera, OffersItsProfiles) {
@@ -68,7 +68,7 @@ TEST_P(EmulatedStream, ArrivesWithoutALoss) {
   EXPECT_EQ(numbers, all);
   EXPECT_EQ((*source)->losses().total(), 0u);
   EXPECT_EQ(bus.waiting_transfers(address), 0) << "all transfers were taken back";
-  EXPECT_LT(bus.idle_asks(address), 500) << "no busy waiting";
+  EXPECT_LT(bus.idle_asks(address).value_or(0), 500) << "no busy waiting";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -81,14 +81,14 @@ INSTANTIATE_TEST_SUITE_P(
                       Stream{"SmallPayloads", {.payload_bytes = 16384}, 30, {}},
                       Stream{"MiddlingPayloads", {.payload_bytes = 65536}, 60, PixelFormat::kYuyv},
                       Stream{"Isochronous", {.is_isochronous = true, .speed_mbit = 480}, 30, {}},
-                      Stream{"Uvc10", {.uvc_version = 0x0100}, 90, PixelFormat::kYuyv},
-                      Stream{"Uvc11", {.uvc_version = 0x0110}, 90, PixelFormat::kYuyv},
-                      Stream{"D16Only", {.depth_code = std::string("\x50\0\0\0", 4)}, 90, {}},
+                      Stream{"Uvc10", {.uvc_version = 0x0100}, EmulatedBus::kBriskFps, PixelFormat::kYuyv},
+                      Stream{"Uvc11", {.uvc_version = 0x0110}, EmulatedBus::kBriskFps, PixelFormat::kYuyv},
+                      Stream{"D16Only", {.depth_code = std::string("\x50\0\0\0", 4)}, EmulatedBus::kBriskFps, {}},
                       Stream{"Y16OfAnUnknownCamera",
                              {.vendor = 0x1234, .product = 0x5678, .has_metadata = false, .depth_code = "Y16 "},
-                             90,
+                             EmulatedBus::kBriskFps,
                              {}},
-                      Stream{"EndpointAttached", {.hangs_on_endpoint = true}, 90, {}}),
+                      Stream{"EndpointAttached", {.hangs_on_endpoint = true}, EmulatedBus::kBriskFps, {}}),
     [](const auto& test) { return test.param.name; });
 
 /// Of this process' thread of that name.
@@ -169,7 +169,7 @@ TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
     options.intrinsics = CameraModel{{0, 0, 500, 500, 320, 240}, {}};
     const auto source = open_first(options);
     ASSERT_TRUE(source);
-    const auto streams = streams_of(**source, 90);
+    const auto streams = streams_of(**source, EmulatedBus::kBriskFps);
     const auto given = (*source)->calibration(streams);
     ASSERT_TRUE(given);
     EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
@@ -201,11 +201,15 @@ TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
   const int address = bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
-  ASSERT_TRUE(log.wait_for_depth(120));
-  bus.with_camera(address, [](Vcam& camera) {
-    EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}});
-  });
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  bool is_held = false;
+  for (int i = 0; i < 200 && !is_held; ++i) {  // after a second
+    std::this_thread::sleep_for(50ms);
+    bus.with_camera(address, [&](Vcam& camera) {
+      is_held = camera.written[{0x0102, 0x0200}] == std::vector{std::byte{1}};
+    });
+  }
+  EXPECT_TRUE(is_held);
   (*source)->stop();
   bus.with_camera(address, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{8}});
@@ -218,7 +222,7 @@ TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
   bus.plug({});
   const auto source = open_first();
   ASSERT_TRUE(source);
-  const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
+  const auto streams = streams_of(**source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
   for (FrameLog& log : logs) {
     ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
     EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink())) << "it streams already";
@@ -274,7 +278,7 @@ TEST(EmulatedCamera, IsWaitedFor) {
   const auto before = std::chrono::steady_clock::now();
   const auto source = open_first(options);
   ASSERT_TRUE(source) << source.error().text();
-  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 3s);
 }
 
 TEST(EmulatedCamera, ThatIsNotThereIsAnError) {

@@ -1,6 +1,6 @@
 // What goes wrong with cameras, cables and hubs: a damaged picture is never delivered, the next good one always is, and
 // what was lost is counted where it was lost. FrameLog looks at every pixel of what arrives.
-#include "tests/usb/umockdev/live_camera.h"
+#include "tests/usb/emulated/live_camera.h"
 
 namespace scanknit::test {
 namespace {
@@ -30,7 +30,7 @@ TEST_P(DamagedPicture, IsCountedAndTheNextOneArrives) {
   bus.with_camera(address, [&](Vcam& camera) { camera.depth_faults[kFaultAt] = expected.fault; });
   const auto source = open_first();
   ASSERT_TRUE(source) << source.error().text();
-  const auto streams = streams_of(**source, expected.options.is_isochronous ? 30 : 90);
+  const auto streams = streams_of(**source, expected.options.is_isochronous ? 30 : EmulatedBus::kBriskFps);
   ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(kEnough));
   (*source)->stop();
@@ -89,7 +89,7 @@ class FaultyCamera : public ::testing::Test {
     auto opened = open_first();
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
-    const auto streams = streams_of(*source, options.is_isochronous ? 30 : 90);
+    const auto streams = streams_of(*source, options.is_isochronous ? 30 : EmulatedBus::kBriskFps);
     ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
   }
 
@@ -177,16 +177,20 @@ TEST_F(FaultyCamera, ThatIsUnpluggedWhileItsHaltIsClearedEndsCleanly) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
 }
 
-TEST(Unplug, AtAnyMomentEndsCleanly) {
-  for (int offset_ms = 0; offset_ms < 50; ++offset_ms) {
+/// At ten moments from `GetParam()` milliseconds on; the first ten are while the camera is being started.
+class Unplug : public ::testing::TestWithParam<int> {};
+
+TEST_P(Unplug, AtAnyMomentEndsCleanly) {
+  for (int offset_ms = GetParam(); offset_ms < GetParam() + 10; ++offset_ms) {
     EmulatedBus bus;
     FrameLog log;
     const int address = bus.plug({.payload_bytes = offset_ms % 2 == 0 ? 0u : 65536u});
     auto source = open_first();
     ASSERT_TRUE(source);
     std::jthread hand;
-    if (offset_ms < 10) hand = std::jthread([&] { bus.unplug(address); });  // while it is being started
-    const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());
+    if (offset_ms < 10) hand = std::jthread([&] { bus.unplug(address); });
+    const auto started =
+        (*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink());
     if (offset_ms >= 10) {
       std::this_thread::sleep_for(std::chrono::milliseconds(offset_ms - 10));
       bus.unplug(address);
@@ -196,6 +200,20 @@ TEST(Unplug, AtAnyMomentEndsCleanly) {
     (*source)->stop();
     EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ms, Unplug, ::testing::Range(0, 50, 10));
+
+TEST(OpenedCamera, ThatIsUnpluggedIsAnErrorToStart) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  bus.unplug(address);
+  const auto started = (*source)->start(streams_of(**source, 30), log.frame_sink(), log.event_sink());
+  ASSERT_FALSE(started);
+  EXPECT_NE(started.error().message.find("unplugged"), std::string::npos) << started.error().message;
 }
 
 TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {
@@ -209,7 +227,7 @@ TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {
     if (frame.sequence == 5) std::this_thread::sleep_for(400ms);  // longer than the transfers on their way last
     sink(std::move(frame));
   };
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), slow_sink, log.event_sink()));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), slow_sink, log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(40));
   (*source)->stop();
   const auto numbers = log.depth();
@@ -226,7 +244,7 @@ TEST(Replug, ResumesTheSameCameraBySerial) {
   options.reconnect_s = 5;
   const auto source = open_first(options);
   ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(10));
   bus.unplug(address);
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
@@ -246,7 +264,7 @@ TEST(Replug, ThatDoesNotHappenIsGivenUp) {
   options.reconnect_s = 0.2;
   const auto source = open_first(options);
   ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(3));
   bus.unplug(address);
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
@@ -301,7 +319,7 @@ TEST(StartedCamera, AnsweringTheNegotiationOddlyStreams) {
     });
     const auto source = open_first();
     ASSERT_TRUE(source);
-    ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+    ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
     EXPECT_TRUE(log.wait_for_depth(5)) << bytes;
   }
 }
@@ -309,20 +327,24 @@ TEST(StartedCamera, AnsweringTheNegotiationOddlyStreams) {
 TEST(StartedCamera, StreamsWithLittleUsbMemory) {
   EmulatedBus bus;
   FrameLog log;
-  bus.limit_transfers(bus.plug({}), 2);
+  bus.plug({});
+  bus.limit_memory(2);
   const auto source = open_first();
   ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(kEnough));
 }
 
-TEST(StartedCamera, WithoutUsbMemoryIsAnErrorWithTheRemedy) {
+TEST(StartedCamera, WithoutUsbMemoryForTwoPicturesIsAnErrorWithTheRemedy) {
   EmulatedBus bus;
   FrameLog log;
-  bus.limit_transfers(bus.plug({}), 0);
+  const int address = bus.plug({});
+  bus.with_camera(address, [](Vcam& camera) { camera.depth_faults[0] = Fault::kSilentForever; });  // none comes back
+  bus.limit_memory(1);
   const auto source = open_first();
   ASSERT_TRUE(source);
-  const auto started = (*source)->start(streams_of(**source, 90), log.frame_sink(), log.event_sink());
+  const auto started =
+      (*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink());
   ASSERT_FALSE(started);
   EXPECT_NE(started.error().message.find("usbfs_memory_mb"), std::string::npos) << started.error().message;
 }

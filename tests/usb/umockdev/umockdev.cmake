@@ -1,0 +1,37 @@
+# An unmodified libusb under umockdev.
+pkg_check_modules(umockdev IMPORTED_TARGET umockdev-1.0)
+find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
+if(NOT umockdev_FOUND OR NOT UMOCKDEV_WRAPPER)
+  add_test(NAME EmulatedCamera.All COMMAND ${CMAKE_COMMAND} -E echo
+    "SKIPPED: umockdev is not installed (Debian packages umockdev, libumockdev-dev)")
+  set_tests_properties(EmulatedCamera.All PROPERTIES SKIP_REGULAR_EXPRESSION SKIPPED LABELS usb)
+  return()
+endif()
+
+add_library(scanknit_umockdev_bus STATIC umockdev/emulated_bus.cpp)
+target_link_libraries(scanknit_umockdev_bus PUBLIC scanknit_vcam PkgConfig::umockdev util)
+scanknit_flags(scanknit_umockdev_bus)
+
+# Both the list of tests and the tests themselves are run through run.sh.
+function(scanknit_emulated_test name)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_SOURCE_DIR}/umockdev/run.sh)
+  scanknit_test(${name} ${ARGN})
+endfunction()
+
+scanknit_emulated_test(test_usb_emulated
+  SOURCES $<TARGET_OBJECTS:emulated_camera_tests> LIBRARIES scanknit_umockdev_bus ${emulated_camera_libraries})
+scanknit_emulated_test(test_usb_soak SOURCES umockdev/test_soak.cpp LIBRARIES scanknit_umockdev_bus TIMEOUT 900)
+add_executable(bench_acquire umockdev/bench_acquire.cpp)
+target_link_libraries(bench_acquire PRIVATE scanknit_umockdev_bus)
+scanknit_flags(bench_acquire)
+if(SCANKNIT_BUILD_APP)
+  scanknit_emulated_test(test_usb_commands
+    SOURCES emulated/test_commands.cpp ../app/program.cpp
+    LIBRARIES scanknit_umockdev_bus ScanKnit::export nlohmann_json::nlohmann_json)
+  target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
+  add_dependencies(test_usb_commands scanknit)
+  scanknit_emulated_test(test_usb_capture
+    SOURCES emulated/test_capture.cpp ../app/program.cpp
+    LIBRARIES scanknit_app scanknit_umockdev_bus nlohmann_json::nlohmann_json)
+  target_compile_definitions(test_usb_capture PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
+endif()

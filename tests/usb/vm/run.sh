@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# Runs a command in a virtual machine with Debian's own kernel, whose root is this computer's, read-only:
+#
+#   run.sh FOLDER COMMAND [ARGUMENTS]
+#
+# FOLDER keeps the kernel (fetched the first time, about 70 MB) and its messages of the last run, kernel.log. Ends with the
+# command's exit code, with 77 and the reason where there can be no such machine, and with 1 where it did not come to an end.
+set -euo pipefail
+export PATH="$PATH:/usr/sbin:/sbin"
+here="$(cd "$(dirname "$0")" && pwd)"
+folder="$1" start="$PWD"
+shift
+seconds="${SCANKNIT_VM_SECONDS:-580}"
+
+skip() {
+  echo "SKIPPED: no virtual machine: $*"
+  exit 77
+}
+
+# fetch PACKAGE: unpacks a Debian package into FOLDER/PACKAGE without installing it.
+fetch() {
+  if [ -d "$1" ]; then return; fi
+  apt-get download "$1" >fetch.log 2>&1 || skip "apt-get download $1: $(tail -n 1 fetch.log)"
+  dpkg-deb -x "$1"_*.deb "$1.part"
+  rm "$1"_*.deb
+  mv "$1.part" "$1"
+}
+
+for tool in qemu-system-x86_64:qemu-system-x86 busybox:busybox-static cpio:cpio depmod:kmod dpkg-deb:dpkg apt-get:apt; do
+  command -v "${tool%%:*}" >/dev/null || skip "${tool%%:*} is not there (Debian package ${tool##*:})"
+done
+
+mkdir -p "$folder"
+cd "$folder"
+# The kernel that Debian's linux-image-amd64 stands for: the one for clouds has no USB.
+image="$( (apt-cache depends linux-image-amd64 2>/dev/null || true) | sed -n 's/^ *Depends: \(linux-image-[^ ]*\)$/\1/p')"
+if [ -z "$image" ]; then skip "apt knows no linux-image-amd64 (apt-get update?)"; fi
+fetch "$image"
+fetch udev
+version="${image#linux-image-}"
+
+# What the machine starts with: busybox, the modules on the way to our root and to USB, and the command.
+modules=(virtio_pci 9pnet_virtio 9p vhci_hcd uvcvideo)
+rm -rf initramfs
+mkdir -p initramfs/{bin,modules,host}
+cp "$(command -v busybox)" initramfs/bin/
+cp "$here/init" initramfs/
+[ -f "$image/lib/modules/$version/modules.dep" ] || depmod -b "$image" "$version"
+modprobe --dirname "$image" --set-version "$version" --show-depends --all "${modules[@]}" |
+  awk '$1 == "insmod" && !seen[$2]++ { print $2 }' >modules.txt
+number=100
+while read -r module; do cp "$module" "initramfs/modules/$((number++)).ko"; done <modules.txt
+printf 'cd %q && ' "$start" >initramfs/command
+printf '%q ' "$@" >>initramfs/command
+printf '%s\n' "$PWD/udev" >initramfs/udev_folder
+(cd initramfs && find . | cpio --quiet -o -H newc | gzip -1) >initramfs.gz
+
+# In software: hardware help is rarely there where tests run, and with it the machine would not be the same everywhere.
+timeout "$seconds" qemu-system-x86_64 -accel tcg -cpu max -smp 2 -m 1536 -nodefaults -no-reboot -display none \
+  -kernel "$image/boot/vmlinuz-$version" -initrd initramfs.gz -append "console=ttyS0 quiet panic=-1" \
+  -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
+  -serial file:kernel.log -serial stdio </dev/null | sed -u 's/\r$//' | tee output.log || true
+
+ended="$(sed -n 's/^The command ended with \([0-9]*\)$/\1/p' output.log)"
+if [ -z "$ended" ]; then
+  echo "The machine did not come to an end within $seconds s. Its kernel's last words ($PWD/kernel.log):"
+  tail -n 20 kernel.log
+fi
+exit "${ended:-1}"
