@@ -17,7 +17,7 @@ void on_frame(uvc_frame_t* frame, void* user) {
   const std::lock_guard lock(seen.mutex);
   std::uint16_t number = 0;
   std::memcpy(&number, frame->data, sizeof(number));
-  const auto expected = std::as_bytes(Vcam::depth_pixels(number));
+  const auto expected = std::as_bytes(Vcam::depth_pixels(number, 640 * 480));
   EXPECT_EQ(frame->data_bytes, expected.size());
   EXPECT_EQ(std::memcmp(frame->data, expected.data(), std::min(frame->data_bytes, expected.size())), 0) << number;
   seen.numbers.push_back(number);

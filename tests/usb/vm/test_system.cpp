@@ -17,7 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t kPictureBytes = std::size_t{2} * Vcam::kWidth * Vcam::kHeight;
+constexpr std::size_t kPicturePixels = 640 * 480;  // of VcamOptions
+constexpr std::size_t kPictureBytes = kPicturePixels * sizeof(std::uint16_t);
 const VcamOptions kHighSpeed{.speed_mbit = 480};
 
 bool contains(const std::string& text, const std::string& part) {
@@ -81,7 +82,8 @@ std::vector<int> numbers_in(const fs::path& file) {
     std::uint16_t number = 0;
     std::memcpy(&number, bytes.data() + at, sizeof(number));
     numbers.push_back(number);
-    EXPECT_EQ(std::memcmp(bytes.data() + at, Vcam::depth_pixels(number).data(), kPictureBytes), 0) << number;
+    EXPECT_EQ(std::memcmp(bytes.data() + at, Vcam::depth_pixels(number, kPicturePixels).data(), kPictureBytes), 0)
+        << number;
   }
   return numbers;
 }
