@@ -12,12 +12,13 @@ options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_B
 targets=(test_usb)
 if command -v umockdev-wrapper >/dev/null; then targets+=(test_usb_emulated); fi
 case "$kind" in
-  address)
+  address)  # warnings are for the compiler that we build with
     if ! command -v clang++ >/dev/null || [ ! -e "$(clang++ -print-file-name=libclang_rt.fuzzer-x86_64.a)" ]; then
       echo "SKIPPED: no clang with its run-time libraries (Debian packages clang, libclang-rt-14-dev)"
       exit 0
     fi
-    options+=(-DCMAKE_CXX_COMPILER=clang++ -DSCANKNIT_BUILD_FUZZERS=ON -DSCANKNIT_SANITIZE=fuzzer-no-link,address,undefined)
+    options+=(-DCMAKE_CXX_COMPILER=clang++ -DSCANKNIT_WERROR=OFF -DSCANKNIT_BUILD_FUZZERS=ON
+      -DSCANKNIT_SANITIZE=fuzzer-no-link,address,undefined)
     targets+=(test_acquire_record test_acquire_replay fuzzers)
     ;;
   thread) options+=(-DSCANKNIT_SANITIZE=thread) ;;
