@@ -44,6 +44,7 @@ class ReconnectingSource final : public DeviceSource {
   void on_frame(RawFrame frame);
   void on_event(const DeviceEvent& event);
   void wait_and_reopen(const std::stop_token& stop);
+  [[nodiscard]] Result<std::unique_ptr<DeviceSource>> reopen(const std::stop_token& give_up);
 
   std::unique_ptr<DeviceSource> source_;  // none: unplugged
   const DeviceInfo info_;
@@ -128,8 +129,6 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
       old = std::move(source_);
     }
     old.reset();  // waits for its threads: not under the lock, which its last event may want
-    first_sequence_ = next_sequence_;
-    is_new_clock_ = true;
     std::stop_source give_up;
     const std::stop_callback on_stop(stop, [&] { give_up.request_stop(); });
     std::mutex timer_mutex;
@@ -139,13 +138,10 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
       timer.wait_for(lock, found, patience_, [] { return false; });
       if (!found.stop_requested()) give_up.request_stop();
     });
-    auto reopened = reopen_(give_up.get_token());
+    auto reopened = reopen(give_up.get_token());
     if (stop.stop_requested()) return;
-    Result<void> started;
-    if (reopened) started = start_source(**reopened);
-    if (!reopened || !started) {
-      const Error& error = reopened ? started.error() : reopened.error();
-      events_({DeviceEvent::Kind::kFailed, info_.name + " did not come back: " + error.text()});
+    if (!reopened) {
+      events_({DeviceEvent::Kind::kFailed, info_.name + " did not come back: " + reopened.error().text()});
       return;
     }
     {
@@ -153,6 +149,32 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
       source_ = std::move(*reopened);
     }
     events_({DeviceEvent::Kind::kReturned, info_.name + ": plugged in again"});
+  }
+}
+
+/// A plug that wobbles comes and goes, and what has just come may not be ready: only `give_up` ends the attempts.
+Result<std::unique_ptr<DeviceSource>> ReconnectingSource::reopen(const std::stop_token& give_up) {
+  constexpr std::chrono::milliseconds kPause(100);
+  std::mutex pause_mutex;
+  std::condition_variable_any pause;
+  while (true) {
+    Result<void> started;
+    auto reopened = reopen_(give_up);
+    if (reopened) {
+      first_sequence_ = next_sequence_;
+      is_new_clock_ = true;
+      {
+        const std::lock_guard lock(mutex_);
+        has_left_ = false;  // the one before may have left while it started
+      }
+      started = start_source(**reopened);
+      if (started) return reopened;
+    }
+    const Error error = reopened ? started.error() : reopened.error();
+    reopened = error;  // gone before the next attempt
+    std::unique_lock lock(pause_mutex);
+    pause.wait_for(lock, give_up, kPause, [] { return false; });
+    if (give_up.stop_requested()) return error;
   }
 }
 

@@ -40,7 +40,7 @@ Result<Recorded> record(const RecordArguments& arguments, const AcquireConfig& c
   recorded.failure = (*source)->failure();
   recorded.losses = (*source)->losses();
   recorded.losses.queue = 0;  // what did not reach us in time is in the file all the same
-  source->reset();  // nothing comes any more
+  source->reset();            // nothing comes any more
   const auto kept = (*recorder)->finish();
   if (!kept) return kept.error();
   recorded.file = *kept;

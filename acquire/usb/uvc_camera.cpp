@@ -43,12 +43,24 @@ double rate_of(std::uint32_t interval_100ns) {
   return std::round(1e9 / interval_100ns) / 100;
 }
 
-std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& functions) {
+bool has_named_depth(const UvcFunction& function) {
+  return std::any_of(function.streams.begin(), function.streams.end(), [](const UvcStreamingInterface& stream) {
+    return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
+      return format.pixel_format == PixelFormat::kZ16 && !format.is_grey;
+    });
+  });
+}
+
+/// All that can be asked for. The depth function of a RealSense also has its infrared pictures, some of them with the
+/// names of colours: they are left out.
+std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& functions, const CameraQuirk& quirk) {
   std::vector<UvcSelection> all;
   for (const UvcFunction& function : functions) {
+    const bool is_stereo = quirk.calibration == CalibrationReader::kRealsense && has_named_depth(function);
     for (const UvcStreamingInterface& stream : function.streams) {
       for (const UvcFormat& format : stream.formats) {
         if (!format.pixel_format) continue;
+        if (is_stereo && (format.is_grey || kind_of(*format.pixel_format) == StreamKind::kColour)) continue;
         for (const UvcFrameSize& size : format.sizes) {
           for (const std::uint32_t interval : size.intervals_100ns) {
             const StreamProfile profile{kind_of(*format.pixel_format), *format.pixel_format, size.width, size.height,
@@ -131,7 +143,7 @@ class UvcCamera final : public DeviceSource {
 
 std::vector<StreamProfile> UvcCamera::profiles() const {
   std::vector<StreamProfile> profiles;
-  for (const UvcSelection& selection : selections_of(functions_)) {
+  for (const UvcSelection& selection : selections_of(functions_, quirk_)) {
     if (std::find(profiles.begin(), profiles.end(), selection.profile) == profiles.end()) {
       profiles.push_back(selection.profile);
     }
@@ -189,7 +201,7 @@ Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> str
 }
 
 Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t budget_bytes) {
-  const auto all = selections_of(functions_);
+  const auto all = selections_of(functions_, quirk_);
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const UvcSelection& selection) { return selection.profile == profile; });
   if (found == all.end()) {
@@ -224,6 +236,8 @@ Result<void> UvcCamera::start(std::span<const StreamProfile> streams, FrameSink 
   for (const StreamProfile& profile : streams) {
     if (done) done = add_stream(profile, kUsbMemory / streams.size());
   }
+  // A scan that was killed has left them held.
+  if (done && options_.holds_automatics) (void)set_colour_automatics(true);
   for (Watched& watched : streams_) {
     if (done) done = watched.stream->start();
   }
@@ -393,7 +407,7 @@ Result<void> UvcCamera::set_control(DeviceControl control, int value) {
 std::vector<UvcFunction> depth_functions_of(const UsbDeviceInfo& device) {
   auto functions = parse_uvc_configuration(device.configuration);
   if (!functions) return {};
-  for (const UvcSelection& selection : selections_of(*functions)) {
+  for (const UvcSelection& selection : selections_of(*functions, {})) {
     if (selection.profile.kind == StreamKind::kDepth) return std::move(*functions);
   }
   return {};

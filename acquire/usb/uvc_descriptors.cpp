@@ -208,6 +208,7 @@ void ConfigurationParser::format(std::uint8_t subtype, ByteReader body) {
     std::copy(bytes->begin(), bytes->end(), guid.begin());
     found.pixel_format = pixel_format_of(guid);
     found.is_compressed = found.pixel_format == PixelFormat::kMjpeg;
+    found.is_grey = found.pixel_format == PixelFormat::kZ16 && guid[0] == std::byte{'Y'};
   }
   stream().formats.push_back(std::move(found));
 }

@@ -30,6 +30,7 @@ struct UvcFormat {
   std::uint8_t index = 0;
   std::optional<PixelFormat> pixel_format;  ///< nothing: one that we do not read (infrared, H.264 ...)
   bool is_compressed = false;
+  bool is_grey = false;  ///< 16-bit grey: depth of cameras that have no name for it, infrared of others
   std::vector<UvcFrameSize> sizes;
 };
 

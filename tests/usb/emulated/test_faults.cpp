@@ -256,6 +256,29 @@ TEST(Replug, ResumesTheSameCameraBySerial) {
   (*source)->stop();
 }
 
+TEST(Replug, ResumesACameraWhosePlugWobbles) {
+  EmulatedBus bus;
+  FrameLog log;
+  int address = bus.plug({});
+  DeviceOptions options;
+  options.reconnect_s = 20;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(5));
+  for (const auto contact : {3ms, 8ms, 15ms, 20ms, 30ms}) {
+    bus.unplug(address);
+    address = bus.plug({});
+    std::this_thread::sleep_for(contact);
+  }
+  bus.unplug(address);
+  bus.plug({});
+  const std::size_t before = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(before + 10));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  (*source)->stop();
+}
+
 TEST(Replug, ThatDoesNotHappenIsGivenUp) {
   EmulatedBus bus;
   FrameLog log;

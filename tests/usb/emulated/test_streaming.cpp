@@ -195,6 +195,33 @@ TEST(EmulatedCamera, TakesControls) {
   });
 }
 
+TEST(EmulatedCamera, DoesNotTakeInfraredForColourOrDepth) {
+  EmulatedBus bus;
+  FrameLog log;
+  bus.plug({.has_infrared = true});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  EXPECT_EQ(std::ranges::count((*source)->profiles(), PixelFormat::kUyvy, &StreamProfile::format), 0);
+  const auto streams = streams_of(**source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
+  ASSERT_EQ(streams.size(), 2u);
+  ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(5)) << "FrameLog looks at each pixel";
+}
+
+TEST(EmulatedCamera, FreesExposureThatAKilledScanHasLeftHeld) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->set_control(DeviceControl::kColourAutomatics, 0));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  bus.with_camera(address, [](Vcam& camera) {
+    EXPECT_NE((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}}) << "exposure is manual";
+    EXPECT_EQ((camera.written[{0x0202, 0x0B00}]), std::vector{std::byte{1}}) << "white balance";
+  });
+}
+
 TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
   EmulatedBus bus;
   FrameLog log;

@@ -52,6 +52,7 @@ struct VcamOptions {
   bool has_colour = true;
   bool has_metadata = true;  ///< RealSense's frame counter
   std::string depth_code = "Z16 ";
+  bool has_infrared = false;       ///< the depth function offers UYVY and 16-bit grey, too, as a D400 does
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
   int width = 640, height = 480;  ///< of both streams

@@ -31,8 +31,8 @@ Bytes extension_unit() {
 }
 
 /// FRAME_BASED as a D421 has it.
-Bytes depth_format(const VcamOptions& options) {
-  Bytes bytes = descriptor(Bytes{0x24, 0x10, 1, 1}.add(format_guid(options.depth_code)).u8(16).u8(1).fill(5));
+Bytes sensor_format(const VcamOptions& options, int index, const std::string& code) {
+  Bytes bytes = descriptor(Bytes{0x24, 0x10, index, 1}.add(format_guid(code)).u8(16).u8(1).fill(5));
   Bytes size{0x24, 0x11, 1, 0};
   const auto width = static_cast<std::uint32_t>(options.width), height = static_cast<std::uint32_t>(options.height);
   size.u16(width).u16(height).u32(0).u32(0).u32(333333).u8(std::size(kIntervals)).u32(2 * width);
@@ -55,8 +55,12 @@ Bytes bulk_endpoint(const VcamOptions& options, int address) {
 }
 
 Bytes depth_stream(const VcamOptions& options) {
-  const Bytes header = descriptor({0x24, 0x01, 1, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0});
-  const Bytes classes = Bytes(header).add(depth_format(options)).add(descriptor({0x24, 0x0D, 1, 1, 4}));
+  Bytes classes = options.has_infrared
+                      ? descriptor({0x24, 0x01, 3, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0, 0, 0})
+                            .add(sensor_format(options, 2, "UYVY"))
+                            .add(sensor_format(options, 3, "Y16 "))
+                      : descriptor({0x24, 0x01, 1, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0});
+  classes.add(sensor_format(options, 1, options.depth_code)).add(descriptor({0x24, 0x0D, 1, 1, 4}));
   if (options.is_isochronous) {
     Bytes bytes = interface(1, 0, 0, 2).add(classes).add(interface(1, 1, 1, 2));
     bytes.add(descriptor(Bytes{0x05, Vcam::kDepthEndpoint, 0x05}.u16(1024).u8(1)));
