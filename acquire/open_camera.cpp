@@ -14,6 +14,7 @@
 #include "acquire/usb/usb_context.h"
 #include "acquire/usb/uvc_camera.h"
 #include "acquire/usb/uvc_descriptors.h"
+#include "acquire/waiting.h"
 
 namespace scanknit {
 namespace {
@@ -122,11 +123,6 @@ Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const W
     const milliseconds most = found != cameras.end() ? kAgain : milliseconds(1000);
     context.wait_for_change(seen, std::min(left, most), stop);
   }
-}
-
-Clock::time_point after(double seconds) {
-  constexpr double kYear = 31'557'600;
-  return Clock::now() + milliseconds(static_cast<std::int64_t>(std::clamp(seconds, 0.0, kYear) * 1000));
 }
 
 }  // namespace

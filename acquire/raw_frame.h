@@ -29,6 +29,9 @@ enum class PixelFormat : std::uint8_t {
 /// "z16", "yuyv", "uyvy", "mjpeg", "rgb8", "bgr8".
 [[nodiscard]] const char* to_string(PixelFormat format);
 
+/// Turns rows of `width` pixels, at least one, left side to right.
+void mirror(std::vector<std::byte>& pixels, std::size_t width, std::size_t pixel_bytes);
+
 /// One picture stream of a scanner, as it can be asked for or has been started.
 struct StreamProfile {
   StreamKind kind = StreamKind::kDepth;

@@ -7,6 +7,8 @@
 #include <thread>
 #include <utility>
 
+#include "acquire/waiting.h"
+
 namespace scanknit {
 namespace {
 
@@ -131,12 +133,8 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
     old.reset();  // waits for its threads: not under the lock, which its last event may want
     std::stop_source give_up;
     const std::stop_callback on_stop(stop, [&] { give_up.request_stop(); });
-    std::mutex timer_mutex;
-    std::condition_variable_any timer;
     const std::jthread alarm([&](const std::stop_token& found) {
-      std::unique_lock lock(timer_mutex);
-      timer.wait_for(lock, found, patience_, [] { return false; });
-      if (!found.stop_requested()) give_up.request_stop();
+      if (pause(patience_, found)) give_up.request_stop();
     });
     auto reopened = reopen(give_up.get_token());
     if (stop.stop_requested()) return;
@@ -155,8 +153,6 @@ void ReconnectingSource::wait_and_reopen(const std::stop_token& stop) {
 /// A plug that wobbles comes and goes, and what has just come may not be ready: only `give_up` ends the attempts.
 Result<std::unique_ptr<DeviceSource>> ReconnectingSource::reopen(const std::stop_token& give_up) {
   constexpr std::chrono::milliseconds kPause(100);
-  std::mutex pause_mutex;
-  std::condition_variable_any pause;
   while (true) {
     Result<void> started;
     auto reopened = reopen_(give_up);
@@ -172,9 +168,7 @@ Result<std::unique_ptr<DeviceSource>> ReconnectingSource::reopen(const std::stop
     }
     const Error error = reopened ? started.error() : reopened.error();
     reopened = error;  // gone before the next attempt
-    std::unique_lock lock(pause_mutex);
-    pause.wait_for(lock, give_up, kPause, [] { return false; });
-    if (give_up.stop_requested()) return error;
+    if (!pause(kPause, give_up)) return error;
   }
 }
 

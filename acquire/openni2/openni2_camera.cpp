@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <future>
 #include <mutex>
@@ -15,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquire/field_of_view.h"
 #include "acquire/openni2/library_threads.h"
 #include "acquire/openni2/openni2_plugin.h"
 #include "acquire/steady_now.h"
@@ -128,16 +128,7 @@ std::optional<std::vector<std::byte>> pixels_of(const OniFrame& frame, const Mod
   if ((rows - 1) * stride + row_bytes > static_cast<std::size_t>(frame.dataSize)) return std::nullopt;
   std::vector<std::byte> pixels(rows * row_bytes);
   for (std::size_t y = 0; y < rows; ++y) std::memcpy(pixels.data() + y * row_bytes, bytes + y * stride, row_bytes);
-  if (!is_mirrored) return pixels;
-  for (std::size_t y = 0; y < rows; ++y) {
-    const auto row = pixels.begin() + static_cast<std::ptrdiff_t>(y * row_bytes);
-    std::reverse(row, row + static_cast<std::ptrdiff_t>(row_bytes));
-    // Turned bytes: each pixel's are turned back.
-    for (std::size_t x = 0; x < row_bytes; x += pixel_bytes) {
-      const auto pixel = row + static_cast<std::ptrdiff_t>(x);
-      std::reverse(pixel, pixel + static_cast<std::ptrdiff_t>(pixel_bytes));
-    }
-  }
+  if (is_mirrored) mirror(pixels, static_cast<std::size_t>(mode.profile.width), pixel_bytes);
   return pixels;
 }
 
@@ -243,20 +234,12 @@ std::vector<StreamProfile> OpenNi2Camera::profiles() const {
   return profiles;
 }
 
-/// The field of view is that of the whole picture, from edge to edge.
+/// Without intrinsics where the driver does not state a field of view.
 CameraModel OpenNi2Camera::model_of(const OniStreamState& stream, const StreamProfile& profile) const {
-  CameraModel model;
   const auto x = property_of<float>(stream.handle, ONI_STREAM_PROPERTY_HORIZONTAL_FOV);
   const auto y = property_of<float>(stream.handle, ONI_STREAM_PROPERTY_VERTICAL_FOV);
-  constexpr float kHalfTurn = 3.14f;
-  if (!x || !y || !(*x > 0 && *x < kHalfTurn) || !(*y > 0 && *y < kHalfTurn)) return model;
-  model.intrinsics = {profile.width,
-                      profile.height,
-                      profile.width / (2 * std::tan(double{*x} / 2)),
-                      profile.height / (2 * std::tan(double{*y} / 2)),
-                      (profile.width - 1) / 2.0,
-                      (profile.height - 1) / 2.0};
-  return model;
+  const auto known = intrinsics_of_view(profile.width, profile.height, double{x.value_or(0)}, double{y.value_or(0)});
+  return {.intrinsics = known.value_or(CameraIntrinsics{})};
 }
 
 Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile> streams) {

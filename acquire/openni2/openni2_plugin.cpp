@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <filesystem>
-#include <mutex>
-#include <optional>
 #include <string_view>
 
 #include "acquire/reconnecting_source.h"
 #include "acquire/replay/oni_file.h"
+#include "acquire/waiting.h"
 #include "core/version.h"
 
 namespace scanknit {
@@ -23,22 +21,7 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kModule = "libscanknit_openni2.so";
 constexpr const char* kRemedy =
     ". Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
-    "says "
-    "what is missing)";
-
-Clock::time_point after(double seconds) {
-  constexpr double kYear = 31'557'600;
-  return Clock::now() + milliseconds(static_cast<std::int64_t>(std::clamp(seconds, 0.0, kYear) * 1000));
-}
-
-/// False: stopped.
-bool pause(milliseconds time, const std::stop_token& stop) {
-  std::mutex mutex;
-  std::condition_variable_any never;
-  std::unique_lock lock(mutex);
-  never.wait_for(lock, stop, time, [] { return false; });
-  return !stop.stop_requested();
-}
+    "says what is missing)";
 
 /// OpenNI's player believes every number of a file: it gets only those that are whole and whose pictures we could read.
 Result<void> check_recording(const std::string& path) {

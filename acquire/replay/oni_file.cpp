@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -200,10 +199,8 @@ class OniWalk {
       stream.profile.frames_per_second = *rate;
     } else if (name == "xnFOV") {
       const auto x = reader.little_endian<double>(), y = reader.little_endian<double>();
-      constexpr double kHalfTurn = 3.14;
-      if (!y || !(*x > 0 && *x < kHalfTurn) || !(*y > 0 && *y < kHalfTurn)) return true;  // then it is unknown
-      stream.view_x_rad = *x;
-      stream.view_y_rad = *y;
+      stream.view_x_rad = x.value_or(0);
+      stream.view_y_rad = y.value_or(0);
     } else if (name == "xnCropping") {
       stream.is_cropped = reader.little_endian<std::uint32_t>().value_or(0) != 0;
     }
@@ -241,16 +238,6 @@ std::optional<std::size_t> header_bytes_of(const RandomAccess& file) {
   return maintenance == 0 ? kShortHeader : kLongHeader;
 }
 
-void unmirror(std::vector<std::byte>& bytes, std::size_t width, std::size_t pixel_bytes) {
-  const std::size_t row_bytes = width * pixel_bytes;
-  for (std::size_t row = 0; row + row_bytes <= bytes.size(); row += row_bytes) {
-    for (std::size_t left = 0, right = width - 1; left < right; ++left, --right) {
-      const auto at = [&](std::size_t x) { return bytes.begin() + static_cast<std::ptrdiff_t>(row + x * pixel_bytes); };
-      std::swap_ranges(at(left), at(left + 1), at(right));
-    }
-  }
-}
-
 /// As RGB with the left side on the left.
 Result<RawFrame> unmirror_colour(RawFrame frame, const Limits& limits) {
   const auto image = decode_raw_colour(frame, limits);
@@ -259,7 +246,7 @@ Result<RawFrame> unmirror_colour(RawFrame frame, const Limits& limits) {
   rgb.reserve(3 * image->size());
   for (const Rgb8& pixel : image->pixels())
     rgb.insert(rgb.end(), {std::byte{pixel.r}, std::byte{pixel.g}, std::byte{pixel.b}});
-  unmirror(rgb, static_cast<std::size_t>(frame.profile.width), 3);
+  mirror(rgb, static_cast<std::size_t>(frame.profile.width), 3);
   frame.profile.format = PixelFormat::kRgb8;
   frame.bytes = std::make_shared<const std::vector<std::byte>>(std::move(rgb));
   return frame;
@@ -322,7 +309,7 @@ Result<RawFrame> OniFile::read(StreamKind kind, std::size_t index) const {
   auto bytes = read_pixels(stream, picture);
   if (!bytes) return bytes.error();
   const bool is_depth = kind == StreamKind::kDepth;
-  if (is_depth && stream.is_mirrored) unmirror(*bytes, static_cast<std::size_t>(stream.profile.width), 2);
+  if (is_depth && stream.is_mirrored) mirror(*bytes, static_cast<std::size_t>(stream.profile.width), 2);
   const auto time_ns = static_cast<std::int64_t>(picture.time_us) * 1000;
   RawFrame frame{stream.profile, picture.number, time_ns, time_ns,
                  std::make_shared<const std::vector<std::byte>>(*std::move(bytes))};

@@ -33,7 +33,7 @@ struct OniStream {
   bool is_mirrored = false;
   bool is_cropped = false;
   double depth_unit_m = 0.001;
-  double view_x_rad = 0, view_y_rad = 0;  ///< the whole picture's; 0: unknown
+  double view_x_rad = 0, view_y_rad = 0;  ///< the whole picture's, as the file states it; 0: not at all
   std::vector<OniPicture> pictures;       ///< in the order of the file
 };
 

@@ -1,8 +1,8 @@
 // Recordings of OpenNI 1 and 2: Xtion, Carmine, Kinect, and whatever NiViewer records.
-#include <cmath>
 #include <memory>
 #include <utility>
 
+#include "acquire/field_of_view.h"
 #include "acquire/replay/oni_file.h"
 #include "acquire/replay/raw_recording.h"
 
@@ -17,18 +17,11 @@ std::vector<RawStamp> stamps_of(const OniStream& stream) {
   return stamps;
 }
 
-// The field of view is that of the whole picture, from edge to edge.
+// Without intrinsics where the file does not state a field of view.
 CameraModel camera_of(const OniStream& stream) {
-  CameraModel camera;
-  if (stream.view_x_rad <= 0) return camera;
-  const int width = stream.profile.width, height = stream.profile.height;
-  camera.intrinsics = {width,
-                       height,
-                       width / (2 * std::tan(stream.view_x_rad / 2)),
-                       height / (2 * std::tan(stream.view_y_rad / 2)),
-                       (width - 1) / 2.0,
-                       (height - 1) / 2.0};
-  return camera;
+  const auto known =
+      intrinsics_of_view(stream.profile.width, stream.profile.height, stream.view_x_rad, stream.view_y_rad);
+  return {.intrinsics = known.value_or(CameraIntrinsics{})};
 }
 
 }  // namespace

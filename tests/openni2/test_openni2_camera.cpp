@@ -3,16 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
-#include <mutex>
 
 #include "acquire/openni2/openni2_plugin.h"
 #include "acquire/replay/oni_file.h"
+#include "tests/acquire/kept_frames.h"
 #include "tests/app/program.h"
 #include "tests/openni2/emulated_driver.h"
 #include "tests/openni2/emulated_pictures.h"
@@ -22,45 +20,6 @@ namespace scanknit::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-/// Everything that came, kept.
-class Received {
- public:
-  [[nodiscard]] FrameSink frame_sink() {
-    return [this](RawFrame frame) {
-      const std::lock_guard lock(mutex_);
-      frames_[frame.profile.kind].push_back(std::move(frame));
-      changed_.notify_all();
-    };
-  }
-  [[nodiscard]] EventSink event_sink() {
-    return [this](const DeviceEvent& event) {
-      const std::lock_guard lock(mutex_);
-      events_.push_back(event);
-      changed_.notify_all();
-    };
-  }
-  [[nodiscard]] bool wait_for(StreamKind kind, std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 5s, [&] { return frames_[kind].size() >= count; });
-  }
-  [[nodiscard]] bool wait_for(DeviceEvent::Kind kind) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 5s, [&] {
-      return std::any_of(events_.begin(), events_.end(), [&](const DeviceEvent& e) { return e.kind == kind; });
-    });
-  }
-  [[nodiscard]] std::vector<RawFrame> of(StreamKind kind) {
-    const std::lock_guard lock(mutex_);
-    return frames_[kind];
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<StreamKind, std::vector<RawFrame>> frames_;
-  std::vector<DeviceEvent> events_;
-};
 
 void tell_driver(const char* function) {
   void* driver = ::dlopen(SCANKNIT_EMULATED_DRIVER, RTLD_NOW | RTLD_NOLOAD);
@@ -99,7 +58,7 @@ TEST(OpenNi2Camera, IsListed) {
 }
 
 TEST(OpenNi2Camera, StreamsWhatItsDriverSends) {
-  Received received;
+  KeptFrames received;
   const auto camera = open_camera("openni2:", {}, {});
   ASSERT_TRUE(camera) << camera.error().text();
   const auto streams = (*camera)->profiles();
@@ -137,7 +96,7 @@ TEST(OpenNi2Camera, IsCalibratedByItsFieldOfView) {
 }
 
 TEST(OpenNi2Camera, UnpluggedSaysSo) {
-  Received received;
+  KeptFrames received;
   const auto camera = open_camera("openni2:", {}, {});
   ASSERT_TRUE(camera) << camera.error().text();
   ASSERT_TRUE((*camera)->start((*camera)->profiles(), received.frame_sink(), received.event_sink()));
@@ -150,7 +109,7 @@ TEST(OpenNi2Camera, UnpluggedSaysSo) {
 }
 
 TEST(OpenNi2Camera, PluggedInAgainGoesOn) {
-  Received received;
+  KeptFrames received;
   DeviceOptions options;
   options.reconnect_s = 5;
   const auto camera = open_camera("openni2:", options, {});
@@ -178,7 +137,7 @@ TEST(OpenNi2File, PlaysAsWeReadIt) {
   const TempFolder folder;
   ASSERT_TRUE(record_oni(folder / "desk.oni"));
   const OniFile file = OniFile::open(open_random_access(folder / "desk.oni").value(), {}).value();
-  Received received;
+  KeptFrames received;
   const auto player = open_camera("openni2:" + (folder / "desk.oni").string(), {}, {});
   ASSERT_TRUE(player) << player.error().text();
   ASSERT_TRUE((*player)->start((*player)->profiles(), received.frame_sink(), received.event_sink()));

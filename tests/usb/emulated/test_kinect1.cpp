@@ -1,36 +1,12 @@
 // A first Kinect through an unmodified libfreenect.
 #include <cmath>
 
+#include "tests/acquire/kept_frames.h"
 #include "tests/usb/emulated/live_camera.h"
 #include "tests/usb/vcam/vkinect.h"
 
 namespace scanknit::test {
 namespace {
-
-/// Frames as they come, kept.
-class KinectFrames {
- public:
-  [[nodiscard]] FrameSink sink() {
-    return [this](RawFrame frame) {
-      const std::lock_guard lock(mutex_);
-      frames_[frame.profile.kind].push_back(std::move(frame));
-      changed_.notify_all();
-    };
-  }
-  [[nodiscard]] bool wait_for(StreamKind kind, std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 5s, [&] { return frames_[kind].size() >= count; });
-  }
-  [[nodiscard]] std::vector<RawFrame> of(StreamKind kind) {
-    const std::lock_guard lock(mutex_);
-    return frames_[kind];
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<StreamKind, std::vector<RawFrame>> frames_;
-};
 
 /// The share of pixels that have exactly `value`.
 double share_of(const RawFrame& frame, std::uint16_t value) {
@@ -51,13 +27,12 @@ TEST(EmulatedKinect, IsListed) {
 
 TEST(EmulatedKinect, StreamsDepthInMillimetresAndColour) {
   EmulatedBus bus;
-  KinectFrames frames;
-  FrameLog log;
+  KeptFrames frames;
   bus.plug_model(std::make_unique<VKinect>());
   const auto source = open_camera("kinect1:0", {}, {});
   ASSERT_TRUE(source) << source.error().text();
   const auto streams = (*source)->profiles();
-  ASSERT_TRUE((*source)->start(streams, frames.sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start(streams, frames.frame_sink(), frames.event_sink()));
   EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 10));
   EXPECT_TRUE(frames.wait_for(StreamKind::kColour, 10));
   const auto before = std::chrono::steady_clock::now();
@@ -78,13 +53,12 @@ TEST(EmulatedKinect, StreamsDepthInMillimetresAndColour) {
 
 TEST(EmulatedKinect, NeverGivesAPictureWithAPacketMissing) {
   EmulatedBus bus;
-  KinectFrames frames;
-  FrameLog log;
+  KeptFrames frames;
   const int address = bus.plug_model(std::make_unique<VKinect>());
   bus.with_model(address, [](UsbModel& model) { dynamic_cast<VKinect&>(model).loses_packet[5] = true; });
   const auto source = open_camera("kinect1:", {}, {});
   ASSERT_TRUE(source) << source.error().text();
-  ASSERT_TRUE((*source)->start(std::vector{(*source)->profiles()[0]}, frames.sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start(std::vector{(*source)->profiles()[0]}, frames.frame_sink(), frames.event_sink()));
   EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 10));
   (*source)->stop();
   EXPECT_EQ((*source)->losses().transport, 1u);
@@ -95,15 +69,14 @@ TEST(EmulatedKinect, NeverGivesAPictureWithAPacketMissing) {
 
 TEST(EmulatedKinect, ThatIsUnpluggedEndsCleanly) {
   EmulatedBus bus;
-  KinectFrames frames;
-  FrameLog log;
+  KeptFrames frames;
   const int address = bus.plug_model(std::make_unique<VKinect>());
   auto source = open_camera("", {}, {});
   ASSERT_TRUE(source) << source.error().text();
-  ASSERT_TRUE((*source)->start((*source)->profiles(), frames.sink(), log.event_sink()));
+  ASSERT_TRUE((*source)->start((*source)->profiles(), frames.frame_sink(), frames.event_sink()));
   EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 3));
   bus.unplug(address);
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  EXPECT_TRUE(frames.wait_for(DeviceEvent::Kind::kLeft));
   const auto before = std::chrono::steady_clock::now();
   (*source)->stop();
   EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);

@@ -217,7 +217,7 @@ TEST(EmulatedCamera, FreesExposureThatAKilledScanHasLeftHeld) {
   ASSERT_TRUE((*source)->set_control(DeviceControl::kColourAutomatics, 0));
   ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
   bus.with_camera(address, [](Vcam& camera) {
-    EXPECT_NE((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{1}}) << "exposure is manual";
+    EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{8}}) << "exposure follows the light";
     EXPECT_EQ((camera.written[{0x0202, 0x0B00}]), std::vector{std::byte{1}}) << "white balance";
   });
 }
