@@ -23,12 +23,30 @@ constexpr double kGoodInliers = 0.65;
 // Colours of the right place agree to a mean weight of 0.75 and more; those of a wrong one by chance to 0.3 to 0.55.
 constexpr double kLeastColour = 0.35;
 
-// Who has been lost must be sure: a wrong place would be fused as a second copy. At the right place the model
-// contradicts 2 % of the depths; a square room turned by 90 degrees contradicts 20 %.
+// Recorded poses are corrected by no more than this, unless the frame fits as frames usually do.
+constexpr double kSmallCorrection_m = 0.05;
+constexpr double kSmallCorrection_rad = 0.05;
+
+// A pose far from where the camera was expected, or after a gap, or after the camera was lost, must fit as well as
+// frames usually do: a wrong place would be fused as a second copy. At the right place a frame fits within these of the
+// usual; at a wrong one it lacks a tenth of its inliers or colour, or the model contradicts it.
 constexpr double kSureOverlap = 0.4;
 constexpr double kSureInliers = 0.65;
 constexpr double kSureColour = 0.5;
 constexpr double kSureContradicted = 0.1;
+constexpr double kUsualInliers = 0.08;
+constexpr double kUsualColour = 0.05;
+constexpr double kUsualContradicted = 0.02;
+
+// So far from where it was expected, or after so many intervals without a frame, a pose is a surprise.
+constexpr double kSurprise_m = 0.2;
+constexpr double kSurprise_rad = 0.2;
+constexpr double kSurpriseIntervals = 4;
+
+// A fit that gets so much worse from one frame to the next is a surprise, too: who walks into view does so more slowly.
+constexpr double kFallOfInliers = 0.25;
+constexpr double kFallOfColour = 0.2;
+constexpr double kRiseOfContradiction = 0.1;
 
 // A place that was recognised must hold for so many frames in a row before anything is fused.
 constexpr int kSureViews = 3;
@@ -36,10 +54,6 @@ constexpr int kSureViews = 3;
 // A view from elsewhere shows less of what the camera sees: look again from the place that was found.
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
-
-// Recorded poses are corrected by no more than this.
-constexpr double kSmallCorrection_m = 0.05;
-constexpr double kSmallCorrection_rad = 0.05;
 
 double angle_of(const Pose& motion) {
   return Eigen::AngleAxisd(motion.linear()).angle();
@@ -61,9 +75,9 @@ bool is_believable(const IcpResult& fit) {
   return fit.overlap >= kLeastOverlap && fit.inlier_share >= kLeastInliers && fit.colour_agreement >= kLeastColour;
 }
 
-bool is_sure(const IcpResult& fit) {
-  return fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers && fit.colour_agreement >= kSureColour &&
-         fit.contradicted_share <= kSureContradicted && fit.weak_directions == 0;
+bool is_near(const Pose& a, const Pose& b, double distance_m, double turn_rad) {
+  const Pose apart = a.inverse() * b;
+  return apart.translation().norm() < distance_m && angle_of(apart) < turn_rad;
 }
 
 /// Why a believable pose is held by little; nothing when it is held well.
@@ -82,6 +96,8 @@ TrackResult describe(TrackState state, std::string reason, const Pose& T_world_c
   result.points = fit.points;
   result.overlap = fit.overlap;
   result.inlier_share = fit.inlier_share;
+  result.contradicted_share = fit.contradicted_share;
+  result.colour_agreement = fit.colour_agreement;
   result.rms_sigma = fit.rms_sigma;
   result.weak_directions = fit.weak_directions;
   return result;
@@ -131,7 +147,7 @@ TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
     recognised_.reset();
   }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
-  if (is_lost_ ? is_sure(followed.icp) : is_believable(followed.icp)) {
+  if (is_accepted(followed, frame.timestamp_ns)) {
     if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
     const auto weak = why_weak(followed.icp);
     return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
@@ -149,14 +165,36 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Pose& T_recorded = *frame.T_world_camera;
   const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
   if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
-  const Pose correction = T_recorded.inverse() * found.T_world_camera;
-  const bool is_small =
-      correction.translation().norm() < kSmallCorrection_m && angle_of(correction) < kSmallCorrection_rad;
-  if (!is_believable(found.icp) || !is_small) {
+  const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
+  if (!is_sure(found.icp) && found.icp.overlap >= kLeastOverlap && has_fallen(found.icp)) {
+    return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
+  }
+  if (!(is_small ? is_believable(found.icp) : is_sure(found.icp))) {
     return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
   }
   const auto weak = why_weak(found.icp);
   return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), found.T_world_camera, found.icp);
+}
+
+/// Whether a pose that was followed is good enough to be fused.
+bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
+  const bool is_expected = !is_lost_ && intervals_since_last(timestamp_ns) <= kSurpriseIntervals &&
+                           !has_fallen(fit.icp) &&
+                           is_near(predicted(timestamp_ns), fit.T_world_camera, kSurprise_m, kSurprise_rad);
+  return is_expected ? is_believable(fit.icp) : is_sure(fit.icp);
+}
+
+bool Tracker::is_sure(const IcpResult& fit) const {
+  return fit.weak_directions == 0 && fit.overlap >= kSureOverlap &&
+         fit.inlier_share >= std::max(kSureInliers, usual_.inlier_share - kUsualInliers) &&
+         fit.colour_agreement >= std::max(kSureColour, usual_.colour_agreement - kUsualColour) &&
+         fit.contradicted_share <= std::min(kSureContradicted, usual_.contradicted_share + kUsualContradicted);
+}
+
+bool Tracker::has_fallen(const IcpResult& fit) const {
+  return fit.inlier_share < newest_.inlier_share - kFallOfInliers ||
+         fit.colour_agreement < newest_.colour_agreement - kFallOfColour ||
+         fit.contradicted_share > newest_.contradicted_share + kRiseOfContradiction;
 }
 
 Tracker::Model Tracker::look(const CameraIntrinsics& camera, const Pose& T_world_camera) {
@@ -183,13 +221,19 @@ Tracker::Fit Tracker::fit(const SurfacePyramid& seen, const Model& model, const 
 }
 
 Tracker::Fit Tracker::follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns) {
-  const Pose expected = is_lost_ ? last_->T_world_camera : predicted(timestamp_ns);
+  const Pose expected = predicted(timestamp_ns);
+  const Fit found = fit_near(seen, expected);
+  if (intervals_since_last(timestamp_ns) <= kSurpriseIntervals || is_sure(found.icp)) return found;
+  const Fit stayed = fit_near(seen, last_->T_world_camera);  // or the camera has stopped meanwhile
+  return stayed.icp.inliers() > found.icp.inliers() ? stayed : found;
+}
+
+/// Fits the frame to what is seen from `expected`, and again to what is seen from where that leads.
+Tracker::Fit Tracker::fit_near(const SurfacePyramid& seen, const Pose& expected) {
   const Model model = look(seen.levels.front().intrinsics, expected);
   const Pose turned = expected * turn_by_shift(seen, model.pyramid);
   const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned});
-  const Pose apart = expected.inverse() * found.T_world_camera;
-  if (apart.translation().norm() < kNearView_m && angle_of(apart) < kNearView_rad) return found;
-  if (!is_believable(found.icp)) return found;
+  if (is_near(expected, found.T_world_camera, kNearView_m, kNearView_rad) || !is_believable(found.icp)) return found;
   return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera});
 }
 
@@ -215,11 +259,15 @@ std::optional<Tracker::Fit> Tracker::find_again(const SurfacePyramid& seen) {
   return best;
 }
 
+double Tracker::intervals_since_last(std::int64_t timestamp_ns) const {
+  return interval_ns_ > 0 ? static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(interval_ns_)
+                          : 1;
+}
+
 Pose Tracker::predicted(std::int64_t timestamp_ns) const {
-  constexpr double kFarthest = 4;  // intervals: so long after, nothing is known of a motion
-  if (!T_before_last_ || moved_in_ns_ <= 0) return last_->T_world_camera;
-  const double intervals = static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(moved_in_ns_);
-  if (!(intervals > 0 && intervals <= kFarthest)) return last_->T_world_camera;
+  constexpr double kFarthest = 12;  // intervals: so long after, nothing is known of a motion
+  const double intervals = intervals_since_last(timestamp_ns);
+  if (!T_before_last_ || !(intervals > 0 && intervals <= kFarthest)) return last_->T_world_camera;
   const Eigen::AngleAxisd turn(T_before_last_->linear());
   Pose motion = Pose::Identity();
   motion.linear() = Eigen::AngleAxisd(turn.angle() * intervals, turn.axis()).toRotationMatrix();
@@ -229,22 +277,32 @@ Pose Tracker::predicted(std::int64_t timestamp_ns) const {
 
 void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
   is_lost_ = result.is_lost();
-  if (!is_lost_) recognised_.reset();
   if (is_lost_) {
     T_before_last_.reset();
     return;
   }
+  recognised_.reset();
   if (last_ && result.state != TrackState::kRecovered) {
     T_before_last_ = last_->T_world_camera.inverse() * result.T_world_camera;
-    moved_in_ns_ = frame.timestamp_ns - last_->timestamp_ns;
+    interval_ns_ = frame.timestamp_ns - last_->timestamp_ns;
   }
   last_ = Known{result.T_world_camera, frame.timestamp_ns, median_depth_m(seen.levels.back())};
-  if (result.state == TrackState::kOk && result.overlap > 0) {
-    constexpr double kSlowly = 0.1;
-    constexpr double kNoisiest = 4;
-    noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
-  }
+  learn_quality(result);
   if (result.state != TrackState::kWeak) places_.learn(seen, result.T_world_camera);
+}
+
+void Tracker::learn_quality(const TrackResult& result) {
+  if (!(result.inlier_share >= kLeastInliers)) return;  // nothing to compare with
+  newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share};
+  if (result.state != TrackState::kOk) return;
+  constexpr double kSlowly = 0.1;
+  const double rate = usual_.inlier_share > 0 ? kSlowly : 1;
+  const auto follow = [&](double& usual, double newest) { usual += rate * (newest - usual); };
+  follow(usual_.inlier_share, newest_.inlier_share);
+  follow(usual_.colour_agreement, newest_.colour_agreement);
+  follow(usual_.contradicted_share, newest_.contradicted_share);
+  constexpr double kNoisiest = 4;
+  noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
 }
 
 }  // namespace scanknit

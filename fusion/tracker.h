@@ -33,6 +33,8 @@ struct TrackResult {
   std::size_t points = 0;                   ///< of the frame, that were compared with the model
   double overlap = 0;                       ///< share of them before which the model has a surface
   double inlier_share = 0;                  ///< of those, the share that agrees with it
+  double contradicted_share = 0;            ///< of those, the share that the model has in quite another depth
+  double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 where none is
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
   int weak_directions = 0;                  ///< of the six, those in which the scene does not hold the camera
   std::chrono::nanoseconds raycast_time{};  ///< of the time it took, what was spent on looking at the volume
@@ -43,7 +45,7 @@ struct TrackResult {
 /// What the tracker makes of poses that a recording has.
 enum class PosePrior {
   kIgnore,  ///< only the first frame's pose is taken, so that the world is the recording's
-  kRefine,  ///< each is where registration starts; only small corrections are believed
+  kRefine,  ///< each is where registration starts; a large correction must fit well
 };
 
 class Tracker {
@@ -77,22 +79,37 @@ class Tracker {
     SurfacePyramid pyramid;
   };
 
+  /// How well a frame fits.
+  struct Quality {
+    double inlier_share = 0;
+    double colour_agreement = 0;
+    double contradicted_share = 1;
+  };
+
   [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses);
+  [[nodiscard]] Fit fit_near(const SurfacePyramid& seen, const Pose& expected);
   [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
   [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
+  [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_sure(const IcpResult& fit) const;
+  [[nodiscard]] bool has_fallen(const IcpResult& fit) const;
+  [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
   void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
+  void learn_quality(const TrackResult& result);
 
   PosePrior prior_;
   std::optional<Known> last_;
-  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two known frames ...
-  std::int64_t moved_in_ns_ = 0;       ///< ... in this time
+  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
+  std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
   bool is_lost_ = false;
   std::optional<Recognised> recognised_;
+  Quality newest_;          ///< of the last frame that was not lost
+  Quality usual_;           ///< of frames that are ok, a slow average
   double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
   Relocaliser places_;
 

@@ -184,6 +184,24 @@ TEST(Tracker, RefinesRecordedPosesALittle) {
   }
 }
 
+TEST(Tracker, DoesNotFollowARecordedPoseThatTheSceneContradicts) {
+  Scan scan(small_room(), PosePrior::kRefine);
+  (void)scan.begin_at(on_circle(0));
+  const auto see = [&](int step, const Pose& error) {
+    Frame frame = look(small_room(), on_circle(step));
+    frame.T_world_camera = on_circle(step) * error;
+    return scan.see(std::move(frame));
+  };
+  for (int step = 1; step <= 5; ++step) ASSERT_EQ(see(step, Pose::Identity()).state, TrackState::kOk);
+  const TrackResult far_off = see(6, motion({0.1, 0, 0.4}, {0, 0, 0}));
+  EXPECT_FALSE(far_off.is_lost()) << far_off.reason;
+  EXPECT_LT(distance_m(far_off.T_world_camera, on_circle(6)), kVoxel / 4) << "it fits where the camera is";
+  const TrackResult elsewhere = see(7, motion({0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}));
+  EXPECT_EQ(elsewhere.state, TrackState::kLost);
+  EXPECT_EQ(elsewhere.reason, "recorded pose does not fit");
+  EXPECT_EQ(see(8, Pose::Identity()).state, TrackState::kOk);
+}
+
 TEST(Tracker, KeepsARecordedPoseThatItCannotRefine) {
   Scan scan(small_room(), PosePrior::kRefine);
   (void)scan.begin_at(on_circle(0));
