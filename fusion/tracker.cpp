@@ -36,9 +36,11 @@ constexpr double kSureColour = 0.5;
 constexpr double kSureContradicted = 0.1;
 constexpr double kUsualInliers = 0.08;
 constexpr double kUsualColour = 0.05;
-constexpr double kUsualContradicted = 0.02;
+constexpr double kUsualContradicted = 0.03;
+constexpr int kFewestToBeUsual = 3;  // frames
 
-// So far from where it was expected, or after so many intervals without a frame, a pose is a surprise.
+// So far from where it was expected, and by more than the camera moved before, or after so many intervals without a
+// frame, a pose is a surprise.
 constexpr double kSurprise_m = 0.2;
 constexpr double kSurprise_rad = 0.2;
 constexpr double kSurpriseIntervals = 4;
@@ -178,17 +180,25 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
 
 /// Whether a pose that was followed is good enough to be fused.
 bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
-  const bool is_expected = !is_lost_ && intervals_since_last(timestamp_ns) <= kSurpriseIntervals &&
-                           !has_fallen(fit.icp) &&
-                           is_near(predicted(timestamp_ns), fit.T_world_camera, kSurprise_m, kSurprise_rad);
-  return is_expected ? is_believable(fit.icp) : is_sure(fit.icp);
+  return is_lost_ || is_surprise(fit, timestamp_ns) ? is_sure(fit.icp) : is_believable(fit.icp);
+}
+
+bool Tracker::is_surprise(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals || has_fallen(fit.icp)) return true;
+  const Pose moved = T_before_last_.value_or(Pose::Identity());
+  return !is_near(predicted(timestamp_ns), fit.T_world_camera, std::max(kSurprise_m, moved.translation().norm()),
+                  std::max(kSurprise_rad, angle_of(moved)));
 }
 
 bool Tracker::is_sure(const IcpResult& fit) const {
-  return fit.weak_directions == 0 && fit.overlap >= kSureOverlap &&
-         fit.inlier_share >= std::max(kSureInliers, usual_.inlier_share - kUsualInliers) &&
-         fit.colour_agreement >= std::max(kSureColour, usual_.colour_agreement - kUsualColour) &&
-         fit.contradicted_share <= std::min(kSureContradicted, usual_.contradicted_share + kUsualContradicted);
+  if (fit.weak_directions > 0 || fit.overlap < kSureOverlap || fit.inlier_share < kSureInliers ||
+      fit.colour_agreement < kSureColour || fit.contradicted_share > kSureContradicted) {
+    return false;
+  }
+  if (usual_frames_ < kFewestToBeUsual) return true;
+  return fit.inlier_share >= usual_.inlier_share - kUsualInliers &&
+         fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
+         fit.contradicted_share <= usual_.contradicted_share + kUsualContradicted;
 }
 
 bool Tracker::has_fallen(const IcpResult& fit) const {
@@ -221,10 +231,9 @@ Tracker::Fit Tracker::fit(const SurfacePyramid& seen, const Model& model, const 
 }
 
 Tracker::Fit Tracker::follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns) {
-  const Pose expected = predicted(timestamp_ns);
-  const Fit found = fit_near(seen, expected);
-  if (intervals_since_last(timestamp_ns) <= kSurpriseIntervals || is_sure(found.icp)) return found;
-  const Fit stayed = fit_near(seen, last_->T_world_camera);  // or the camera has stopped meanwhile
+  const Fit found = fit_near(seen, predicted(timestamp_ns));
+  if (!is_surprise(found, timestamp_ns) || is_sure(found.icp)) return found;
+  const Fit stayed = fit_near(seen, last_->T_world_camera);  // the camera may have stopped
   return stayed.icp.inliers() > found.icp.inliers() ? stayed : found;
 }
 
@@ -296,7 +305,7 @@ void Tracker::learn_quality(const TrackResult& result) {
   newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share};
   if (result.state != TrackState::kOk) return;
   constexpr double kSlowly = 0.1;
-  const double rate = usual_.inlier_share > 0 ? kSlowly : 1;
+  const double rate = std::max(kSlowly, 1.0 / ++usual_frames_);
   const auto follow = [&](double& usual, double newest) { usual += rate * (newest - usual); };
   follow(usual_.inlier_share, newest_.inlier_share);
   follow(usual_.colour_agreement, newest_.colour_agreement);

@@ -95,6 +95,7 @@ class Tracker {
   [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
   [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_surprise(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_sure(const IcpResult& fit) const;
   [[nodiscard]] bool has_fallen(const IcpResult& fit) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
@@ -109,7 +110,8 @@ class Tracker {
   bool is_lost_ = false;
   std::optional<Recognised> recognised_;
   Quality newest_;          ///< of the last frame that was not lost
-  Quality usual_;           ///< of frames that are ok, a slow average
+  Quality usual_;           ///< of frames that are ok, a slow average ...
+  int usual_frames_ = 0;    ///< ... of so many
   double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
   Relocaliser places_;
 
