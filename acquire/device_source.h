@@ -31,6 +31,7 @@ struct DeviceEvent {
     kSlowLink,   ///< the link is too slow for what was asked
     kStalled,    ///< the camera stopped with an error; it is being started again
     kSilent,     ///< nothing came for ten frames; it is being started again
+    kDamaged,    ///< no good picture came for ten frames, but damaged ones did; it is being started again
     kRecovered,  ///< frames come again
     kClockJump,  ///< the camera's clock jumped; time goes on by this computer's
     kLeft,       ///< unplugged

@@ -338,16 +338,24 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
     default: break;
   }
   if (has_overslept || quiet <= watched.silence) return true;
-  return restart(watched, DeviceEvent::Kind::kSilent,
-                 "no data for " + std::to_string(quiet / milliseconds(1)) + " ms on a " + link_name(info_.speed_mbit) +
-                     " link. Check the cable and the hub's power");
+  const std::string since = " for " + std::to_string(quiet / milliseconds(1)) + " ms";
+  const std::string link = " on a " + link_name(info_.speed_mbit) + " link";
+  const LossCounters lost = stream.losses_since_picture();
+  if (lost.total() == 0) {
+    return restart(watched, DeviceEvent::Kind::kSilent,
+                   "no data" + since + link + ". Check the cable and the hub's power");
+  }
+  return restart(watched, DeviceEvent::Kind::kDamaged,
+                 "no good picture" + since + link + ", all are damaged: " + std::to_string(lost.transport) +
+                     " incomplete or marked as bad, " + std::to_string(lost.overflow) +
+                     " too long. Check the cable, the hub and its power");
 }
 
 bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what) {
   if (watched.restarts >= kMostRestarts) {
     for (Watched& each : streams_) each.stream->stop();
-    tell(DeviceEvent::Kind::kFailed,
-         what + "; it was started " + std::to_string(kMostRestarts) + " times again without a frame. Re-plug it");
+    tell(DeviceEvent::Kind::kFailed, what + "; it was started " + std::to_string(kMostRestarts) +
+                                         " times again without a good picture. Re-plug it");
     return false;
   }
   if (!watched.is_recovering) tell(kind, what);

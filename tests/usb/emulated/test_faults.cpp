@@ -84,8 +84,11 @@ INSTANTIATE_TEST_SUITE_P(
 class FaultyCamera : public ::testing::Test {
  protected:
   void begin(Fault fault, const VcamOptions& options = {}) {
+    begin_as([&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; }, options);
+  }
+  void begin_as(const std::function<void(Vcam&)>& spoil, const VcamOptions& options = {}) {
     address = bus.plug(options);
-    bus.with_camera(address, [&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; });
+    bus.with_camera(address, spoil);
     auto opened = open_first();
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
@@ -131,6 +134,49 @@ TEST_F(FaultyCamera, ThatStaysSilentIsGivenUpWithWords) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("USB 3 link"), std::string::npos);
 }
+
+TEST_F(FaultyCamera, ThatSendsDamagedPicturesOnlyIsStartedAgain) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {Fault::kErrorBit, kFaultAt, 3}; });
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_GE(camera.commits, 3); });
+}
+
+/// Bulk and isochronous cameras, all of whose pictures are spoilt.
+struct LastingDamage {
+  const char* name;
+  Fault fault;
+  const char* words;
+  VcamOptions options = {};
+};
+
+void PrintTo(const LastingDamage& damage, std::ostream* out) {
+  *out << damage.name;
+}
+
+class CameraOfDamagedPictures : public FaultyCamera, public ::testing::WithParamInterface<LastingDamage> {};
+
+TEST_P(CameraOfDamagedPictures, IsGivenUpWithWordsAndCounts) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {GetParam().fault, kFaultAt}; }, GetParam().options);
+  ASSERT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+  const std::string text = log.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_NE(text.find("all are damaged"), std::string::npos) << text;
+  EXPECT_NE(text.find("Check the cable, the hub and its power"), std::string::npos) << text;
+  EXPECT_NE(text.find(GetParam().words), std::string::npos) << text;
+  EXPECT_GE(source->losses().transport + source->losses().overflow, 10u);
+  EXPECT_EQ(log.depth().size(), std::size_t{kFaultAt});
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, CameraOfDamagedPictures,
+    ::testing::Values(LastingDamage{"ErrorBit", Fault::kErrorBit, "0 too long"},
+                      LastingDamage{"Truncated", Fault::kTruncated, "0 too long"},
+                      LastingDamage{"Oversize", Fault::kOversize, " incomplete"},
+                      LastingDamage{"TruncatedInPieces", Fault::kTruncated, "0 too long", kSmallPayloads},
+                      LastingDamage{"ErrorBitInPackets", Fault::kErrorBit, "0 too long", kIsochronous}),
+    [](const auto& test) { return test.param.name; });
 
 TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
   begin(Fault::kSilent, kIsochronous);

@@ -207,6 +207,8 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
   if (&stream == &streams_[0]) {
     if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end())
       misbehave(stream, fault->second);
+    if (lasting_fault && stream.number >= lasting_fault->from && commits < lasting_fault->until_commits)
+      misbehave(stream, lasting_fault->fault);
   }
   stream.due_ns += stream.interval_100ns * std::int64_t{100};
   stream.frame_id = !stream.frame_id;

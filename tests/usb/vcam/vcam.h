@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -63,6 +64,13 @@ struct VcamOptions {
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 
+/// All depth pictures from one on, until the camera's streams were committed so often in all.
+struct LastingFault {
+  Fault fault;
+  std::uint64_t from = 0;
+  int until_commits = std::numeric_limits<int>::max();
+};
+
 /// How it answers requests wrongly.
 struct ControlFaults {
   std::optional<std::size_t> probe_bytes;
@@ -99,6 +107,7 @@ class Vcam final : public UsbModel {
   [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n, std::size_t count);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
+  std::optional<LastingFault> lasting_fault;
   ControlFaults control_faults;
   /// Values of controls that were set, by index and value of the request.
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<std::byte>> written;
