@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquire/silence_watch.h"
 #include "acquire/steady_now.h"
 #include "acquire/usb/clock_map.h"
 
@@ -23,7 +24,6 @@ constexpr int kWidth = 640, kHeight = 480;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 constexpr std::uint32_t kTicksPerSecond = 60'000'000;
 constexpr double kNominalFocal = 525;  // of the colour camera, pixels; single Kinects differ by a percent
-constexpr auto kSilence = std::chrono::milliseconds(1000);
 constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
 
 constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
@@ -39,6 +39,8 @@ struct KinectStream {
   std::size_t received = 0;
   std::uint64_t sequence = 0;
   std::optional<DeviceClock> clock = std::nullopt;  ///< since the stream was started
+  std::int64_t last_good_ns = 0;
+  std::uint64_t damaged = 0;  ///< since then
   bool is_wanted = false;
 
   void take(void* raw, const void* data, int packet, int bytes) {
@@ -91,7 +93,10 @@ class Kinect1Camera final : public DeviceSource {
   [[nodiscard]] Result<void> set_control(DeviceControl control, int value) override;
 
  private:
+  [[nodiscard]] bool start_streams();
+  void stop_streams();
   void run(const std::stop_token& stop);
+  [[nodiscard]] bool look(SilenceWatch& watch);
   void finish(KinectStream& stream, std::uint32_t ticks);
   void hold_automatics(bool is_held);
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
@@ -105,7 +110,6 @@ class Kinect1Camera final : public DeviceSource {
   KinectStream colour_{kColourProfile, 1908, kPixels, std::vector<std::byte>(3 * kPixels)};
   FrameSink frames_;
   EventSink events_;
-  std::chrono::steady_clock::time_point last_picture_;
   bool is_holding_ = false;
   mutable std::mutex mutex_;  // of losses_
   LossCounters losses_;
@@ -135,19 +139,16 @@ Result<void> Kinect1Camera::start(std::span<const StreamProfile> streams, FrameS
   frames_ = std::move(frames);
   events_ = std::move(events);
   losses_ = {};
-  last_picture_ = std::chrono::steady_clock::now();
   for (KinectStream* stream : {&depth_, &colour_}) {
     stream->is_wanted = std::find(streams.begin(), streams.end(), stream->profile) != streams.end();
-    stream->sequence = stream->received = 0;
+    stream->sequence = stream->damaged = 0;
+    stream->last_good_ns = 0;
     stream->clock.emplace(kTicksPerSecond);
   }
   freenect_set_depth_buffer(device_, depth_.buffer.data());
   freenect_set_video_buffer(device_, colour_.buffer.data());
-  const bool is_started = (!depth_.is_wanted || freenect_start_depth(device_) >= 0) &&
-                          (!colour_.is_wanted || freenect_start_video(device_) >= 0);
-  if (!is_started) {
-    freenect_stop_depth(device_);
-    freenect_stop_video(device_);
+  if (!start_streams()) {
+    stop_streams();
     return Error{ErrorCode::kDevice, "the camera does not start. Re-plug it, its power supply too", info_.name};
   }
   thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -163,23 +164,28 @@ void Kinect1Camera::stop() {
   thread_.join();
   thread_ = {};
   if (std::exchange(is_holding_, false)) hold_automatics(false);
+  stop_streams();
+}
+
+bool Kinect1Camera::start_streams() {
+  depth_.received = colour_.received = 0;
+  return (!depth_.is_wanted || freenect_start_depth(device_) >= 0) &&
+         (!colour_.is_wanted || freenect_start_video(device_) >= 0);
+}
+
+void Kinect1Camera::stop_streams() {
   freenect_stop_depth(device_);
   freenect_stop_video(device_);
 }
 
 void Kinect1Camera::run(const std::stop_token& stop) {
   const auto started = std::chrono::steady_clock::now();
-  bool is_silent = false;
+  SilenceWatch watch(steady_now_ns());
   while (!stop.stop_requested()) {
     timeval at_most{0, 100'000};
     if (freenect_process_events_timeout(context_, &at_most) < 0) return tell(DeviceEvent::Kind::kLeft, "unplugged");
     const auto now = std::chrono::steady_clock::now();
-    if (now - last_picture_ > kSilence && !std::exchange(is_silent, true)) {
-      tell(DeviceEvent::Kind::kSilent, "no data for a second. Check its cable and power supply");
-    }
-    if (now - last_picture_ < kSilence && std::exchange(is_silent, false)) {
-      tell(DeviceEvent::Kind::kRecovered, "frames come again");
-    }
+    if (!look(watch)) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
       hold_automatics(true);
@@ -187,15 +193,51 @@ void Kinect1Camera::run(const std::stop_token& stop) {
   }
 }
 
+/// False: it was given up.
+bool Kinect1Camera::look(SilenceWatch& watch) {
+  const KinectStream* quietest = nullptr;
+  for (const KinectStream* stream : {&depth_, &colour_}) {
+    if (!stream->is_wanted || (quietest != nullptr && quietest->last_good_ns <= stream->last_good_ns)) continue;
+    quietest = stream;
+  }
+  if (quietest == nullptr) return true;
+  const auto complaint = [&] {
+    const std::string what = quietest->profile.kind == StreamKind::kDepth ? "depth" : "colour";
+    const std::string came = quietest->damaged == 0 ? "no " + what + " comes"
+                                                    : "no good " + what + " comes, but " +
+                                                          std::to_string(quietest->damaged) + " damaged pictures did";
+    return came + ". Check its cable and power supply";
+  };
+  switch (watch.look(quietest->last_good_ns, steady_now_ns())) {
+    case SilenceWatch::Verdict::kNothing: break;
+    case SilenceWatch::Verdict::kRecovered: tell(DeviceEvent::Kind::kRecovered, "frames come again"); break;
+    case SilenceWatch::Verdict::kGiveUp:
+      tell(DeviceEvent::Kind::kFailed, complaint() + "; it was started " + std::to_string(watch.restarts()) +
+                                           " times again without a good picture. Re-plug it");
+      return false;
+    case SilenceWatch::Verdict::kRestart:
+      if (watch.restarts() == 1) {
+        tell(quietest->damaged == 0 ? DeviceEvent::Kind::kSilent : DeviceEvent::Kind::kDamaged, complaint());
+      }
+      stop_streams();
+      (void)start_streams();  // one that does not start stays silent
+      watch.restarted(steady_now_ns());
+      break;
+  }
+  return true;
+}
+
 void Kinect1Camera::finish(KinectStream& stream, std::uint32_t ticks) {
   const std::int64_t host_ns = steady_now_ns();
-  last_picture_ = std::chrono::steady_clock::now();
   const std::uint64_t sequence = stream.sequence++;
   if (std::exchange(stream.received, 0) != stream.raw_bytes) {
+    ++stream.damaged;
     const std::lock_guard lock(mutex_);
     ++losses_.transport;
     return;
   }
+  stream.last_good_ns = host_ns;
+  stream.damaged = 0;
   const DeviceClock::Stamp stamp = stream.clock->stamp(ticks, host_ns);
   auto bytes = std::make_shared<const std::vector<std::byte>>(stream.buffer);
   frames_({stream.profile, sequence, stamp.device_ns, host_ns, std::move(bytes)});

@@ -16,6 +16,7 @@
 #include "export/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/emulated_bus.h"
+#include "tests/usb/vcam/vkinect.h"
 
 namespace scanknit::test {
 namespace {
@@ -288,6 +289,20 @@ TEST(CaptureCommand, KnowsNoRecordedPoses) {
   EmulatedBus bus;
   TempFolder out;
   EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--poses", "recording"}), 2);
+}
+
+TEST(RecordCommand, KeepsWhatCameBeforeAKinectFellSilent) {
+  EmulatedBus bus;
+  const int address = bus.plug_model(std::make_unique<VKinect>());
+  bus.with_model(address, [](UsbModel& model) { dynamic_cast<VKinect&>(model).silent_from = 10; });
+  TempFolder out;
+  EXPECT_EQ(scanknit({"record", "-o", (out / "scan.mcap").string()}), 5);
+  AcquireConfig config;
+  config.poses = PoseMode::kTrack;
+  const auto recording = open_recording(out / "scan.mcap", config);
+  ASSERT_TRUE(recording) << recording.error().text();
+  EXPECT_GE((*recording)->info().frames, 1u);
+  EXPECT_TRUE((*recording)->info().warnings.empty()) << "a whole file";
 }
 
 TEST(RecordCommand, KeepsEveryPicture) {

@@ -67,6 +67,54 @@ TEST(EmulatedKinect, NeverGivesAPictureWithAPacketMissing) {
   EXPECT_EQ(depth.back().sequence - depth.front().sequence, depth.size()) << "one is missing among them";
 }
 
+/// Depth from a Kinect with something wrong.
+class FaultyKinect : public ::testing::Test {
+ protected:
+  void begin(const std::function<void(VKinect&)>& spoil) {
+    address = bus.plug_model(std::make_unique<VKinect>());
+    with_kinect(spoil);
+    auto opened = open_camera("kinect1:", {}, {});
+    ASSERT_TRUE(opened) << opened.error().text();
+    source = std::move(*opened);
+    ASSERT_TRUE(source->start(std::vector{source->profiles()[0]}, frames.frame_sink(), frames.event_sink()));
+  }
+  void with_kinect(const std::function<void(VKinect&)>& change) {
+    bus.with_model(address, [&](UsbModel& model) { change(dynamic_cast<VKinect&>(model)); });
+  }
+
+  EmulatedBus bus;
+  KeptFrames frames;
+  std::unique_ptr<DeviceSource> source;
+  int address = 0;
+};
+
+TEST_F(FaultyKinect, ThatFallsSilentIsStartedAgain) {
+  begin([](VKinect& kinect) {
+    kinect.silent_from = 5;
+    kinect.silent_until_starts = 2;
+  });
+  EXPECT_TRUE(frames.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_NE(frames.text_of(DeviceEvent::Kind::kSilent).find("no depth comes"), std::string::npos);
+  EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 10));
+  with_kinect([](VKinect& kinect) { EXPECT_GE(kinect.starts, 2); });
+}
+
+TEST_F(FaultyKinect, ThatStaysSilentIsGivenUpWithWords) {
+  begin([](VKinect& kinect) { kinect.silent_from = 5; });
+  ASSERT_TRUE(frames.wait_for(DeviceEvent::Kind::kFailed));
+  const std::string text = frames.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_NE(text.find("no depth comes. Check its cable and power supply"), std::string::npos) << text;
+  EXPECT_NE(text.find("started 2 times again"), std::string::npos) << text;
+}
+
+TEST_F(FaultyKinect, ThatSendsDamagedPicturesOnlyIsGivenUpWithTheirCount) {
+  begin([](VKinect& kinect) { kinect.loses_packets_from = 5; });
+  ASSERT_TRUE(frames.wait_for(DeviceEvent::Kind::kFailed));
+  const std::string text = frames.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_NE(text.find(" damaged pictures did"), std::string::npos) << text;
+  EXPECT_GE(source->losses().transport, 5u);
+}
+
 TEST(EmulatedKinect, ThatIsUnpluggedEndsCleanly) {
   EmulatedBus bus;
   KeptFrames frames;

@@ -79,6 +79,7 @@ void VKinect::set_register(int address, int value, std::int64_t now_ns) {
   if (address != kColourStream && address != kDepthStream) return;
   Stream& stream = streams_[address == kDepthStream ? 0 : 1];
   stream.is_active = value != 0;
+  if (address == kDepthStream && value != 0) ++starts;
   stream.due_ns = now_ns;
   stream.sent = 0;
   stream.flag = address == kDepthStream ? 0x70 : 0x80;
@@ -91,11 +92,13 @@ void VKinect::set_register(int address, int value, std::int64_t now_ns) {
 
 Delivery VKinect::fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) {
   Stream& stream = stream_of(endpoint);
-  if (!stream.is_active || now_ns < stream.due_ns) return {};
+  const bool is_silent = depth_pictures >= silent_from && starts < silent_until_starts;
+  if (!stream.is_active || is_silent || now_ns < stream.due_ns) return {};
   const std::size_t size = std::min(stream.packet_bytes, stream.picture.size() - stream.sent);
   const bool is_first = stream.sent == 0, is_last = stream.sent + size == stream.picture.size();
-  const bool is_lost = endpoint == kDepthEndpoint && loses_packet.count(stream.number) > 0 && !is_first &&
-                       stream.sent / stream.packet_bytes == 100;
+  const bool is_damaged = loses_packet.count(stream.number) > 0 || stream.number >= loses_packets_from;
+  const bool is_lost =
+      endpoint == kDepthEndpoint && is_damaged && !is_first && stream.sent / stream.packet_bytes == 100;
   Bytes bytes{'R', 'B', 0, stream.flag | (is_first ? 1 : is_last ? 5 : 2), 0, stream.sequence++, 0, 0};
   bytes.u32(static_cast<std::uint32_t>(now_ns / 1000 * 60));
   std::memcpy(packet.data(), bytes.span().data(), kHeaderBytes);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
 
 #include "tests/usb/vcam/usb_model.h"
@@ -13,6 +14,7 @@ class VKinect final : public UsbModel {
  public:
   static constexpr std::uint8_t kColourEndpoint = 0x81, kDepthEndpoint = 0x82;
   static constexpr int kRawDepth = 600;  ///< what the Kinect measures: disparities, 11 bits
+  static constexpr int kNever = std::numeric_limits<int>::max();
 
   [[nodiscard]] UsbIdentity identity() const override { return {0x045e, 0x02ae, "A00000000000000A", 480}; }
   [[nodiscard]] std::vector<ModelEndpoint> endpoints() const override {
@@ -33,7 +35,11 @@ class VKinect final : public UsbModel {
 
   /// Depth pictures (counting from 0) of which one packet in the middle is lost.
   std::map<int, bool> loses_packet;
+  int loses_packets_from = kNever;  ///< ... and all from this one on
   int depth_pictures = 0;
+  /// From this depth picture on it sends nothing, until depth was started so often.
+  int silent_from = kNever, silent_until_starts = kNever;
+  int starts = 0;  ///< of depth
 
  private:
   struct Stream {
