@@ -16,7 +16,7 @@ namespace scanknit {
 
 /// A scanner as the computer sees it, without opening it.
 struct DeviceInfo {
-  std::string uri;     ///< "usb:8086:0b07/0123", "kinect1:0": what open_camera() takes
+  std::string uri;     ///< "usb:8086:0b07/0123", "kinect1:A0123": what open_camera() takes
   std::string name;    ///< for people
   std::string serial;  ///< empty: it has none
   int bus = 0;         ///< 0: unknown, address too
@@ -97,9 +97,9 @@ struct DeviceOptions {
 /// cannot be used at all.
 [[nodiscard]] Result<std::vector<DeviceInfo>> list_cameras();
 
-/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0", "openni2:" (the first),
-/// "openni2:/path/file.oni", or "" for the first of any kind.
-/// Errors: no such kind of URI (kUsage); absent, forbidden, in use (kDevice, with what to do).
+/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0" (by bus and address),
+/// "kinect1:SERIAL", "openni2:" (the first), "openni2:/path/file.oni", or "" for the first of any kind. Errors: no such
+/// kind of URI (kUsage); absent, forbidden, in use (kDevice, with what to do).
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const DeviceOptions& options,
                                                                 std::stop_token stop);
 

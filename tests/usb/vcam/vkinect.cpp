@@ -34,7 +34,7 @@ int u16_at(std::span<const std::byte> bytes, std::size_t at) {
 
 std::vector<std::byte> VKinect::descriptors() const {
   Bytes bytes{18, 1, 0, 2, 0, 0, 0, 64};
-  bytes.u16(0x045e).u16(0x02ae).u16(0x010b).add({2, 1, 3, 1});
+  bytes.u16(0x045e).u16(options_.product).u16(0x010b).add({2, 1, 3, 1});
   Bytes parts = descriptor({4, 0, 0, 2, 0xFF, 0xFF, 0xFF, 0});
   for (const int endpoint : {kColourEndpoint, kDepthEndpoint}) {
     parts.add(descriptor(Bytes{5, endpoint, 1}.u16(0x0BC0).u8(1)));  // 2 x 960
@@ -86,7 +86,7 @@ void VKinect::set_register(int address, int value, std::int64_t now_ns) {
   stream.packet_bytes = address == kDepthStream ? 1748 : 1908;
   if (stream.picture.empty()) {
     stream.picture =
-        address == kDepthStream ? packed_depth(kRawDepth) : std::vector<std::byte>(kPixels, std::byte{128});
+        address == kDepthStream ? packed_depth(options_.raw_depth) : std::vector<std::byte>(kPixels, std::byte{128});
   }
 }
 

@@ -5,18 +5,27 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <string>
+#include <utility>
 
 #include "tests/usb/vcam/usb_model.h"
 
 namespace scanknit::test {
 
+struct VKinectOptions {
+  std::string serial = "A00000000000000A";
+  std::uint16_t product = 0x02ae;
+  int raw_depth = 600;  ///< what the Kinect measures: disparities, 11 bits
+};
+
 class VKinect final : public UsbModel {
  public:
+  explicit VKinect(VKinectOptions options = {}) : options_(std::move(options)) {}
+
   static constexpr std::uint8_t kColourEndpoint = 0x81, kDepthEndpoint = 0x82;
-  static constexpr int kRawDepth = 600;  ///< what the Kinect measures: disparities, 11 bits
   static constexpr int kNever = std::numeric_limits<int>::max();
 
-  [[nodiscard]] UsbIdentity identity() const override { return {0x045e, 0x02ae, "A00000000000000A", 480}; }
+  [[nodiscard]] UsbIdentity identity() const override { return {0x045e, options_.product, options_.serial, 480}; }
   [[nodiscard]] std::vector<ModelEndpoint> endpoints() const override {
     return {{kColourEndpoint, true}, {kDepthEndpoint, true}};
   }
@@ -55,6 +64,7 @@ class VKinect final : public UsbModel {
   void set_register(int address, int value, std::int64_t now_ns);
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kDepthEndpoint ? 0 : 1]; }
 
+  VKinectOptions options_;
   std::array<Stream, 2> streams_;
   std::vector<std::byte> reply_;
 };
