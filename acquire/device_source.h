@@ -65,8 +65,8 @@ class DeviceSource {
   /// What can be asked for, as the camera lists it.
   [[nodiscard]] virtual std::vector<StreamProfile> profiles() const = 0;
 
-  /// For the given streams. A user's intrinsics come before the camera's own. Error (kDevice): none are known, and why;
-  /// the camera streams all the same.
+  /// For the given streams. A user's intrinsics come before the camera's own. What is not known, and why, is in the
+  /// result: the camera streams all the same. Error (kDevice): unplugged.
   [[nodiscard]] virtual Result<RawCalibration> calibration(std::span<const StreamProfile> streams) = 0;
 
   /// `streams`: one or two of profiles(), of different kind. Errors (kDevice): already started, not offered, refused,

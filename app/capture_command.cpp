@@ -39,14 +39,17 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
   }
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
-  auto scanner = open_scanner(arguments.scanner, job.config.acquire, stop, console);
+  const Warn warn = [&](const std::string& text) {
+    console.warn(text);
+    report.warnings.push_back(text);
+  };
+  auto scanner = open_scanner(arguments.scanner, job.config.acquire, Calibration::kNeeded, stop, console, warn);
   if (!scanner) return scanner.error();
   report.input = scanner->device->info().uri;
   auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);
   if (!recorder) return recorder.error();
   const PoseMode settled = poses == PoseMode::kStill ? PoseMode::kStill : PoseMode::kTrack;
-  auto source =
-      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, settled, console), recorder->get());
+  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, settled, warn), recorder->get());
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 

@@ -208,6 +208,12 @@ std::vector<ConfigKey> acquire_keys() {
            {"refine", PoseMode::kRefine},
            {"still", PoseMode::kStill}},
           [](auto& c) -> auto& { return c.acquire.poses; }),
+      choice<ScannerColour>(
+          {"acquire.colour", "",
+           "Colour of a scanner that is plugged in. auto: used where it is known where the colour camera is, else left "
+           "out; registered: where it is not known, taken to see what the depth camera sees; off: left out."},
+          {{"auto", ScannerColour::kAuto}, {"registered", ScannerColour::kRegistered}, {"off", ScannerColour::kOff}},
+          [](auto& c) -> auto& { return c.acquire.colour; }),
       integer(
           {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},
           {0, 2}, [](auto& c) -> auto& { return c.acquire.min_confidence; }),

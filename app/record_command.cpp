@@ -22,12 +22,13 @@ struct Recorded {
 Result<Recorded> record(const RecordArguments& arguments, const AcquireConfig& config, std::stop_token stop,
                         Console& console) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
-  auto scanner = open_scanner(arguments.scanner, config, stop, console);
+  const Warn warn = [&console](const std::string& text) { console.warn(text); };
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, console, warn);
   if (!scanner) return scanner.error();
   auto recorder = Recorder::create(arguments.output, scanner->calibration);
   if (!recorder) return recorder.error();
-  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, console),
-                                  recorder->get());
+  auto source =
+      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, warn), recorder->get());
   if (!source) return source.error();
   console.info("recording; Ctrl-C ends it");
 

@@ -271,9 +271,8 @@ Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile>
     calibration.colour = {};  // registered to depth
     calibration.source = "acquire.intrinsics";
   }
-  if (calibration.depth.intrinsics.fx == 0) {
-    return Error{ErrorCode::kDevice, "OpenNI2 does not tell its field of view: state acquire.intrinsics", info_.uri};
-  }
+  if (calibration.depth.intrinsics.fx == 0) calibration.depth_unknown = "OpenNI2 does not tell its field of view";
+  if (!is_registered_) calibration.colour_unknown = "its driver does not move depth into the colour camera";
   return calibration;
 }
 

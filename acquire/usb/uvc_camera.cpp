@@ -113,7 +113,7 @@ class UvcCamera final : public DeviceSource {
   };
 
   [[nodiscard]] std::optional<RealsenseUnit> realsense_unit();
-  [[nodiscard]] Result<void> read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration);
+  void read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration);
   [[nodiscard]] Result<void> add_stream(const StreamProfile& profile, std::size_t budget_bytes);
   [[nodiscard]] Result<void> set_colour_automatics(bool is_automatic);
   void warn_of_slow_link(std::span<const StreamProfile> streams);
@@ -161,22 +161,28 @@ std::optional<RealsenseUnit> UvcCamera::realsense_unit() {
   return std::nullopt;
 }
 
-Result<void> UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration) {
-  auto unit = realsense_unit();
-  if (!unit) return Error{ErrorCode::kDevice, info_.name + " does not tell its calibration"};
-  if (const StreamProfile* colour = find_kind(streams, StreamKind::kColour)) {
-    if (const auto read = unit->colour_camera(colour->width, colour->height)) {
-      calibration.colour = read->camera;
-      calibration.T_colour_depth = read->T_colour_depth;
-    }
-  }
+void UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration) {
   const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
-  if (depth == nullptr) return Error{ErrorCode::kDevice, "no depth stream was asked for"};
+  auto unit = realsense_unit();
+  if (!unit || depth == nullptr) {
+    calibration.depth_unknown = calibration.colour_unknown = info_.name + " does not tell its calibration";
+    return;
+  }
   const auto camera = unit->depth_camera(depth->width, depth->height);
-  if (!camera) return camera.error();
+  if (!camera) {  // nothing else is asked: each request that is not answered takes a second
+    calibration.depth_unknown = calibration.colour_unknown = camera.error().message;
+    return;
+  }
   calibration.depth.intrinsics = *camera;
   calibration.source = "the camera's own";
-  return {};
+  const StreamProfile* colour = find_kind(streams, StreamKind::kColour);
+  if (colour == nullptr) return;
+  if (const auto read = unit->colour_camera(colour->width, colour->height)) {
+    calibration.colour = read->camera;
+    calibration.T_colour_depth = read->T_colour_depth;
+  } else {
+    calibration.colour_unknown = read.error().message;
+  }
 }
 
 Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> streams) {
@@ -184,20 +190,18 @@ Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> str
   calibration.device = info_.name;
   calibration.serial = info_.serial;
   calibration.depth_unit_m = options_.depth_scale ? 1 / *options_.depth_scale : quirk_.depth_unit_m;
-  const auto read = read_own_calibration(streams, calibration);
-  if (options_.intrinsics) {
-    calibration.depth = *options_.intrinsics;
-    const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
-    if (depth != nullptr && calibration.depth.intrinsics.width == 0) {
-      calibration.depth.intrinsics.width = depth->width;
-      calibration.depth.intrinsics.height = depth->height;
-    }
-    calibration.source = read ? "acquire.intrinsics" : "acquire.intrinsics (" + read.error().message + ")";
-    return calibration;
+  calibration.source = "unknown";
+  read_own_calibration(streams, calibration);
+  if (!options_.intrinsics) return calibration;
+  calibration.depth = *options_.intrinsics;
+  const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
+  if (depth != nullptr && calibration.depth.intrinsics.width == 0) {
+    calibration.depth.intrinsics.width = depth->width;
+    calibration.depth.intrinsics.height = depth->height;
   }
-  if (read) return calibration;
-  return Error{ErrorCode::kDevice, read.error().message + ". Give the depth camera's intrinsics as acquire.intrinsics",
-               info_.name};
+  const std::string why = std::exchange(calibration.depth_unknown, "");
+  calibration.source = why.empty() ? "acquire.intrinsics" : "acquire.intrinsics (" + why + ")";
+  return calibration;
 }
 
 Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t budget_bytes) {

@@ -226,6 +226,64 @@ TEST(CaptureCommand, ColoursTheMeshByTheSecondCamera) {
   EXPECT_LT(mean_colour_error(out / "desk.ply", first), kColourError);
 }
 
+/// Whether the mesh of a short scan has colour, when the camera does not tell where its colour camera is; and what the
+/// report says of that.
+std::pair<bool, std::string> scan_without_colour_table(const std::vector<std::string>& more) {
+  EmulatedBus bus;
+  VcamOptions options = camera_at_the_desk();
+  options.has_colour = true;
+  const int address = bus.plug(options);
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_broken_colour = true; });
+  TempFolder out;
+  std::vector<std::string> capture = {"capture", "-o",       (out / "desk.ply").string(),    "--fps",
+                                      kRate,     "--report", (out / "report.json").string(), "--frames",
+                                      "5",       "--set",    "fusion.voxel_size=2cm"};
+  capture.insert(capture.end(), more.begin(), more.end());
+  EXPECT_EQ(scanknit(capture), 0);
+  const auto mesh = read_mesh(out / "desk.ply");
+  EXPECT_TRUE(mesh);
+  const json warnings = json::parse(read_text(out / "report.json")).at("warnings");
+  return {mesh && !mesh->colours.empty(), warnings.empty() ? "" : warnings.at(0).get<std::string>()};
+}
+
+TEST(CaptureCommand, LeavesOutColourThatWouldNotFitAndSaysSo) {
+  (void)desk_view();
+  const auto [has_colour, warning] = scan_without_colour_table({});
+  EXPECT_FALSE(has_colour);
+  EXPECT_NE(warning.find("wrong checksum. Colour is left out"), std::string::npos) << warning;
+}
+
+TEST(CaptureCommand, TakesColourAsItIsWhenTheUserSaysSo) {
+  (void)desk_view();
+  const auto [has_colour, warning] = scan_without_colour_table({"--set", "acquire.colour=registered"});
+  EXPECT_TRUE(has_colour);
+  EXPECT_NE(warning.find("taken to see what the depth camera sees"), std::string::npos) << warning;
+}
+
+TEST(RecordCommand, WithoutACalibrationKeepsThePicturesForLater) {
+  (void)desk_view();
+  EmulatedBus bus;
+  const int address = bus.plug(camera_at_the_desk());
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_mute_calibration = true; });
+  TempFolder out;
+  const std::string file = (out / "scan.mcap").string();
+  const Outcome recorded = [&] {
+    testing::internal::CaptureStderr();
+    const int exit_code = scanknit({"record", "-o", file, "--fps", kRate, "--frames", "10"});
+    return Outcome{exit_code, "", testing::internal::GetCapturedStderr()};
+  }();
+  EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
+  EXPECT_NE(recorded.err.find("`run` needs acquire.intrinsics"), std::string::npos) << recorded.err;
+  const auto mesh = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> run = {"run", file, "-o", (out / "desk.ply").string(), "--set", "fusion.voxel_size=8mm"};
+    run.insert(run.end(), more.begin(), more.end());
+    return scanknit(run);
+  };
+  EXPECT_EQ(mesh({}), 4) << "nobody knows the camera";
+  ASSERT_EQ(mesh({"--set", "acquire.intrinsics=[380,381,319,241]"}), 0);
+  EXPECT_LT(mean_error_m(out / "desk.ply", 0), kQuarterVoxel_m);
+}
+
 TEST(CaptureCommand, WithoutACalibrationNeedsTheUsers) {
   (void)desk_view();
   EmulatedBus bus;

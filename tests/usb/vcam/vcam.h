@@ -76,7 +76,9 @@ struct ControlFaults {
   std::optional<std::size_t> probe_bytes;
   bool probe_stalls = false, probe_changes_format = false, probe_has_no_sizes = false;
   bool has_no_calibration = false;      ///< the hardware monitor stalls
+  bool has_mute_calibration = false;    ///< the hardware monitor gives no answer
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
+  bool has_broken_colour = false;       ///< only the colour table has
 };
 
 /// Not thread-safe.
@@ -95,6 +97,7 @@ class Vcam final : public UsbModel {
                                                               std::uint16_t value, std::uint16_t index,
                                                               std::uint16_t length, std::span<const std::byte> data,
                                                               std::int64_t now_ns) override;
+  [[nodiscard]] bool ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) const override;
   void set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) override;
   void clear_halt(std::uint8_t endpoint) override;
   [[nodiscard]] std::optional<Delivery> fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer,
