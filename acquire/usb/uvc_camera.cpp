@@ -114,6 +114,8 @@ class UvcCamera final : public DeviceSource {
 
   [[nodiscard]] std::optional<RealsenseUnit> realsense_unit();
   void read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration);
+  void read_depth_unit(RealsenseUnit& unit, RawCalibration& calibration);
+  void take_usual_unit(RawCalibration& calibration, const std::string& why) const;
   [[nodiscard]] Result<void> add_stream(const StreamProfile& profile, std::size_t budget_bytes);
   [[nodiscard]] Result<void> set_colour_automatics(bool is_automatic);
   void warn_of_slow_link(std::span<const StreamProfile> streams);
@@ -171,10 +173,12 @@ void UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, Raw
   const auto camera = unit->depth_camera(depth->width, depth->height);
   if (!camera) {  // nothing else is asked: each request that is not answered takes a second
     calibration.depth_unknown = calibration.colour_unknown = camera.error().message;
+    take_usual_unit(calibration, "it tells no calibration");
     return;
   }
   calibration.depth.intrinsics = *camera;
   calibration.source = "the camera's own";
+  read_depth_unit(*unit, calibration);
   const StreamProfile* colour = find_kind(streams, StreamKind::kColour);
   if (colour == nullptr) return;
   if (const auto read = unit->colour_camera(colour->width, colour->height)) {
@@ -183,6 +187,25 @@ void UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, Raw
   } else {
     calibration.colour_unknown = read.error().message;
   }
+}
+
+/// The kind's usual one stays where the camera does not tell.
+void UvcCamera::read_depth_unit(RealsenseUnit& unit, RawCalibration& calibration) {
+  if (options_.depth_scale) return;
+  const auto unit_m = unit.depth_unit_m();
+  if (unit_m) {
+    calibration.depth_unit_m = *unit_m;
+  } else {
+    take_usual_unit(calibration, unit_m.error().message);
+  }
+}
+
+void UvcCamera::take_usual_unit(RawCalibration& calibration, const std::string& why) const {
+  if (options_.depth_scale) return;
+  std::array<char, 32> unit{};
+  std::snprintf(unit.data(), unit.size(), "%g mm", 1000 * quirk_.depth_unit_m);
+  calibration.warnings.push_back("the camera does not tell its depth unit (" + why + "): " + unit.data() +
+                                 " is taken, as its kind has it unless it was changed. Else state acquire.depth_scale");
 }
 
 Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> streams) {

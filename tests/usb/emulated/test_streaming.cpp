@@ -210,6 +210,44 @@ TEST(EmulatedCamera, WhoseColourTableIsBrokenTellsItsDepthCalibrationAndWhy) {
       << calibration->colour_unknown;
 }
 
+TEST(EmulatedCamera, TellsItsDepthUnit) {
+  EmulatedBus bus;
+  bus.plug({.depth_unit_um = 250});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 0.00025);
+  EXPECT_TRUE(calibration->warnings.empty()) << calibration->warnings.front();
+}
+
+TEST(EmulatedCamera, ThatDoesNotTellItsDepthUnitHasTheUsualOneOfItsKindAndSaysSo) {
+  EmulatedBus bus;
+  const int address = bus.plug({.product = 0x0b5b});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_EQ(calibration->depth_unit_m, 0.0001);
+  ASSERT_EQ(calibration->warnings.size(), 1u);
+  EXPECT_NE(calibration->warnings[0].find("0.1 mm is taken"), std::string::npos) << calibration->warnings[0];
+}
+
+TEST(EmulatedCamera, WhoseDepthUnitTheUserStatesIsNotAsked) {
+  EmulatedBus bus;
+  const int address = bus.plug({.depth_unit_um = 250});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
+  DeviceOptions options;
+  options.depth_scale = 5000;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 1.0 / 5000);
+  EXPECT_TRUE(calibration->warnings.empty());
+}
+
 TEST(EmulatedCamera, TakesControls) {
   EmulatedBus bus;
   const int address = bus.plug({});

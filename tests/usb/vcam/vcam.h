@@ -56,6 +56,7 @@ struct VcamOptions {
   bool has_infrared = false;       ///< the depth function offers UYVY and 16-bit grey, too, as a D400 does
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
+  std::uint32_t depth_unit_um = 1000;
   int width = 640, height = 480;  ///< of both streams
   /// The bytes of depth picture n; without one, depth_pixels(n).
   std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
@@ -79,6 +80,7 @@ struct ControlFaults {
   bool has_mute_calibration = false;    ///< the hardware monitor gives no answer
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
   bool has_broken_colour = false;       ///< only the colour table has
+  bool has_no_advanced_mode = false;    ///< the hardware monitor refuses to tell the depth unit
 };
 
 /// Not thread-safe.
