@@ -49,14 +49,20 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);
   if (!recorder) return recorder.error();
   const PoseMode settled = poses == PoseMode::kStill ? PoseMode::kStill : PoseMode::kTrack;
-  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, settled, warn), recorder->get());
+  LiveOptions options = live_options(arguments.scanner, settled, warn);
+  bool is_told_of_recorder = false;
+  options.on_recorder_failure = [&](const Error& error) {
+    warn(error.text() + "; the scan goes on");
+    is_told_of_recorder = true;
+  };
+  auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder->get());
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
   const Result<void> meshed = mesh_source(**source, job, stop, console, report);
   LossCounters losses = (*source)->losses();
   if (*recorder != nullptr) {
-    if (const auto kept = (*recorder)->finish(); !kept) console.warn(kept.error().text());
+    if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
     losses.writer += (*recorder)->lost();
   }
   report.losses = named(losses);
