@@ -47,10 +47,11 @@ struct DeviceEvent {
 using FrameSink = std::function<void(RawFrame)>;
 using EventSink = std::function<void(const DeviceEvent&)>;
 
+/// In the order in which they are set: a preset changes the others.
 enum class DeviceControl {
+  kPreset,            ///< the camera's own numbering
   kEmitter,           ///< 0 off, 1 on
   kLaserPower,        ///< milliwatts
-  kPreset,            ///< the camera's own numbering
   kAutoExposure,      ///< of depth: 0 held as it is, 1 automatic
   kColourAutomatics,  ///< exposure and white balance of colour: 0 held as they are, 1 automatic
 };

@@ -43,7 +43,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     console.warn(text);
     report.warnings.push_back(text);
   };
-  auto scanner = open_scanner(arguments.scanner, job.config.acquire, Calibration::kNeeded, stop, console, warn);
+  auto scanner = open_scanner(arguments.scanner, job.config, Calibration::kNeeded, stop, console, warn);
   if (!scanner) return scanner.error();
   report.input = scanner->device->info().uri;
   auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);

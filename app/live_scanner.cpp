@@ -42,13 +42,26 @@ Result<void> settle_depth(const LiveScanner& scanner, Calibration need, const Wa
   return {};
 }
 
+void apply(const ScannerSettings& settings, DeviceSource& device, const Warn& warn) {
+  const auto set = [&](const char* key, DeviceControl control, std::optional<int> value) {
+    if (!value) return;
+    if (const auto done = device.set_control(control, *value); !done) {
+      warn(fmt::format("{} has no effect: {}", key, done.error().text()));
+    }
+  };
+  set("acquire.preset", DeviceControl::kPreset, settings.preset);  // first: it changes the others
+  set("acquire.emitter", DeviceControl::kEmitter, settings.emitter);
+  set("acquire.laser_power", DeviceControl::kLaserPower, settings.laser_power_mw);
+}
+
 }  // namespace
 
-Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const AcquireConfig& config, Calibration need,
+Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Config& config, Calibration need,
                                  std::stop_token stop, Console& console, const Warn& warn) {
   DeviceOptions options;
-  options.intrinsics = config.intrinsics;
-  options.depth_scale = config.depth_scale;
+  options.intrinsics = config.acquire.intrinsics;
+  options.depth_scale = config.acquire.depth_scale;
+  options.holds_automatics = config.scanner.locks_exposure;
   options.wait_s = arguments.wait_s;
   options.reconnect_s = arguments.reconnect_s;
   options.takes_from_others = arguments.takes_from_others;
@@ -63,14 +76,15 @@ Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Acquir
   if (scanner.streams.empty()) {
     return Error{ErrorCode::kDevice, "the camera offers no depth stream; `scanknit doctor` tells more", uri};
   }
-  if (config.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
+  if (config.acquire.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
   auto calibration = scanner.device->calibration(scanner.streams);
   if (!calibration) return calibration.error();
   scanner.calibration = *std::move(calibration);
   console.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
   for (const std::string& warning : scanner.calibration.warnings) warn(warning);
   if (auto usable = settle_depth(scanner, need, warn); !usable) return usable.error();
-  settle_colour(scanner, config.colour, warn);
+  settle_colour(scanner, config.acquire.colour, warn);
+  apply(config.scanner, *scanner.device, warn);
   for (const StreamProfile& stream : scanner.streams) console.info(stream_text(stream));
   return scanner;
 }

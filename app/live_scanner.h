@@ -34,7 +34,8 @@ using Warn = std::function<void(const std::string&)>;
 enum class Calibration { kNeeded, kWelcome };
 
 /// Errors: kUsage, kDevice (absent, forbidden, in use; without a known calibration when that is needed).
-[[nodiscard]] Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const AcquireConfig& config,
+/// A setting that the camera does not have is warned of, no more.
+[[nodiscard]] Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Config& config,
                                                Calibration need, std::stop_token stop, Console& console,
                                                const Warn& warn);
 

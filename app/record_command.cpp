@@ -19,7 +19,7 @@ struct Recorded {
   std::optional<Error> failure;  ///< of the scanner, or of the file: what came before it is kept
 };
 
-Result<Recorded> record(const RecordArguments& arguments, const AcquireConfig& config, std::stop_token stop,
+Result<Recorded> record(const RecordArguments& arguments, const Config& config, std::stop_token stop,
                         Console& console) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
   const Warn warn = [&console](const std::string& text) { console.warn(text); };
@@ -73,7 +73,7 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   const auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
   Console console(common.verbosity);
-  const auto recorded = record(arguments, config->acquire, stop_on_signal.token(), console);
+  const auto recorded = record(arguments, *config, stop_on_signal.token(), console);
   if (!recorded) return fail(recorded.error(), common);
   warn_of_losses(recorded->losses, console);
   const int printed = print_summary(*recorded, arguments, common);

@@ -302,6 +302,29 @@ TEST(Replug, ResumesTheSameCameraBySerial) {
   (*source)->stop();
 }
 
+TEST(Replug, SetsTheControlsAgain) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  DeviceOptions options;
+  options.reconnect_s = 20;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->set_control(DeviceControl::kEmitter, 0));
+  ASSERT_TRUE((*source)->set_control(DeviceControl::kLaserPower, 300));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(3));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  const int again = bus.plug({});
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
+  bus.with_camera(again, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{0}, std::byte{0}}));
+    EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
+  });
+  (*source)->stop();
+}
+
 TEST(Replug, ResumesACameraWhosePlugWobbles) {
   EmulatedBus bus;
   FrameLog log;
