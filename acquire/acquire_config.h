@@ -50,11 +50,19 @@ enum class PoseMode {
   return mode == PoseMode::kTrack || mode == PoseMode::kRefine;
 }
 
+/// What becomes of a scanner's colour.
+enum class ScannerColour {
+  kAuto,        ///< used where it is known where the colour camera is, else left out
+  kRegistered,  ///< ... else taken to see what the depth camera sees
+  kOff,         ///< left out
+};
+
 struct AcquireConfig {
   RecordingFormat format = RecordingFormat::kAuto;
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
   std::optional<CameraModel> intrinsics;  ///< overrides the recording's
   PoseMode poses = PoseMode::kAuto;
+  ScannerColour colour = ScannerColour::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
 
   std::size_t from = 0;  ///< first frame by its place in the recording, counting from 0

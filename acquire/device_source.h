@@ -16,7 +16,7 @@ namespace scanknit {
 
 /// A scanner as the computer sees it, without opening it.
 struct DeviceInfo {
-  std::string uri;     ///< "usb:8086:0b07/0123", "kinect1:0": what open_camera() takes
+  std::string uri;     ///< "usb:8086:0b07/0123", "kinect1:A0123": what open_camera() takes
   std::string name;    ///< for people
   std::string serial;  ///< empty: it has none
   int bus = 0;         ///< 0: unknown, address too
@@ -31,6 +31,7 @@ struct DeviceEvent {
     kSlowLink,   ///< the link is too slow for what was asked
     kStalled,    ///< the camera stopped with an error; it is being started again
     kSilent,     ///< nothing came for ten frames; it is being started again
+    kDamaged,    ///< no good picture came for ten frames, but damaged ones did; it is being started again
     kRecovered,  ///< frames come again
     kClockJump,  ///< the camera's clock jumped; time goes on by this computer's
     kLeft,       ///< unplugged
@@ -46,10 +47,11 @@ struct DeviceEvent {
 using FrameSink = std::function<void(RawFrame)>;
 using EventSink = std::function<void(const DeviceEvent&)>;
 
+/// In the order in which they are set: a preset changes the others.
 enum class DeviceControl {
+  kPreset,            ///< the camera's own numbering
   kEmitter,           ///< 0 off, 1 on
   kLaserPower,        ///< milliwatts
-  kPreset,            ///< the camera's own numbering
   kAutoExposure,      ///< of depth: 0 held as it is, 1 automatic
   kColourAutomatics,  ///< exposure and white balance of colour: 0 held as they are, 1 automatic
 };
@@ -64,8 +66,8 @@ class DeviceSource {
   /// What can be asked for, as the camera lists it.
   [[nodiscard]] virtual std::vector<StreamProfile> profiles() const = 0;
 
-  /// For the given streams. A user's intrinsics come before the camera's own. Error (kDevice): none are known, and why;
-  /// the camera streams all the same.
+  /// For the given streams. A user's intrinsics come before the camera's own. What is not known, and why, is in the
+  /// result: the camera streams all the same. Error (kDevice): unplugged.
   [[nodiscard]] virtual Result<RawCalibration> calibration(std::span<const StreamProfile> streams) = 0;
 
   /// `streams`: one or two of profiles(), of different kind. Errors (kDevice): already started, not offered, refused,
@@ -96,9 +98,9 @@ struct DeviceOptions {
 /// cannot be used at all.
 [[nodiscard]] Result<std::vector<DeviceInfo>> list_cameras();
 
-/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0", "openni2:" (the first),
-/// "openni2:/path/file.oni", or "" for the first of any kind.
-/// Errors: no such kind of URI (kUsage); absent, forbidden, in use (kDevice, with what to do).
+/// `uri`: "usb:" (the first), "usb:8086:0b07", "usb:8086:0b07/SERIAL", "kinect1:0" (by bus and address),
+/// "kinect1:SERIAL", "openni2:" (the first), "openni2:/path/file.oni", or "" for the first of any kind. Errors: no such
+/// kind of URI (kUsage); absent, forbidden, in use (kDevice, with what to do).
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const DeviceOptions& options,
                                                                 std::stop_token stop);
 

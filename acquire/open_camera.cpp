@@ -31,6 +31,7 @@ struct FoundCamera {
   Driver driver;
   UsbDeviceInfo usb;
   DeviceInfo info;
+  std::string numbered_uri;  ///< "kinect1:1", also of one that has a serial number; empty for other drivers
 };
 
 /// What a URI asks for: what is not said fits every scanner.
@@ -43,7 +44,8 @@ struct WantedCamera {
   [[nodiscard]] bool fits(const FoundCamera& camera) const {
     return (!driver || *driver == camera.driver) &&
            (!numbers || *numbers == std::pair(camera.usb.vendor, camera.usb.product)) &&
-           (serial.empty() || serial == camera.info.serial) && (exact_uri.empty() || exact_uri == camera.info.uri);
+           (serial.empty() || serial == camera.info.serial) &&
+           (exact_uri.empty() || exact_uri == camera.info.uri || exact_uri == camera.numbered_uri);
   }
 };
 
@@ -83,11 +85,12 @@ std::vector<FoundCamera> find_cameras(const UsbContext& context) {
   int kinects = 0;
   for (UsbDeviceInfo& device : context.devices()) {
     if (is_kinect1(device)) {
+      const std::string numbered_uri = "kinect1:" + std::to_string(kinects);
       const DeviceInfo info = describe_kinect1(device, kinects++);
-      cameras.push_back({Driver::kKinect1, std::move(device), info});
+      cameras.push_back({Driver::kKinect1, std::move(device), info, numbered_uri});
     } else if (!depth_functions_of(device).empty()) {
       const DeviceInfo info = describe_camera(device);
-      cameras.push_back({Driver::kUvc, std::move(device), info});
+      cameras.push_back({Driver::kUvc, std::move(device), info, ""});
     }
   }
   return cameras;
@@ -96,11 +99,7 @@ std::vector<FoundCamera> find_cameras(const UsbContext& context) {
 Result<std::unique_ptr<DeviceSource>> open_found(UsbContext& context, const FoundCamera& camera,
                                                  const DeviceOptions& options) {
   if (camera.driver == Driver::kUvc) return open_uvc_camera(context, camera.usb, options);
-  constexpr std::string_view kKinect = "kinect1:";
-  int index = 0;
-  const std::string& uri = camera.info.uri;
-  std::from_chars(uri.data() + kKinect.size(), uri.data() + uri.size(), index);
-  return open_kinect1(camera.usb, index, options);
+  return open_kinect1(camera.usb, camera.info, options);
 }
 
 /// Looks until it is there, or until the deadline, or a stop. A camera that has just been plugged in may be forbidden
@@ -142,10 +141,10 @@ Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const 
   if (uri.starts_with(kOpenNi2Prefix)) return open_openni2(uri, options, stop);
   const auto wanted = parse_uri(uri);
   if (!wanted) {
-    return Error{ErrorCode::kUsage,
-                 "'" + uri +
-                     "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL, kinect1:0 or openni2: "
-                     "(scanknit devices lists them)"};
+    return Error{ErrorCode::kUsage, "'" + uri +
+                                        "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL, "
+                                        "kinect1:0, kinect1:SERIAL or openni2: "
+                                        "(scanknit devices lists them)"};
   }
   auto created = UsbContext::create();
   if (!created) return created.error();

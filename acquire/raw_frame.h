@@ -48,10 +48,13 @@ struct RawCalibration {
   CameraModel depth;
   CameraModel colour;
   Pose T_colour_depth = Pose::Identity();
-  double depth_unit_m = 0.001;  ///< metres of one raw unit, > 0
-  std::string source;           ///< for people: "the camera's own", "acquire.intrinsics"
-  std::string device;           ///< for people: the camera's name
-  std::string serial;           ///< empty: unknown
+  double depth_unit_m = 0.001;      ///< metres of one raw unit, > 0
+  std::string source;               ///< for people: "the camera's own", "acquire.intrinsics"
+  std::string device;               ///< for people: the camera's name
+  std::string serial;               ///< empty: unknown
+  std::string depth_unknown = {};   ///< why nothing is known of the depth camera, whose width then is 0; empty: it is
+  std::string colour_unknown = {};  ///< why it is not known where the colour camera is; empty: it is
+  std::vector<std::string> warnings = {};  ///< for people: what was taken for granted, since it could not be read
 };
 
 /// Frames that never arrived whole, by where they were lost.

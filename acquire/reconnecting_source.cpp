@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -29,7 +30,9 @@ class ReconnectingSource final : public DeviceSource {
   }
   [[nodiscard]] Result<void> set_control(DeviceControl control, int value) override {
     const std::lock_guard lock(mutex_);
-    return source_ ? source_->set_control(control, value) : Result<void>(absent());
+    auto done = source_ ? source_->set_control(control, value) : Result<void>(absent());
+    if (done) controls_[control] = value;
+    return done;
   }
   [[nodiscard]] LossCounters losses() const override {
     const std::lock_guard lock(mutex_);
@@ -60,7 +63,8 @@ class ReconnectingSource final : public DeviceSource {
   // The camera's clock begins anew when it is plugged in; its streams share it, and so they share the offset.
   std::int64_t device_offset_ns_ = 0, last_device_ns_ = 0, last_host_ns_ = 0;
   bool is_new_clock_ = false;
-  mutable std::mutex mutex_;  // of source_, losses_before_, has_left_
+  mutable std::mutex mutex_;               // of source_, losses_before_, has_left_, controls_
+  std::map<DeviceControl, int> controls_;  // a camera forgets them when it is unplugged
   std::condition_variable_any left_;
   bool has_left_ = false;
   LossCounters losses_before_;
@@ -162,6 +166,7 @@ Result<std::unique_ptr<DeviceSource>> ReconnectingSource::reopen(const std::stop
       {
         const std::lock_guard lock(mutex_);
         has_left_ = false;  // the one before may have left while it started
+        for (const auto& [control, value] : controls_) (void)(*reopened)->set_control(control, value);
       }
       started = start_source(**reopened);
       if (started) return reopened;

@@ -39,21 +39,30 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
   }
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
-  auto scanner = open_scanner(arguments.scanner, job.config.acquire, stop, console);
+  const Warn warn = [&](const std::string& text) {
+    console.warn(text);
+    report.warnings.push_back(text);
+  };
+  auto scanner = open_scanner(arguments.scanner, job.config, Calibration::kNeeded, stop, console, warn);
   if (!scanner) return scanner.error();
   report.input = scanner->device->info().uri;
   auto recorder = open_recorder(arguments, job.outputs, scanner->calibration, console, report);
   if (!recorder) return recorder.error();
   const PoseMode settled = poses == PoseMode::kStill ? PoseMode::kStill : PoseMode::kTrack;
-  auto source =
-      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, settled, console), recorder->get());
+  LiveOptions options = live_options(arguments.scanner, settled, warn);
+  bool is_told_of_recorder = false;
+  options.on_recorder_failure = [&](const Error& error) {
+    warn(error.text() + "; the scan goes on");
+    is_told_of_recorder = true;
+  };
+  auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder->get());
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
   const Result<void> meshed = mesh_source(**source, job, stop, console, report);
   LossCounters losses = (*source)->losses();
   if (*recorder != nullptr) {
-    if (const auto kept = (*recorder)->finish(); !kept) console.warn(kept.error().text());
+    if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
     losses.writer += (*recorder)->lost();
   }
   report.losses = named(losses);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquire/acquire_config.h"
+#include "acquire/scanner_settings.h"
 #include "export/export_config.h"
 #include "extract/extract_config.h"
 #include "fusion/fusion_config.h"
@@ -10,6 +11,7 @@ namespace scanknit {
 
 struct Config {
   AcquireConfig acquire;
+  ScannerSettings scanner;  ///< also keys of `acquire:`
   FusionConfig fusion;
   ExtractConfig extract;
   ExportConfig output;  ///< the keys of `export:`, which is a C++ keyword

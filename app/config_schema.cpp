@@ -99,7 +99,8 @@ void bind_optional(ConfigKey& key, Field field) {
   key.set = [field](Config& config, const ConfigValue& value) {
     auto& member = field(config);
     member.reset();
-    if (const auto* given = std::get_if<Stored>(&value)) member = *given;
+    using Member = typename std::remove_cvref_t<decltype(member)>::value_type;
+    if (const auto* given = std::get_if<Stored>(&value)) member = static_cast<Member>(*given);
   };
 }
 
@@ -180,6 +181,20 @@ std::vector<ConfigKey> acquire_keys() {
   bind_optional<CameraModel>(
       intrinsics, [](auto& c) -> auto& { return c.acquire.intrinsics; });
 
+  const Words<bool> on_off = {{"on", true}, {"off", false}};
+  ConfigKey laser_power = describe(
+      ConfigType::kInteger,
+      {"acquire.laser_power", "mW", "Power of the scanner's projector. auto: as the camera has it."}, {0, 1000});
+  bind_optional<std::int64_t>(
+      laser_power, [](auto& c) -> auto& { return c.scanner.laser_power_mw; });
+  ConfigKey preset = describe(ConfigType::kInteger,
+                              {"acquire.preset", "",
+                               "Visual preset of the scanner, by the camera's own numbering (RealSense: 1 default, 2 "
+                               "hand, 3 high accuracy, 4 high density, 5 medium density). auto: as the camera has it."},
+                              {0, 255});
+  bind_optional<std::int64_t>(
+      preset, [](auto& c) -> auto& { return c.scanner.preset; });
+
   return {
       choice<RecordingFormat>(
           {"acquire.format", "", "Layout of the recording. auto: recognised by its content."},
@@ -208,6 +223,24 @@ std::vector<ConfigKey> acquire_keys() {
            {"refine", PoseMode::kRefine},
            {"still", PoseMode::kStill}},
           [](auto& c) -> auto& { return c.acquire.poses; }),
+      choice<ScannerColour>(
+          {"acquire.colour", "",
+           "Colour of a scanner that is plugged in. auto: used where it is known where the colour camera is, else left "
+           "out; registered: where it is not known, taken to see what the depth camera sees; off: left out."},
+          {{"auto", ScannerColour::kAuto}, {"registered", ScannerColour::kRegistered}, {"off", ScannerColour::kOff}},
+          [](auto& c) -> auto& { return c.acquire.colour; }),
+      optional_choice<bool>(
+          {"acquire.emitter", "",
+           "The projector of the scanner's pattern: off where several scanners disturb each other. auto: as the camera "
+           "has it."},
+          on_off, [](auto& c) -> auto& { return c.scanner.emitter; }),
+      std::move(laser_power),
+      std::move(preset),
+      boolean(
+          {"acquire.lock_exposure", "",
+           "Exposure and white balance of a scanner's colour are held after the first second, so that colours of "
+           "different views fit together."},
+          [](auto& c) -> auto& { return c.scanner.locks_exposure; }),
       integer(
           {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},
           {0, 2}, [](auto& c) -> auto& { return c.acquire.min_confidence; }),

@@ -14,13 +14,54 @@ std::string stream_text(const StreamProfile& stream) {
                      stream.width, stream.height, to_string(stream.format), stream.frames_per_second);
 }
 
+void leave_out_colour(std::vector<StreamProfile>& streams) {
+  std::erase_if(streams, [](const StreamProfile& stream) { return stream.kind == StreamKind::kColour; });
+}
+
+/// Colour of a camera that is nobody knows where does not fit the depth: it is not used unless the user says so.
+void settle_colour(LiveScanner& scanner, ScannerColour wanted, const Warn& warn) {
+  const bool has_colour = scanner.streams.size() > 1;
+  if (!has_colour || scanner.calibration.colour_unknown.empty()) return;
+  const std::string why = "it is not known where the colour camera is: " + scanner.calibration.colour_unknown;
+  if (wanted == ScannerColour::kRegistered) {
+    warn(why + ". It is taken to see what the depth camera sees, as acquire.colour says");
+    return;
+  }
+  warn(why + ". Colour is left out; acquire.colour: registered takes it as it is");
+  leave_out_colour(scanner.streams);
+}
+
+Result<void> settle_depth(const LiveScanner& scanner, Calibration need, const Warn& warn) {
+  const std::string& why = scanner.calibration.depth_unknown;
+  if (why.empty()) return {};
+  if (need == Calibration::kNeeded) {
+    return Error{ErrorCode::kDevice, why + ". Give the depth camera's intrinsics as acquire.intrinsics",
+                 scanner.device->info().name};
+  }
+  warn(why + ". The pictures are recorded all the same; to use them, `run` needs acquire.intrinsics");
+  return {};
+}
+
+void apply(const ScannerSettings& settings, DeviceSource& device, const Warn& warn) {
+  const auto set = [&](const char* key, DeviceControl control, std::optional<int> value) {
+    if (!value) return;
+    if (const auto done = device.set_control(control, *value); !done) {
+      warn(fmt::format("{} has no effect: {}", key, done.error().text()));
+    }
+  };
+  set("acquire.preset", DeviceControl::kPreset, settings.preset);  // first: it changes the others
+  set("acquire.emitter", DeviceControl::kEmitter, settings.emitter);
+  set("acquire.laser_power", DeviceControl::kLaserPower, settings.laser_power_mw);
+}
+
 }  // namespace
 
-Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const AcquireConfig& config, std::stop_token stop,
-                                 Console& console) {
+Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Config& config, Calibration need,
+                                 std::stop_token stop, Console& console, const Warn& warn) {
   DeviceOptions options;
-  options.intrinsics = config.intrinsics;
-  options.depth_scale = config.depth_scale;
+  options.intrinsics = config.acquire.intrinsics;
+  options.depth_scale = config.acquire.depth_scale;
+  options.holds_automatics = config.scanner.locks_exposure;
   options.wait_s = arguments.wait_s;
   options.reconnect_s = arguments.reconnect_s;
   options.takes_from_others = arguments.takes_from_others;
@@ -35,21 +76,26 @@ Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Acquir
   if (scanner.streams.empty()) {
     return Error{ErrorCode::kDevice, "the camera offers no depth stream; `scanknit doctor` tells more", uri};
   }
+  if (config.acquire.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
   auto calibration = scanner.device->calibration(scanner.streams);
   if (!calibration) return calibration.error();
   scanner.calibration = *std::move(calibration);
   console.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
+  for (const std::string& warning : scanner.calibration.warnings) warn(warning);
+  if (auto usable = settle_depth(scanner, need, warn); !usable) return usable.error();
+  settle_colour(scanner, config.acquire.colour, warn);
+  apply(config.scanner, *scanner.device, warn);
   for (const StreamProfile& stream : scanner.streams) console.info(stream_text(stream));
   return scanner;
 }
 
-LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Console& console) {
+LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, const Warn& warn) {
   LiveOptions options;
   options.poses = poses;
   options.frames = arguments.frames;
   options.seconds = arguments.seconds;
   options.survives_unplugging = arguments.reconnect_s > 0;
-  options.on_event = [&console](const DeviceEvent& event) { console.warn(event.text); };
+  options.on_event = [warn](const DeviceEvent& event) { warn(event.text); };
   return options;
 }
 

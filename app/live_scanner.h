@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <stop_token>
@@ -26,12 +27,20 @@ struct ScannerArguments {
   bool takes_from_others = false;
 };
 
-/// Errors: kUsage, kDevice (absent, forbidden, in use, without a known calibration).
-[[nodiscard]] Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const AcquireConfig& config,
-                                               std::stop_token stop, Console& console);
+/// Takes what a person is warned of.
+using Warn = std::function<void(const std::string&)>;
 
-/// Its limits; what happens to the scanner is said on the console.
-[[nodiscard]] LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, Console& console);
+/// Whether the depth camera must be known.
+enum class Calibration { kNeeded, kWelcome };
+
+/// Errors: kUsage, kDevice (absent, forbidden, in use; without a known calibration when that is needed).
+/// A setting that the camera does not have is warned of, no more.
+[[nodiscard]] Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Config& config,
+                                               Calibration need, std::stop_token stop, Console& console,
+                                               const Warn& warn);
+
+/// Its limits; of what happens to the scanner is warned.
+[[nodiscard]] LiveOptions live_options(const ScannerArguments& arguments, PoseMode poses, const Warn& warn);
 
 /// By their names in the report.
 [[nodiscard]] std::map<std::string, std::uint64_t> named(const LossCounters& losses);

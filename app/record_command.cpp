@@ -19,15 +19,16 @@ struct Recorded {
   std::optional<Error> failure;  ///< of the scanner, or of the file: what came before it is kept
 };
 
-Result<Recorded> record(const RecordArguments& arguments, const AcquireConfig& config, std::stop_token stop,
+Result<Recorded> record(const RecordArguments& arguments, const Config& config, std::stop_token stop,
                         Console& console) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
-  auto scanner = open_scanner(arguments.scanner, config, stop, console);
+  const Warn warn = [&console](const std::string& text) { console.warn(text); };
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, console, warn);
   if (!scanner) return scanner.error();
   auto recorder = Recorder::create(arguments.output, scanner->calibration);
   if (!recorder) return recorder.error();
-  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, console),
-                                  recorder->get());
+  auto source =
+      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, warn), recorder->get());
   if (!source) return source.error();
   console.info("recording; Ctrl-C ends it");
 
@@ -72,7 +73,7 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   const auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
   Console console(common.verbosity);
-  const auto recorded = record(arguments, config->acquire, stop_on_signal.token(), console);
+  const auto recorded = record(arguments, *config, stop_on_signal.token(), console);
   if (!recorded) return fail(recorded.error(), common);
   warn_of_losses(recorded->losses, console);
   const int printed = print_summary(*recorded, arguments, common);

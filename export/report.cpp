@@ -155,6 +155,7 @@ std::string to_json(const RunReport& report) {
   json["exit_code"] = report.exit_code;
   json["frames"] = frames_json(report.frames);
   json["losses"] = report.losses ? object_of(*report.losses) : Json();
+  json["warnings"] = report.warnings;
   json["tracking"] = tracking_json(report.tracking);
   json["stages"] = stages_json(report.stages);
   json["total_ms"] = finite(report.total_ms);

@@ -40,6 +40,9 @@ struct RunReport {
   /// Pictures of a scanner that never arrived, by where they were lost; nothing unless one was listened to.
   std::optional<std::map<std::string, std::uint64_t>> losses;
 
+  /// What was said of the scanner while it was listened to: what it does not tell, and what happened to it.
+  std::vector<std::string> warnings;
+
   /// How well one frame's pose was found.
   struct TrackedFrame {
     std::uint64_t sequence = 0;

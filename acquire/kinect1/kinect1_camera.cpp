@@ -1,6 +1,7 @@
 #include "acquire/kinect1/kinect1_camera.h"
 
 #include <libfreenect.h>
+#include <libusb-1.0/libusb.h>
 #include <pthread.h>
 #include <sys/time.h>
 
@@ -12,6 +13,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquire/silence_watch.h"
 #include "acquire/steady_now.h"
 #include "acquire/usb/clock_map.h"
 
@@ -23,11 +25,16 @@ constexpr int kWidth = 640, kHeight = 480;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 constexpr std::uint32_t kTicksPerSecond = 60'000'000;
 constexpr double kNominalFocal = 525;  // of the colour camera, pixels; single Kinects differ by a percent
-constexpr auto kSilence = std::chrono::milliseconds(1000);
 constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
 
 constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
 constexpr StreamProfile kColourProfile{StreamKind::kColour, PixelFormat::kRgb8, kWidth, kHeight, 30};
+
+bool is_kinect1_camera(std::uint16_t vendor, std::uint16_t product) {
+  const bool is_product =
+      std::find(kKinect1Products.begin(), kKinect1Products.end(), product) != kKinect1Products.end();
+  return vendor == kKinect1Vendor && is_product;
+}
 
 /// One of the Kinect's two pictures. libfreenect hands over pictures with packets missing as if they were whole; it
 /// hands over each packet, too, when asked, and so they are counted.
@@ -39,6 +46,8 @@ struct KinectStream {
   std::size_t received = 0;
   std::uint64_t sequence = 0;
   std::optional<DeviceClock> clock = std::nullopt;  ///< since the stream was started
+  std::int64_t last_good_ns = 0;
+  std::uint64_t damaged = 0;  ///< since then
   bool is_wanted = false;
 
   void take(void* raw, const void* data, int packet, int bytes) {
@@ -51,10 +60,66 @@ struct KinectStream {
   }
 };
 
+/// libfreenect, on a USB context of ours: so it is known in which order it sees the Kinects.
+class FreenectContext {
+ public:
+  FreenectContext() {
+    if (libusb_init(&usb_) != 0) usb_ = nullptr;
+    if (usb_ == nullptr || freenect_init(&context_, usb_) < 0) context_ = nullptr;
+    if (context_ == nullptr) return;
+    freenect_set_log_level(context_, FREENECT_LOG_FATAL);
+    freenect_select_subdevices(context_, FREENECT_DEVICE_CAMERA);
+  }
+  ~FreenectContext() {
+    if (context_ != nullptr) freenect_shutdown(context_);
+    if (usb_ != nullptr) libusb_exit(usb_);
+  }
+  FreenectContext(const FreenectContext&) = delete;
+  FreenectContext& operator=(const FreenectContext&) = delete;
+
+  [[nodiscard]] freenect_context* get() const { return context_; }  ///< null: USB cannot be used
+
+  /// The Kinect at that place, or null. libfreenect takes an index only: by serial number too it looks for an index,
+  /// and counts wrongly when one of them cannot be opened.
+  [[nodiscard]] freenect_device* open(const UsbDeviceInfo& wanted) {
+    constexpr int kAttempts = 5;  // another Kinect may come or go at this very moment
+    for (int i = 0; i < kAttempts; ++i) {
+      const auto before = kinects();
+      const auto found = std::find(before.begin(), before.end(), std::pair(wanted.bus, wanted.address));
+      freenect_device* device = nullptr;
+      const auto index = static_cast<int>(found - before.begin());
+      if (found == before.end() || freenect_open_device(context_, &device, index) < 0) return nullptr;
+      if (kinects() == before) return device;
+      freenect_close_device(device);
+    }
+    return nullptr;
+  }
+
+ private:
+  /// Bus and address of each, in libfreenect's order.
+  [[nodiscard]] std::vector<std::pair<int, int>> kinects() const {
+    libusb_device** devices = nullptr;
+    const ssize_t count = libusb_get_device_list(usb_, &devices);
+    std::vector<std::pair<int, int>> found;
+    for (libusb_device* device : std::span(devices, count > 0 ? static_cast<std::size_t>(count) : 0)) {
+      libusb_device_descriptor descriptor{};
+      if (libusb_get_device_descriptor(device, &descriptor) != 0) continue;
+      if (!is_kinect1_camera(descriptor.idVendor, descriptor.idProduct)) continue;
+      found.emplace_back(libusb_get_bus_number(device), libusb_get_device_address(device));
+    }
+    if (devices != nullptr) libusb_free_device_list(devices, 1);
+    return found;
+  }
+
+  libusb_context* usb_ = nullptr;
+  freenect_context* context_ = nullptr;
+};
+
 class Kinect1Camera final : public DeviceSource {
  public:
-  Kinect1Camera(DeviceInfo info, const DeviceOptions& options, freenect_context* context, freenect_device* device)
-      : info_(std::move(info)), options_(options), context_(context), device_(device) {
+  Kinect1Camera(DeviceInfo info, const DeviceOptions& options, std::unique_ptr<FreenectContext> context,
+                freenect_device* device)
+      : info_(std::move(info)), options_(options), context_(std::move(context)), device_(device) {
     freenect_set_user(device_, this);
     freenect_set_depth_mode(device_, freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_DEPTH_REGISTERED));
     freenect_set_video_mode(device_, freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_VIDEO_RGB));
@@ -76,7 +141,6 @@ class Kinect1Camera final : public DeviceSource {
   ~Kinect1Camera() override {
     stop();
     freenect_close_device(device_);
-    freenect_shutdown(context_);
   }
 
   [[nodiscard]] const DeviceInfo& info() const override { return info_; }
@@ -91,21 +155,23 @@ class Kinect1Camera final : public DeviceSource {
   [[nodiscard]] Result<void> set_control(DeviceControl control, int value) override;
 
  private:
+  [[nodiscard]] bool start_streams();
+  void stop_streams();
   void run(const std::stop_token& stop);
+  [[nodiscard]] bool look(SilenceWatch& watch);
   void finish(KinectStream& stream, std::uint32_t ticks);
   void hold_automatics(bool is_held);
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
 
   const DeviceInfo info_;
   const DeviceOptions options_;
-  freenect_context* context_;
+  std::unique_ptr<FreenectContext> context_;
   freenect_device* device_;
   // libfreenect's packets: 1760 and 1920 bytes, 12 of them a header. Depth is packed, 11 bits a pixel; colour is Bayer.
   KinectStream depth_{kDepthProfile, 1748, kPixels * 11 / 8, std::vector<std::byte>(2 * kPixels)};
   KinectStream colour_{kColourProfile, 1908, kPixels, std::vector<std::byte>(3 * kPixels)};
   FrameSink frames_;
   EventSink events_;
-  std::chrono::steady_clock::time_point last_picture_;
   bool is_holding_ = false;
   mutable std::mutex mutex_;  // of losses_
   LossCounters losses_;
@@ -115,6 +181,7 @@ class Kinect1Camera final : public DeviceSource {
 Result<RawCalibration> Kinect1Camera::calibration(std::span<const StreamProfile> streams) {
   RawCalibration calibration;
   calibration.device = info_.name;
+  calibration.serial = info_.serial;
   calibration.depth_unit_m = options_.depth_scale ? 1 / *options_.depth_scale : 0.001;
   const CameraIntrinsics nominal{
       kWidth, kHeight, kNominalFocal, kNominalFocal, (kWidth - 1) / 2.0, (kHeight - 1) / 2.0};
@@ -135,19 +202,16 @@ Result<void> Kinect1Camera::start(std::span<const StreamProfile> streams, FrameS
   frames_ = std::move(frames);
   events_ = std::move(events);
   losses_ = {};
-  last_picture_ = std::chrono::steady_clock::now();
   for (KinectStream* stream : {&depth_, &colour_}) {
     stream->is_wanted = std::find(streams.begin(), streams.end(), stream->profile) != streams.end();
-    stream->sequence = stream->received = 0;
+    stream->sequence = stream->damaged = 0;
+    stream->last_good_ns = 0;
     stream->clock.emplace(kTicksPerSecond);
   }
   freenect_set_depth_buffer(device_, depth_.buffer.data());
   freenect_set_video_buffer(device_, colour_.buffer.data());
-  const bool is_started = (!depth_.is_wanted || freenect_start_depth(device_) >= 0) &&
-                          (!colour_.is_wanted || freenect_start_video(device_) >= 0);
-  if (!is_started) {
-    freenect_stop_depth(device_);
-    freenect_stop_video(device_);
+  if (!start_streams()) {
+    stop_streams();
     return Error{ErrorCode::kDevice, "the camera does not start. Re-plug it, its power supply too", info_.name};
   }
   thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -163,23 +227,29 @@ void Kinect1Camera::stop() {
   thread_.join();
   thread_ = {};
   if (std::exchange(is_holding_, false)) hold_automatics(false);
+  stop_streams();
+}
+
+bool Kinect1Camera::start_streams() {
+  depth_.received = colour_.received = 0;
+  return (!depth_.is_wanted || freenect_start_depth(device_) >= 0) &&
+         (!colour_.is_wanted || freenect_start_video(device_) >= 0);
+}
+
+void Kinect1Camera::stop_streams() {
   freenect_stop_depth(device_);
   freenect_stop_video(device_);
 }
 
 void Kinect1Camera::run(const std::stop_token& stop) {
   const auto started = std::chrono::steady_clock::now();
-  bool is_silent = false;
+  SilenceWatch watch(steady_now_ns());
   while (!stop.stop_requested()) {
     timeval at_most{0, 100'000};
-    if (freenect_process_events_timeout(context_, &at_most) < 0) return tell(DeviceEvent::Kind::kLeft, "unplugged");
+    if (freenect_process_events_timeout(context_->get(), &at_most) < 0)
+      return tell(DeviceEvent::Kind::kLeft, "unplugged");
     const auto now = std::chrono::steady_clock::now();
-    if (now - last_picture_ > kSilence && !std::exchange(is_silent, true)) {
-      tell(DeviceEvent::Kind::kSilent, "no data for a second. Check its cable and power supply");
-    }
-    if (now - last_picture_ < kSilence && std::exchange(is_silent, false)) {
-      tell(DeviceEvent::Kind::kRecovered, "frames come again");
-    }
+    if (!look(watch)) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
       hold_automatics(true);
@@ -187,15 +257,51 @@ void Kinect1Camera::run(const std::stop_token& stop) {
   }
 }
 
+/// False: it was given up.
+bool Kinect1Camera::look(SilenceWatch& watch) {
+  const KinectStream* quietest = nullptr;
+  for (const KinectStream* stream : {&depth_, &colour_}) {
+    if (!stream->is_wanted || (quietest != nullptr && quietest->last_good_ns <= stream->last_good_ns)) continue;
+    quietest = stream;
+  }
+  if (quietest == nullptr) return true;
+  const auto complaint = [&] {
+    const std::string what = quietest->profile.kind == StreamKind::kDepth ? "depth" : "colour";
+    const std::string came = quietest->damaged == 0 ? "no " + what + " comes"
+                                                    : "no good " + what + " comes, but " +
+                                                          std::to_string(quietest->damaged) + " damaged pictures did";
+    return came + ". Check its cable and power supply";
+  };
+  switch (watch.look(quietest->last_good_ns, steady_now_ns())) {
+    case SilenceWatch::Verdict::kNothing: break;
+    case SilenceWatch::Verdict::kRecovered: tell(DeviceEvent::Kind::kRecovered, "frames come again"); break;
+    case SilenceWatch::Verdict::kGiveUp:
+      tell(DeviceEvent::Kind::kFailed, complaint() + "; it was started " + std::to_string(watch.restarts()) +
+                                           " times again without a good picture. Re-plug it");
+      return false;
+    case SilenceWatch::Verdict::kRestart:
+      if (watch.restarts() == 1) {
+        tell(quietest->damaged == 0 ? DeviceEvent::Kind::kSilent : DeviceEvent::Kind::kDamaged, complaint());
+      }
+      stop_streams();
+      (void)start_streams();  // one that does not start stays silent
+      watch.restarted(steady_now_ns());
+      break;
+  }
+  return true;
+}
+
 void Kinect1Camera::finish(KinectStream& stream, std::uint32_t ticks) {
   const std::int64_t host_ns = steady_now_ns();
-  last_picture_ = std::chrono::steady_clock::now();
   const std::uint64_t sequence = stream.sequence++;
   if (std::exchange(stream.received, 0) != stream.raw_bytes) {
+    ++stream.damaged;
     const std::lock_guard lock(mutex_);
     ++losses_.transport;
     return;
   }
+  stream.last_good_ns = host_ns;
+  stream.damaged = 0;
   const DeviceClock::Stamp stamp = stream.clock->stamp(ticks, host_ns);
   auto bytes = std::make_shared<const std::vector<std::byte>>(stream.buffer);
   frames_({stream.profile, sequence, stamp.device_ns, host_ns, std::move(bytes)});
@@ -218,14 +324,13 @@ Result<void> Kinect1Camera::set_control(DeviceControl control, int value) {
 }  // namespace
 
 bool is_kinect1(const UsbDeviceInfo& device) {
-  const bool is_product =
-      std::find(kKinect1Products.begin(), kKinect1Products.end(), device.product) != kKinect1Products.end();
-  return device.vendor == kKinect1Vendor && is_product;
+  return is_kinect1_camera(device.vendor, device.product);
 }
 
 DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index) {
   DeviceInfo info;
-  info.uri = "kinect1:" + std::to_string(index);
+  if (device.serial.find_first_not_of('0') != std::string::npos) info.serial = device.serial;
+  info.uri = "kinect1:" + (info.serial.empty() ? std::to_string(index) : info.serial);
   info.name = device.product == kXboxCamera ? "Kinect for Xbox 360" : "Kinect for Windows v1";
   info.bus = device.bus;
   info.address = device.address;
@@ -234,23 +339,21 @@ DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index) {
   return info;
 }
 
-Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& usb, int index, const DeviceOptions& options) {
-  DeviceInfo info = describe_kinect1(usb, index);
+Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& usb, DeviceInfo info,
+                                                   const DeviceOptions& options) {
   if (!options.takes_from_others) {
     if (const auto free = refuse_if_used(usb); !free) return free.error();
   }
-  freenect_context* context = nullptr;
-  if (freenect_init(&context, nullptr) < 0) return Error{ErrorCode::kDevice, "libfreenect cannot use USB", info.name};
-  freenect_set_log_level(context, FREENECT_LOG_FATAL);
-  freenect_select_subdevices(context, FREENECT_DEVICE_CAMERA);
-  freenect_device* device = nullptr;
-  if (freenect_open_device(context, &device, index) < 0) {
-    freenect_shutdown(context);
+  auto context = std::make_unique<FreenectContext>();
+  if (context->get() == nullptr) return Error{ErrorCode::kDevice, "libfreenect cannot use USB", info.name};
+  freenect_device* device = context->open(usb);
+  if (device == nullptr) {
     return Error{ErrorCode::kDevice,
                  "cannot open " + usb.place() + ". scanknit doctor tells why; a Kinect needs its power supply, too",
                  info.name};
   }
-  return std::unique_ptr<DeviceSource>(std::make_unique<Kinect1Camera>(std::move(info), options, context, device));
+  return std::unique_ptr<DeviceSource>(
+      std::make_unique<Kinect1Camera>(std::move(info), options, std::move(context), device));
 }
 
 }  // namespace scanknit

@@ -19,12 +19,13 @@ inline constexpr std::array<std::uint16_t, 2> kKinect1Products = {0x02ae, 0x02bf
 /// True for the camera of a first Kinect; its motor and microphones are devices of their own.
 [[nodiscard]] bool is_kinect1(const UsbDeviceInfo& device);
 
-/// The `index`-th Kinect among those plugged in, counting from 0 by bus and address.
+/// The `index`-th Kinect among those plugged in, counting from 0 by bus and address. Its URI has the serial number, or
+/// the index where there is none: some Kinects have a serial number of zeros only.
 [[nodiscard]] DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index);
 
 /// Depth comes in millimetres, moved into the colour camera by the Kinect's own tables, so that both have one place and
-/// one set of intrinsics. Errors (kDevice): absent, forbidden, in use.
-[[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& device, int index,
+/// one set of intrinsics. `info`: describe_kinect1()'s. Errors (kDevice): absent, forbidden, in use.
+[[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& device, DeviceInfo info,
                                                                  const DeviceOptions& options);
 
 }  // namespace scanknit

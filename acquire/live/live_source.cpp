@@ -95,6 +95,14 @@ void LiveSource::report_losses() {
   recorder_->note_losses(losses());
 }
 
+void LiveSource::report_recorder_failure() {
+  if (recorder_ == nullptr || has_told_of_recorder_ || !options_.on_recorder_failure) return;
+  const auto failure = recorder_->failure();
+  if (!failure) return;
+  has_told_of_recorder_ = true;
+  options_.on_recorder_failure(*failure);
+}
+
 bool LiveSource::is_over() const {
   if (options_.frames && pictures_ >= *options_.frames) return true;
   const auto seconds_past = [&] { return std::chrono::duration<double>(steady_clock::now() - *first_at_).count(); };
@@ -137,6 +145,7 @@ FrameEvent LiveSource::next(std::stop_token stop) {
   while (true) {
     report_events();
     report_losses();
+    report_recorder_failure();
     if (!skipped_.empty()) {
       FrameDropped first = std::move(skipped_.front());
       skipped_.pop_front();

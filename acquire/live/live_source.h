@@ -34,6 +34,8 @@ struct LiveOptions {
   std::optional<double> seconds;      ///< ... or so long after the first
   bool survives_unplugging = true;    ///< the device comes back by itself (DeviceOptions::reconnect_s), or fails
   EventSink on_event;                 ///< called by next(), not on a thread of the scanner
+  /// The same, once, when the recorder has stopped; the frames go on.
+  std::function<void(const Error&)> on_recorder_failure = {};
 };
 
 /// Whoever asks for frames gets the newest: those that came meanwhile are dropped (DropReason::kQueue), so that what is
@@ -61,6 +63,7 @@ class LiveSource final : public FrameSource {
   void take(RawFrame frame);
   void report_events();
   void report_losses();
+  void report_recorder_failure();
   [[nodiscard]] bool is_over() const;
   [[nodiscard]] std::optional<RawPair> newest_pair();
   [[nodiscard]] FrameEvent decode(const RawPair& pair);
@@ -82,6 +85,7 @@ class LiveSource final : public FrameSource {
   std::size_t pictures_ = 0;
   std::optional<std::chrono::steady_clock::time_point> first_at_;
   std::chrono::steady_clock::time_point losses_at_{};
+  bool has_told_of_recorder_ = false;
   std::optional<std::int64_t> last_timestamp_ns_;
   std::optional<Error> failure_;
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstring>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -17,6 +18,7 @@
 #include "acquire/field_of_view.h"
 #include "acquire/openni2/library_threads.h"
 #include "acquire/openni2/openni2_plugin.h"
+#include "acquire/silence_watch.h"
 #include "acquire/steady_now.h"
 #include "acquire/usb/clock_map.h"
 
@@ -24,7 +26,6 @@ namespace scanknit {
 namespace {
 
 constexpr std::uint32_t kTicksPerSecond = 1'000'000;  // OpenNI's stamps are microseconds
-constexpr auto kSilence = std::chrono::milliseconds(1000);
 constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
 constexpr int kPatience_ms = 100;
 
@@ -105,6 +106,7 @@ struct OniStreamState {
   std::optional<DeviceClock> clock = std::nullopt;
   std::optional<int> last_index = std::nullopt;
   std::uint64_t sequence = 0;
+  std::int64_t last_good_ns = 0;
 };
 
 template <typename T>
@@ -155,7 +157,10 @@ class OpenNi2Camera final : public DeviceSource {
   [[nodiscard]] Result<void> prepare(OniStreamState& stream, const StreamProfile& wanted);
   void register_depth_to_colour();
   [[nodiscard]] CameraModel model_of(const OniStreamState& stream, const StreamProfile& profile) const;
+  [[nodiscard]] bool start_streams();
+  void stop_streams();
   void run(const std::stop_token& stop);
+  [[nodiscard]] bool look(SilenceWatch& watch);
   void take_frame(OniStreamState& stream);
   void hold_automatics(bool is_held);
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
@@ -169,10 +174,10 @@ class OpenNi2Camera final : public DeviceSource {
   OniCallbackHandle callbacks_ = nullptr;
   OniStreamState depth_, colour_;
   bool is_registered_ = false;
+  bool is_file_ = false;  // played: it may pause as long as it likes
   FrameSink frames_;
   EventSink events_;
   std::atomic<bool> has_left_ = false, has_ended_ = false;  // told by threads of the library
-  std::chrono::steady_clock::time_point last_picture_;
   bool is_holding_ = false;
   mutable std::mutex mutex_;  // of losses_
   LossCounters losses_;
@@ -221,6 +226,7 @@ Result<void> OpenNi2Camera::open() {
   }
   is_registered_ = colour_.handle != nullptr &&
                    oniDeviceIsImageRegistrationModeSupported(device_, ONI_IMAGE_REGISTRATION_DEPTH_TO_COLOR) != FALSE;
+  is_file_ = oniDeviceIsPropertySupported(device_, ONI_DEVICE_PROPERTY_PLAYBACK_REPEAT_ENABLED) != FALSE;
   const OniBool repeats = FALSE;  // a file ends where it ends
   oniDeviceSetProperty(device_, ONI_DEVICE_PROPERTY_PLAYBACK_REPEAT_ENABLED, &repeats, sizeof(repeats));
   return {};
@@ -265,9 +271,8 @@ Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile>
     calibration.colour = {};  // registered to depth
     calibration.source = "acquire.intrinsics";
   }
-  if (calibration.depth.intrinsics.fx == 0) {
-    return Error{ErrorCode::kDevice, "OpenNI2 does not tell its field of view: state acquire.intrinsics", info_.uri};
-  }
+  if (calibration.depth.intrinsics.fx == 0) calibration.depth_unknown = "OpenNI2 does not tell its field of view";
+  if (!is_registered_) calibration.colour_unknown = "its driver does not move depth into the colour camera";
   return calibration;
 }
 
@@ -297,6 +302,7 @@ Result<void> OpenNi2Camera::prepare(OniStreamState& stream, const StreamProfile&
   stream.clock.emplace(kTicksPerSecond);
   stream.last_index.reset();
   stream.sequence = 0;
+  stream.last_good_ns = 0;
   return {};
 }
 
@@ -320,15 +326,11 @@ Result<void> OpenNi2Camera::start(std::span<const StreamProfile> streams, FrameS
     if (auto ready = prepare(wanted.kind == StreamKind::kDepth ? depth_ : colour_, wanted); !ready) return ready;
   }
   register_depth_to_colour();
-  for (OniStreamState* stream : {&depth_, &colour_}) {
-    if (!stream->chosen || oniStreamStart(stream->handle) == ONI_STATUS_OK) continue;
+  if (!start_streams()) {
     const Error why = failed("the camera does not start", info_.uri);
-    for (const OniStreamState* started : {&depth_, &colour_}) {
-      if (started->chosen) oniStreamStop(started->handle);
-    }
+    stop_streams();
     return why;
   }
-  last_picture_ = std::chrono::steady_clock::now();
   stop_ = {};
   running_ = begin_on_library_thread([this] { run(stop_.get_token()); });
   return {};
@@ -339,6 +341,17 @@ void OpenNi2Camera::stop() {
   stop_.request_stop();
   running_.get();
   if (std::exchange(is_holding_, false)) hold_automatics(false);
+  stop_streams();
+}
+
+bool OpenNi2Camera::start_streams() {
+  for (const OniStreamState* stream : {&depth_, &colour_}) {
+    if (stream->chosen && oniStreamStart(stream->handle) != ONI_STATUS_OK) return false;
+  }
+  return true;
+}
+
+void OpenNi2Camera::stop_streams() {
   for (const OniStreamState* stream : {&depth_, &colour_}) {
     if (stream->chosen) oniStreamStop(stream->handle);
   }
@@ -354,23 +367,20 @@ void OpenNi2Camera::run(const std::stop_token& stop) {
     handles[static_cast<std::size_t>(count++)] = stream->handle;
   }
   const auto started = std::chrono::steady_clock::now();
-  bool is_silent = false;
+  SilenceWatch watch(steady_now_ns());
   while (!stop.stop_requested()) {
     if (has_left_) return tell(DeviceEvent::Kind::kLeft, "unplugged");
     int which = -1;
     const OniStatus status = oniWaitForAnyStream(handles.data(), count, &which, kPatience_ms);
     if (status == ONI_STATUS_OK && which >= 0 && which < count) {
       take_frame(*states[static_cast<std::size_t>(which)]);
-      if (std::exchange(is_silent, false)) tell(DeviceEvent::Kind::kRecovered, "frames come again");
     } else if (has_ended_) {
       return tell(DeviceEvent::Kind::kFailed, "the recording has ended");
     } else if (status != ONI_STATUS_TIME_OUT) {
       std::this_thread::sleep_for(std::chrono::milliseconds(kPatience_ms));  // the silence below tells
     }
     const auto now = std::chrono::steady_clock::now();
-    if (now - last_picture_ > kSilence && !std::exchange(is_silent, true)) {
-      tell(DeviceEvent::Kind::kSilent, "no data for a second. Check its cable, and try a port of its own");
-    }
+    if (!is_file_ && !look(watch)) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
       hold_automatics(true);
@@ -378,11 +388,37 @@ void OpenNi2Camera::run(const std::stop_token& stop) {
   }
 }
 
+/// False: it was given up.
+bool OpenNi2Camera::look(SilenceWatch& watch) {
+  std::int64_t last_good_ns = std::numeric_limits<std::int64_t>::max();
+  for (const OniStreamState* stream : {&depth_, &colour_}) {
+    if (stream->chosen) last_good_ns = std::min(last_good_ns, stream->last_good_ns);
+  }
+  const std::string complaint = "no good picture for " +
+                                std::to_string(SilenceWatch::kSilence / std::chrono::seconds(1)) +
+                                " s. Check its cable, and try a port of its own";
+  switch (watch.look(last_good_ns, steady_now_ns())) {
+    case SilenceWatch::Verdict::kNothing: break;
+    case SilenceWatch::Verdict::kRecovered: tell(DeviceEvent::Kind::kRecovered, "frames come again"); break;
+    case SilenceWatch::Verdict::kGiveUp:
+      tell(DeviceEvent::Kind::kFailed,
+           complaint + "; it was started " + std::to_string(watch.restarts()) + " times again in vain. Re-plug it");
+      return false;
+    case SilenceWatch::Verdict::kRestart:
+      if (watch.restarts() == 1) tell(DeviceEvent::Kind::kSilent, complaint);
+      stop_streams();
+      (void)start_streams();  // one that does not start stays silent
+      for (OniStreamState* stream : {&depth_, &colour_}) stream->last_index.reset();  // counted anew
+      watch.restarted(steady_now_ns());
+      break;
+  }
+  return true;
+}
+
 void OpenNi2Camera::take_frame(OniStreamState& stream) {
   OniFrame* frame = nullptr;
   if (oniStreamReadFrame(stream.handle, &frame) != ONI_STATUS_OK || frame == nullptr) return;
   const std::int64_t host_ns = steady_now_ns();
-  last_picture_ = std::chrono::steady_clock::now();
   // The library keeps the newest frame only: those between are gaps in its numbers.
   const int gap =
       stream.last_index && frame->frameIndex > *stream.last_index ? frame->frameIndex - *stream.last_index : 1;
@@ -397,6 +433,7 @@ void OpenNi2Camera::take_frame(OniStreamState& stream) {
   const DeviceClock::Stamp stamp = stream.clock->stamp(static_cast<std::uint32_t>(frame->timestamp), host_ns);
   oniFrameRelease(frame);
   if (!pixels) return;
+  stream.last_good_ns = host_ns;
   frames_({stream.chosen->profile, stream.sequence - 1, stamp.device_ns, host_ns,
            std::make_shared<const std::vector<std::byte>>(*std::move(pixels))});
 }

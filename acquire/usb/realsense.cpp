@@ -72,6 +72,12 @@ Result<RealsenseColour> RealsenseUnit::colour_camera(int width, int height) {
   return parse_colour_table(*table, width, height);
 }
 
+Result<double> RealsenseUnit::depth_unit_m() {
+  const auto control = ask(RealsenseOpcode::kReadAdvanced, kDepthControl);
+  if (!control) return control.error();
+  return parse_depth_unit(*control);
+}
+
 Result<void> RealsenseUnit::set(RealsenseControl control, int value) {
   const auto length = length_of(control);
   if (!length) return length.error();

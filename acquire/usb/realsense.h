@@ -31,6 +31,8 @@ class RealsenseUnit {
   [[nodiscard]] Result<RealsenseIdentity> identity();
   [[nodiscard]] Result<CameraIntrinsics> depth_camera(int width, int height);
   [[nodiscard]] Result<RealsenseColour> colour_camera(int width, int height);
+  /// Metres. Only with the camera's advanced mode on, too.
+  [[nodiscard]] Result<double> depth_unit_m();
   [[nodiscard]] Result<void> set(RealsenseControl control, int value);
 
  private:

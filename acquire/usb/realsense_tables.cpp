@@ -132,6 +132,16 @@ Result<CameraIntrinsics> parse_depth_table(std::span<const std::byte> table, int
   return bad("the depth table has no sensible values for " + std::to_string(width) + "x" + std::to_string(height));
 }
 
+Result<double> parse_depth_unit(std::span<const std::byte> data) {
+  constexpr std::uint32_t kFinest_um = 1, kCoarsest_um = 10'000;
+  const auto unit_um = ByteReader(data).little_endian<std::uint32_t>();
+  if (!unit_um) return bad("the camera's depth unit is cut short: " + std::to_string(data.size()) + " bytes");
+  if (*unit_um < kFinest_um || *unit_um > kCoarsest_um) {
+    return bad("the camera's depth unit is " + std::to_string(*unit_um) + " micrometres, expected 1 to 10000");
+  }
+  return *unit_um / 1e6;
+}
+
 Result<RealsenseColour> parse_colour_table(std::span<const std::byte> table, int width, int height) {
   auto body = open_table(table, kColourTable);
   if (!body) return body.error();

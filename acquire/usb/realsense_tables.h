@@ -13,10 +13,11 @@
 
 namespace scanknit {
 
-enum class RealsenseOpcode : std::uint32_t { kIdentity = 0x10, kReadTable = 0x15 };
+enum class RealsenseOpcode : std::uint32_t { kIdentity = 0x10, kReadTable = 0x15, kReadAdvanced = 0x2C };
 
 inline constexpr std::uint32_t kDepthTable = 25;
 inline constexpr std::uint32_t kColourTable = 32;
+inline constexpr std::uint32_t kDepthControl = 9;  ///< of the advanced controls
 
 /// A hardware monitor command: length, magic, opcode and four parameters.
 [[nodiscard]] std::vector<std::byte> encode_command(RealsenseOpcode opcode, std::uint32_t parameter = 0);
@@ -34,6 +35,10 @@ struct RealsenseIdentity {
 /// The depth camera at one of the resolutions that the table holds; depth pictures are rectified, without distortion.
 /// Errors (kDevice): cut short, a wrong checksum, a resolution that the table lacks or that has no sensible values.
 [[nodiscard]] Result<CameraIntrinsics> parse_depth_table(std::span<const std::byte> table, int width, int height);
+
+/// Metres of one raw unit, from the answer to kReadAdvanced of kDepthControl. Errors (kDevice): cut short, or no
+/// sensible unit.
+[[nodiscard]] Result<double> parse_depth_unit(std::span<const std::byte> data);
 
 struct RealsenseColour {
   CameraModel camera;

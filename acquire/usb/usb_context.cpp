@@ -26,19 +26,24 @@ void append(std::vector<std::byte>& bytes, std::initializer_list<int> values) {
   for (const int value : values) bytes.push_back(static_cast<std::byte>(value & 0xFF));
 }
 
+/// Where descriptors are cut short, libusb counts what it has not got.
+template <typename T>
+std::span<const T> present(const T* first, int count) {
+  return {first, first != nullptr && count > 0 ? static_cast<std::size_t>(count) : 0};
+}
+
 /// libusb hands the descriptors over in pieces; put together again they are parsed as one (uvc_descriptors.h).
 std::vector<std::byte> joined(const libusb_config_descriptor& config) {
   std::vector<std::byte> bytes;
   append(bytes, {9, LIBUSB_DT_CONFIG, 0, 0, config.bNumInterfaces, config.bConfigurationValue, 0, config.bmAttributes,
                  config.MaxPower});
   append(bytes, config.extra, config.extra_length);
-  for (const libusb_interface& interface : std::span(config.interface, config.bNumInterfaces)) {
-    const auto alternates = static_cast<std::size_t>(std::max(interface.num_altsetting, 0));
-    for (const libusb_interface_descriptor& d : std::span(interface.altsetting, alternates)) {
+  for (const libusb_interface& interface : present(config.interface, config.bNumInterfaces)) {
+    for (const libusb_interface_descriptor& d : present(interface.altsetting, interface.num_altsetting)) {
       append(bytes, {9, LIBUSB_DT_INTERFACE, d.bInterfaceNumber, d.bAlternateSetting, d.bNumEndpoints,
                      d.bInterfaceClass, d.bInterfaceSubClass, d.bInterfaceProtocol, d.iInterface});
       append(bytes, d.extra, d.extra_length);
-      for (const libusb_endpoint_descriptor& e : std::span(d.endpoint, d.bNumEndpoints)) {
+      for (const libusb_endpoint_descriptor& e : present(d.endpoint, d.bNumEndpoints)) {
         append(bytes, {7, LIBUSB_DT_ENDPOINT, e.bEndpointAddress, e.bmAttributes, e.wMaxPacketSize & 0xFF,
                        e.wMaxPacketSize >> 8, e.bInterval});
         append(bytes, e.extra, e.extra_length);

@@ -113,7 +113,9 @@ class UvcCamera final : public DeviceSource {
   };
 
   [[nodiscard]] std::optional<RealsenseUnit> realsense_unit();
-  [[nodiscard]] Result<void> read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration);
+  void read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration);
+  void read_depth_unit(RealsenseUnit& unit, RawCalibration& calibration);
+  void take_usual_unit(RawCalibration& calibration, const std::string& why) const;
   [[nodiscard]] Result<void> add_stream(const StreamProfile& profile, std::size_t budget_bytes);
   [[nodiscard]] Result<void> set_colour_automatics(bool is_automatic);
   void warn_of_slow_link(std::span<const StreamProfile> streams);
@@ -161,22 +163,49 @@ std::optional<RealsenseUnit> UvcCamera::realsense_unit() {
   return std::nullopt;
 }
 
-Result<void> UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration) {
-  auto unit = realsense_unit();
-  if (!unit) return Error{ErrorCode::kDevice, info_.name + " does not tell its calibration"};
-  if (const StreamProfile* colour = find_kind(streams, StreamKind::kColour)) {
-    if (const auto read = unit->colour_camera(colour->width, colour->height)) {
-      calibration.colour = read->camera;
-      calibration.T_colour_depth = read->T_colour_depth;
-    }
-  }
+void UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, RawCalibration& calibration) {
   const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
-  if (depth == nullptr) return Error{ErrorCode::kDevice, "no depth stream was asked for"};
+  auto unit = realsense_unit();
+  if (!unit || depth == nullptr) {
+    calibration.depth_unknown = calibration.colour_unknown = info_.name + " does not tell its calibration";
+    return;
+  }
   const auto camera = unit->depth_camera(depth->width, depth->height);
-  if (!camera) return camera.error();
+  if (!camera) {  // nothing else is asked: each request that is not answered takes a second
+    calibration.depth_unknown = calibration.colour_unknown = camera.error().message;
+    take_usual_unit(calibration, "it tells no calibration");
+    return;
+  }
   calibration.depth.intrinsics = *camera;
   calibration.source = "the camera's own";
-  return {};
+  read_depth_unit(*unit, calibration);
+  const StreamProfile* colour = find_kind(streams, StreamKind::kColour);
+  if (colour == nullptr) return;
+  if (const auto read = unit->colour_camera(colour->width, colour->height)) {
+    calibration.colour = read->camera;
+    calibration.T_colour_depth = read->T_colour_depth;
+  } else {
+    calibration.colour_unknown = read.error().message;
+  }
+}
+
+/// The kind's usual one stays where the camera does not tell.
+void UvcCamera::read_depth_unit(RealsenseUnit& unit, RawCalibration& calibration) {
+  if (options_.depth_scale) return;
+  const auto unit_m = unit.depth_unit_m();
+  if (unit_m) {
+    calibration.depth_unit_m = *unit_m;
+  } else {
+    take_usual_unit(calibration, unit_m.error().message);
+  }
+}
+
+void UvcCamera::take_usual_unit(RawCalibration& calibration, const std::string& why) const {
+  if (options_.depth_scale) return;
+  std::array<char, 32> unit{};
+  std::snprintf(unit.data(), unit.size(), "%g mm", 1000 * quirk_.depth_unit_m);
+  calibration.warnings.push_back("the camera does not tell its depth unit (" + why + "): " + unit.data() +
+                                 " is taken, as its kind has it unless it was changed. Else state acquire.depth_scale");
 }
 
 Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> streams) {
@@ -184,20 +213,18 @@ Result<RawCalibration> UvcCamera::calibration(std::span<const StreamProfile> str
   calibration.device = info_.name;
   calibration.serial = info_.serial;
   calibration.depth_unit_m = options_.depth_scale ? 1 / *options_.depth_scale : quirk_.depth_unit_m;
-  const auto read = read_own_calibration(streams, calibration);
-  if (options_.intrinsics) {
-    calibration.depth = *options_.intrinsics;
-    const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
-    if (depth != nullptr && calibration.depth.intrinsics.width == 0) {
-      calibration.depth.intrinsics.width = depth->width;
-      calibration.depth.intrinsics.height = depth->height;
-    }
-    calibration.source = read ? "acquire.intrinsics" : "acquire.intrinsics (" + read.error().message + ")";
-    return calibration;
+  calibration.source = "unknown";
+  read_own_calibration(streams, calibration);
+  if (!options_.intrinsics) return calibration;
+  calibration.depth = *options_.intrinsics;
+  const StreamProfile* depth = find_kind(streams, StreamKind::kDepth);
+  if (depth != nullptr && calibration.depth.intrinsics.width == 0) {
+    calibration.depth.intrinsics.width = depth->width;
+    calibration.depth.intrinsics.height = depth->height;
   }
-  if (read) return calibration;
-  return Error{ErrorCode::kDevice, read.error().message + ". Give the depth camera's intrinsics as acquire.intrinsics",
-               info_.name};
+  const std::string why = std::exchange(calibration.depth_unknown, "");
+  calibration.source = why.empty() ? "acquire.intrinsics" : "acquire.intrinsics (" + why + ")";
+  return calibration;
 }
 
 Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t budget_bytes) {
@@ -338,16 +365,24 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
     default: break;
   }
   if (has_overslept || quiet <= watched.silence) return true;
-  return restart(watched, DeviceEvent::Kind::kSilent,
-                 "no data for " + std::to_string(quiet / milliseconds(1)) + " ms on a " + link_name(info_.speed_mbit) +
-                     " link. Check the cable and the hub's power");
+  const std::string since = " for " + std::to_string(quiet / milliseconds(1)) + " ms";
+  const std::string link = " on a " + link_name(info_.speed_mbit) + " link";
+  const LossCounters lost = stream.losses_since_picture();
+  if (lost.total() == 0) {
+    return restart(watched, DeviceEvent::Kind::kSilent,
+                   "no data" + since + link + ". Check the cable and the hub's power");
+  }
+  return restart(watched, DeviceEvent::Kind::kDamaged,
+                 "no good picture" + since + link + ", all are damaged: " + std::to_string(lost.transport) +
+                     " incomplete or marked as bad, " + std::to_string(lost.overflow) +
+                     " too long. Check the cable, the hub and its power");
 }
 
 bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what) {
   if (watched.restarts >= kMostRestarts) {
     for (Watched& each : streams_) each.stream->stop();
-    tell(DeviceEvent::Kind::kFailed,
-         what + "; it was started " + std::to_string(kMostRestarts) + " times again without a frame. Re-plug it");
+    tell(DeviceEvent::Kind::kFailed, what + "; it was started " + std::to_string(kMostRestarts) +
+                                         " times again without a good picture. Re-plug it");
     return false;
   }
   if (!watched.is_recovering) tell(kind, what);

@@ -152,9 +152,16 @@ LossCounters UvcStream::losses() const {
   return losses_;
 }
 
+LossCounters UvcStream::losses_since_picture() const {
+  const std::lock_guard lock(losses_mutex_);
+  LossCounters since;
+  since.transport = losses_.transport - losses_at_picture_.transport;
+  since.overflow = losses_.overflow - losses_at_picture_.overflow;
+  return since;
+}
+
 void UvcStream::keep_losses() {
   const std::lock_guard lock(losses_mutex_);
-  if (losses_ != assembler_->losses()) last_picture_ns_ = steady_now_ns();
   losses_ = assembler_->losses();
 }
 
@@ -179,6 +186,10 @@ void UvcStream::on_frame(AssembledFrame frame) {
   if (!stamp.is_jump) was_jump_ = false;
   ++frames_;
   last_picture_ns_ = frame.host_ns;
+  {
+    const std::lock_guard lock(losses_mutex_);
+    losses_ = losses_at_picture_ = assembler_->losses();
+  }
   sinks_.frame({selection_.profile, frame.sequence, stamp.device_ns, frame.host_ns, std::move(frame.bytes)});
 }
 

@@ -53,9 +53,11 @@ class UvcStream final : public PayloadReceiver {
   [[nodiscard]] const StreamProfile& profile() const { return selection_.profile; }
   [[nodiscard]] LossCounters losses() const;                      ///< any thread
   [[nodiscard]] std::uint64_t frames() const { return frames_; }  ///< delivered; any thread
-  /// When the last picture ended, whole or not, or the stream was started; steady clock. Any thread. (Not when the last
-  /// bytes came: isochronous cameras send empty headers all the time.)
+  /// When the last good picture ended, or the stream was started; steady clock. Any thread. (Not when the last bytes
+  /// came: isochronous cameras send empty headers all the time.)
   [[nodiscard]] std::int64_t last_picture_ns() const { return last_picture_ns_; }
+  /// Lost on the way since the last good picture, however often the stream was started since; any thread.
+  [[nodiscard]] LossCounters losses_since_picture() const;
 
  private:
   void on_bytes(std::span<const std::byte> bytes, bool ends_payload, std::int64_t host_ns) override;
@@ -78,8 +80,8 @@ class UvcStream final : public PayloadReceiver {
   bool was_jump_ = false;
   std::atomic<std::uint64_t> frames_{0};
   std::atomic<std::int64_t> last_picture_ns_{0};
-  mutable std::mutex losses_mutex_;
-  LossCounters losses_;
+  mutable std::mutex losses_mutex_;  // of the next two
+  LossCounters losses_, losses_at_picture_;
 };
 
 }  // namespace scanknit

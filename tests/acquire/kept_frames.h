@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,17 @@ class KeptFrames {
     };
   }
 
-  /// False: it did not happen within five seconds.
+  /// What was said of the last event of that kind.
+  [[nodiscard]] std::string text_of(DeviceEvent::Kind kind) {
+    const std::lock_guard lock(mutex_);
+    std::string text;
+    for (const DeviceEvent& event : events_) {
+      if (event.kind == kind) text = event.text;
+    }
+    return text;
+  }
+
+  /// False: it did not happen within thirty seconds.
   [[nodiscard]] bool wait_for(StreamKind kind, std::size_t count) {
     return wait([&] { return frames_[kind].size() >= count; });
   }
@@ -48,7 +59,7 @@ class KeptFrames {
   template <typename Condition>
   bool wait(const Condition& condition) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(5), condition);
+    return changed_.wait_for(lock, std::chrono::seconds(30), condition);
   }
 
   std::mutex mutex_;

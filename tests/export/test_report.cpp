@@ -67,6 +67,7 @@ RunReport sample() {
   report.input = "recordings/desk";
   report.status = "ok";
   report.frames = {10, 8, 2, 0, {{"no_pose", 2}}, {"frame-000003.pose.txt: no such file"}};
+  report.warnings = {"no data for 333 ms"};
   report.tracking =
       RunReport::Tracking{"track", {{"ok", 8}, {"lost", 1}}, {{3, "lost", "too fast", 0.9, 0.3, 1.5, 70'000, 0}}};
   report.stages["integrate"].samples_ms = {4, 1, 3, 2};

@@ -21,6 +21,9 @@ namespace {
 
 constexpr int kFramesPerSecond = 30;
 
+enum class Silence { kNone, kUntilStarted, kUntilOpened };
+std::atomic<Silence> the_silence = Silence::kNone;
+
 OniDeviceInfo device_info() {
   OniDeviceInfo info{};
   std::strcpy(info.uri, kEmulatedUri);
@@ -50,6 +53,8 @@ class EmulatedStream final : public oni::driver::StreamBase {
 
   OniStatus start() override {
     (void)emulated_picture(0);  // rendered before the clock runs
+    Silence until_started = Silence::kUntilStarted;
+    the_silence.compare_exchange_strong(until_started, Silence::kNone);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     return ONI_STATUS_OK;
   }
@@ -86,6 +91,7 @@ class EmulatedStream final : public oni::driver::StreamBase {
     const auto begin = std::chrono::steady_clock::now();
     for (int n = 0; !stop.stop_requested(); ++n) {
       std::this_thread::sleep_until(begin + std::chrono::microseconds(n * 1'000'000ll / kFramesPerSecond));
+      if (the_silence != Silence::kNone) continue;
       if (OniFrame* frame = getServices().acquireFrame()) {
         fill(*frame, n);
         raiseNewFrame(frame);
@@ -164,7 +170,10 @@ class EmulatedDriver final : public oni::driver::DriverBase {
     plug();
     return ONI_STATUS_OK;
   }
-  oni::driver::DeviceBase* deviceOpen(const char*, const char*) override { return new EmulatedDevice; }
+  oni::driver::DeviceBase* deviceOpen(const char*, const char*) override {
+    the_silence = Silence::kNone;
+    return new EmulatedDevice;
+  }
   void deviceClose(oni::driver::DeviceBase* device) override { delete device; }
   void shutdown() override {}
 
@@ -185,6 +194,12 @@ using scanknit::test::EmulatedDriver;
 ONI_EXPORT_DRIVER(EmulatedDriver)
 
 extern "C" {
+__attribute__((visibility("default"))) void scanknit_emulated_fall_silent() {
+  scanknit::test::the_silence = scanknit::test::Silence::kUntilStarted;
+}
+__attribute__((visibility("default"))) void scanknit_emulated_stay_silent() {
+  scanknit::test::the_silence = scanknit::test::Silence::kUntilOpened;
+}
 __attribute__((visibility("default"))) void scanknit_emulated_plug() {
   if (scanknit::test::the_driver != nullptr) scanknit::test::the_driver->plug();
 }

@@ -6,5 +6,7 @@ namespace scanknit::test {
 inline constexpr const char* kEmulatedUri = "emulated/0";
 
 // extern "C" void scanknit_emulated_plug(), scanknit_emulated_unplug(): as if the device came or went.
+// scanknit_emulated_fall_silent(): no pictures until its streams are started again. scanknit_emulated_stay_silent():
+// none until it is opened again.
 
 }  // namespace scanknit::test

@@ -108,6 +108,37 @@ TEST(OpenNi2Camera, UnpluggedSaysSo) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
 }
 
+TEST(OpenNi2Camera, ThatFallsSilentIsStartedAgain) {
+  KeptFrames received;
+  const auto camera = open_camera("openni2:", {}, {});
+  ASSERT_TRUE(camera) << camera.error().text();
+  ASSERT_TRUE((*camera)->start((*camera)->profiles(), received.frame_sink(), received.event_sink()));
+  EXPECT_TRUE(received.wait_for(StreamKind::kDepth, 2));
+  tell_driver("scanknit_emulated_fall_silent");
+  EXPECT_TRUE(received.wait_for(DeviceEvent::Kind::kRecovered));
+  const std::size_t so_far = received.of(StreamKind::kDepth).size();
+  EXPECT_TRUE(received.wait_for(StreamKind::kDepth, so_far + 3));
+  (*camera)->stop();
+  const auto depth = received.of(StreamKind::kDepth);
+  for (std::size_t i = 1; i < depth.size(); ++i) {
+    EXPECT_GT(depth[i].sequence, depth[i - 1].sequence);
+    EXPECT_GT(depth[i].device_ns, depth[i - 1].device_ns) << "though the driver counts its time anew";
+  }
+}
+
+TEST(OpenNi2Camera, ThatStaysSilentIsGivenUpWithWords) {
+  KeptFrames received;
+  const auto camera = open_camera("openni2:", {}, {});
+  ASSERT_TRUE(camera) << camera.error().text();
+  ASSERT_TRUE((*camera)->start((*camera)->profiles(), received.frame_sink(), received.event_sink()));
+  EXPECT_TRUE(received.wait_for(StreamKind::kDepth, 2));
+  tell_driver("scanknit_emulated_stay_silent");
+  EXPECT_TRUE(received.wait_for(DeviceEvent::Kind::kFailed));
+  const std::string text = received.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_NE(text.find("no good picture for 2 s"), std::string::npos) << text;
+  (*camera)->stop();
+}
+
 TEST(OpenNi2Camera, PluggedInAgainGoesOn) {
   KeptFrames received;
   DeviceOptions options;

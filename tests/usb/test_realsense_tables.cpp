@@ -97,5 +97,16 @@ TEST(RealsenseTables, ShortBodiesWithARightChecksumAreRefused) {
   }
 }
 
+TEST(RealsenseDepthUnit, IsReadInMicrometres) {
+  EXPECT_DOUBLE_EQ(parse_depth_unit(Bytes{}.u32(100).u32(0).u32(65535).span()).value(), 0.0001);
+}
+
+TEST(RealsenseDepthUnit, ThatIsNoneIsAnError) {
+  for (const std::uint32_t unit_um : {0u, 10'001u, 0xFFFFFFFFu}) {
+    EXPECT_FALSE(parse_depth_unit(Bytes{}.u32(unit_um).span())) << unit_um;
+  }
+  EXPECT_FALSE(parse_depth_unit(Bytes{1, 2, 3}.span())) << "cut short";
+}
+
 }  // namespace
 }  // namespace scanknit::test

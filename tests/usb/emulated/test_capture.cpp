@@ -1,8 +1,10 @@
 // From an emulated camera that looks at a synthetic scene to the mesh, through the command line.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -16,6 +18,7 @@
 #include "export/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/emulated_bus.h"
+#include "tests/usb/vcam/vkinect.h"
 
 namespace scanknit::test {
 namespace {
@@ -143,6 +146,10 @@ TEST(CaptureCommand, EndsInAMeshOfWhatTheCameraSaw) {
   EXPECT_EQ(report.at("losses").at("device"), 0);
   EXPECT_EQ(report.at("frames").at("lost"), 0);
   EXPECT_GE(report.at("frames").at("fused"), 5);
+  // A picture that fusion passed over, since a newer one was there, is a dropped frame and no loss.
+  const json& frames = report.at("frames");
+  EXPECT_EQ(frames.at("read"), kPictures);
+  EXPECT_EQ(frames.at("fused").get<int>() + frames.at("dropped").get<int>(), kPictures);
   const std::uint64_t first = report.at("tracking").at("frames").at(0).at("frame");
   EXPECT_LT(mean_error_m(out / "desk.ply", first), kQuarterVoxel_m);
 
@@ -225,6 +232,109 @@ TEST(CaptureCommand, ColoursTheMeshByTheSecondCamera) {
   EXPECT_LT(mean_colour_error(out / "desk.ply", first), kColourError);
 }
 
+/// Whether the mesh of a short scan has colour, when the camera does not tell where its colour camera is; and what the
+/// report says of that.
+std::pair<bool, std::string> scan_without_colour_table(const std::vector<std::string>& more) {
+  EmulatedBus bus;
+  VcamOptions options = camera_at_the_desk();
+  options.has_colour = true;
+  const int address = bus.plug(options);
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_broken_colour = true; });
+  TempFolder out;
+  std::vector<std::string> capture = {"capture", "-o",       (out / "desk.ply").string(),    "--fps",
+                                      kRate,     "--report", (out / "report.json").string(), "--frames",
+                                      "5",       "--set",    "fusion.voxel_size=2cm"};
+  capture.insert(capture.end(), more.begin(), more.end());
+  EXPECT_EQ(scanknit(capture), 0);
+  const auto mesh = read_mesh(out / "desk.ply");
+  EXPECT_TRUE(mesh);
+  const json warnings = json::parse(read_text(out / "report.json")).at("warnings");
+  // What was not seen in colour is grey all over.
+  const bool has_colour = mesh && std::adjacent_find(mesh->colours.begin(), mesh->colours.end(),
+                                                     std::not_equal_to<>()) != mesh->colours.end();
+  return {has_colour, warnings.empty() ? "" : warnings.at(0).get<std::string>()};
+}
+
+TEST(CaptureCommand, LeavesOutColourThatWouldNotFitAndSaysSo) {
+  (void)desk_view();
+  const auto [has_colour, warning] = scan_without_colour_table({});
+  EXPECT_FALSE(has_colour);
+  EXPECT_NE(warning.find("wrong checksum. Colour is left out"), std::string::npos) << warning;
+}
+
+TEST(CaptureCommand, TakesColourAsItIsWhenTheUserSaysSo) {
+  (void)desk_view();
+  const auto [has_colour, warning] = scan_without_colour_table({"--set", "acquire.colour=registered"});
+  EXPECT_TRUE(has_colour);
+  EXPECT_NE(warning.find("taken to see what the depth camera sees"), std::string::npos) << warning;
+}
+
+/// What `record` says on the console.
+std::string recorded_with(const std::vector<std::string>& settings) {
+  TempFolder out;
+  std::vector<std::string> record = {"record", "-o", (out / "scan.mcap").string(), "--frames", "3"};
+  for (const std::string& setting : settings) record.insert(record.end(), {"--set", setting});
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(scanknit(record), 0);
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(RecordCommand, SetsWhatTheConfigurationSaysOfTheScanner) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  const std::string said = recorded_with(
+      {"acquire.emitter=off", "acquire.laser_power=300", "acquire.preset=3", "acquire.lock_exposure=false"});
+  EXPECT_EQ(said.find("has no effect"), std::string::npos) << said;
+  bus.with_camera(address, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{0}, std::byte{0}})) << "emitter";
+    EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}})) << "laser power";
+    EXPECT_EQ((camera.written[{0x0300, 0x0600}]), (std::vector{std::byte{3}, std::byte{0}})) << "preset";
+    EXPECT_EQ(camera.written.count({0x0102, 0x0200}), 0u) << "exposure is left alone";
+  });
+}
+
+TEST(RecordCommand, LeavesTheScannerAsItIsUnlessToldOtherwise) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  (void)recorded_with({});
+  bus.with_camera(address, [](Vcam& camera) {
+    for (const int control : {0x0200, 0x0400, 0x0600}) {
+      EXPECT_EQ(camera.written.count({0x0300, static_cast<std::uint16_t>(control)}), 0u) << control;
+    }
+  });
+}
+
+TEST(RecordCommand, WarnsOfASettingThatTheScannerDoesNotHave) {
+  EmulatedBus bus;
+  bus.plug_model(std::make_unique<VKinect>());
+  const std::string said = recorded_with({"acquire.emitter=off"});
+  EXPECT_NE(said.find("acquire.emitter has no effect"), std::string::npos) << said;
+}
+
+TEST(RecordCommand, WithoutACalibrationKeepsThePicturesForLater) {
+  (void)desk_view();
+  EmulatedBus bus;
+  const int address = bus.plug(camera_at_the_desk());
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_mute_calibration = true; });
+  TempFolder out;
+  const std::string file = (out / "scan.mcap").string();
+  const Outcome recorded = [&] {
+    testing::internal::CaptureStderr();
+    const int exit_code = scanknit({"record", "-o", file, "--fps", kRate, "--frames", "10"});
+    return Outcome{exit_code, "", testing::internal::GetCapturedStderr()};
+  }();
+  EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
+  EXPECT_NE(recorded.err.find("`run` needs acquire.intrinsics"), std::string::npos) << recorded.err;
+  const auto mesh = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> run = {"run", file, "-o", (out / "desk.ply").string(), "--set", "fusion.voxel_size=8mm"};
+    run.insert(run.end(), more.begin(), more.end());
+    return scanknit(run);
+  };
+  EXPECT_EQ(mesh({}), 4) << "nobody knows the camera";
+  ASSERT_EQ(mesh({"--set", "acquire.intrinsics=[380,381,319,241]"}), 0);
+  EXPECT_LT(mean_error_m(out / "desk.ply", 0), kQuarterVoxel_m);
+}
+
 TEST(CaptureCommand, WithoutACalibrationNeedsTheUsers) {
   (void)desk_view();
   EmulatedBus bus;
@@ -276,6 +386,22 @@ TEST(CaptureCommand, PutsTheRecordingIntoTheFolderOfTheMesh) {
   EXPECT_EQ(report.at("input"), "usb:8086:0b07/0123456789ab");
 }
 
+TEST(CaptureCommand, OfAKinectEndsInAMeshOfTheWallBeforeIt) {
+  EmulatedBus bus;
+  bus.plug_model(std::make_unique<VKinect>());
+  TempFolder out;
+  ASSERT_EQ(scanknit({"capture", "-o", (out / "wall.ply").string(), "--poses", "still", "--frames", "5", "--set",
+                      "fusion.voxel_size=1cm"}),
+            0);
+  const auto mesh = read_mesh(out / "wall.ply");
+  ASSERT_TRUE(mesh);
+  ASSERT_GT(mesh->positions_m.size(), 1000u);
+  constexpr double kWall_m = 0.705;  // of the model's disparity 600, in whole millimetres
+  double sum_m = 0;
+  for (const Eigen::Vector3f& p : mesh->positions_m) sum_m += std::abs(double{p.z()} - kWall_m);
+  EXPECT_LT(sum_m / static_cast<double>(mesh->positions_m.size()), 0.002) << "a fifth of a voxel";
+}
+
 TEST(CaptureCommand, WithoutACameraExitsWith5) {
   EmulatedBus bus;
   TempFolder out;
@@ -288,6 +414,20 @@ TEST(CaptureCommand, KnowsNoRecordedPoses) {
   EmulatedBus bus;
   TempFolder out;
   EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--poses", "recording"}), 2);
+}
+
+TEST(RecordCommand, KeepsWhatCameBeforeAKinectFellSilent) {
+  EmulatedBus bus;
+  const int address = bus.plug_model(std::make_unique<VKinect>());
+  bus.with_model(address, [](UsbModel& model) { dynamic_cast<VKinect&>(model).silent_from = 10; });
+  TempFolder out;
+  EXPECT_EQ(scanknit({"record", "-o", (out / "scan.mcap").string()}), 5);
+  AcquireConfig config;
+  config.poses = PoseMode::kTrack;
+  const auto recording = open_recording(out / "scan.mcap", config);
+  ASSERT_TRUE(recording) << recording.error().text();
+  EXPECT_GE((*recording)->info().frames, 1u);
+  EXPECT_TRUE((*recording)->info().warnings.empty()) << "a whole file";
 }
 
 TEST(RecordCommand, KeepsEveryPicture) {

@@ -94,11 +94,13 @@ TEST(DoctorCommand, SaysThatAUsb2LinkIsNarrow) {
   EXPECT_TRUE(is_said);
 }
 
-/// scanknit in the background, streaming from the emulated camera; waits until `file` has some pictures.
+/// scanknit in the background, streaming from the emulated camera; waits until `file` has some pictures. Writing more
+/// than `max_file_bytes` fails, as on a full disk.
 class Scan {
  public:
-  Scan(EmulatedBus& bus, int address, const std::vector<std::string>& arguments, const std::filesystem::path& file)
-      : program_(arguments) {
+  Scan(EmulatedBus& bus, int address, const std::vector<std::string>& arguments, const std::filesystem::path& file,
+       std::optional<std::uintmax_t> max_file_bytes = {})
+      : program_(arguments, max_file_bytes) {
     bus.serve(address, program_.process());
     const auto deadline = std::chrono::steady_clock::now() + 20s;
     std::error_code none_yet;
@@ -112,6 +114,20 @@ class Scan {
     EXPECT_TRUE(has_pictures()) << program_.err_so_far();
   }
 
+  /// No time for anything.
+  void kill() {
+    program_.send(SIGKILL);
+    (void)program_.wait();
+  }
+  /// False: it did not say so within thirty seconds, or has ended.
+  [[nodiscard]] bool wait_to_say(const std::string& text) {
+    const auto deadline = std::chrono::steady_clock::now() + 30s;
+    while (program_.err_so_far().find(text) == std::string::npos) {
+      if (!program_.is_running() || std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::sleep_for(20ms);
+    }
+    return program_.is_running();
+  }
   [[nodiscard]] Outcome interrupt_once() {
     program_.send(SIGINT);
     return program_.wait();
@@ -162,6 +178,23 @@ TEST(Interrupted, CaptureEndsWithTheMesh) {
   EXPECT_FALSE(is_torn);
 }
 
+TEST(FullDisk, IsToldOfAtOnceAndTheScanGoesOn) {
+  EmulatedBus bus;
+  const int address = bus.plug(rough_wall());
+  TempFolder out;
+  Scan scan(bus, address, capture_to(out / "wall.ply"), out / "wall.mcap", 2'000'000);
+  EXPECT_TRUE(scan.wait_to_say("frames are kept")) << "while it scans";
+  const Outcome outcome = scan.interrupt_once();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto told = outcome.err.find("recording has stopped");
+  EXPECT_TRUE(contains(outcome.err, "frames are kept; the scan goes on")) << outcome.err;
+  EXPECT_EQ(outcome.err.find("recording has stopped", told + 1), std::string::npos) << "told once: " << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "writer ")) << "pictures that were not kept are counted: " << outcome.err;
+  EXPECT_TRUE(read_mesh(out / "wall.ply"));
+  bool is_torn = true;
+  EXPECT_GT(frames_in(out / "wall.mcap", is_torn), 0u);
+}
+
 TEST(Interrupted, CaptureStopsAtOnceTheSecondTime) {
   EmulatedBus bus;
   const int address = bus.plug(rough_wall());
@@ -195,6 +228,19 @@ TEST(Interrupted, RecordKeepsItsPicturesTheSecondTime) {
   bool is_torn = false;
   EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u);
   EXPECT_TRUE(exit_code == 130 || !is_torn);
+}
+
+TEST(Killed, RecordLeavesAFileWhosePicturesAreWhole) {
+  for (int i = 0; i < 10; ++i) {
+    EmulatedBus bus;
+    const int address = bus.plug(rough_wall());
+    TempFolder out;
+    Scan scan(bus, address, {"record", "-o", (out / "scan.mcap").string(), "--fps", "30"}, out / "scan.mcap");
+    std::this_thread::sleep_for(std::chrono::milliseconds(13 * i));  // any moment will do
+    scan.kill();
+    bool is_torn = false;
+    EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u) << i;
+  }
 }
 
 TEST(UdevRulesCommand, PrintsRules) {

@@ -84,8 +84,11 @@ INSTANTIATE_TEST_SUITE_P(
 class FaultyCamera : public ::testing::Test {
  protected:
   void begin(Fault fault, const VcamOptions& options = {}) {
+    begin_as([&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; }, options);
+  }
+  void begin_as(const std::function<void(Vcam&)>& spoil, const VcamOptions& options = {}) {
     address = bus.plug(options);
-    bus.with_camera(address, [&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; });
+    bus.with_camera(address, spoil);
     auto opened = open_first();
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
@@ -131,6 +134,49 @@ TEST_F(FaultyCamera, ThatStaysSilentIsGivenUpWithWords) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("USB 3 link"), std::string::npos);
 }
+
+TEST_F(FaultyCamera, ThatSendsDamagedPicturesOnlyIsStartedAgain) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {Fault::kErrorBit, kFaultAt, 3}; });
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_GE(camera.commits, 3); });
+}
+
+/// Bulk and isochronous cameras, all of whose pictures are spoilt.
+struct LastingDamage {
+  const char* name;
+  Fault fault;
+  const char* words;
+  VcamOptions options = {};
+};
+
+void PrintTo(const LastingDamage& damage, std::ostream* out) {
+  *out << damage.name;
+}
+
+class CameraOfDamagedPictures : public FaultyCamera, public ::testing::WithParamInterface<LastingDamage> {};
+
+TEST_P(CameraOfDamagedPictures, IsGivenUpWithWordsAndCounts) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {GetParam().fault, kFaultAt}; }, GetParam().options);
+  ASSERT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+  const std::string text = log.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_NE(text.find("all are damaged"), std::string::npos) << text;
+  EXPECT_NE(text.find("Check the cable, the hub and its power"), std::string::npos) << text;
+  EXPECT_NE(text.find(GetParam().words), std::string::npos) << text;
+  EXPECT_GE(source->losses().transport + source->losses().overflow, 10u);
+  EXPECT_EQ(log.depth().size(), std::size_t{kFaultAt});
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, CameraOfDamagedPictures,
+    ::testing::Values(LastingDamage{"ErrorBit", Fault::kErrorBit, "0 too long"},
+                      LastingDamage{"Truncated", Fault::kTruncated, "0 too long"},
+                      LastingDamage{"Oversize", Fault::kOversize, " incomplete"},
+                      LastingDamage{"TruncatedInPieces", Fault::kTruncated, "0 too long", kSmallPayloads},
+                      LastingDamage{"ErrorBitInPackets", Fault::kErrorBit, "0 too long", kIsochronous}),
+    [](const auto& test) { return test.param.name; });
 
 TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
   begin(Fault::kSilent, kIsochronous);
@@ -253,6 +299,29 @@ TEST(Replug, ResumesTheSameCameraBySerial) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
   const std::size_t before = log.depth().size();
   EXPECT_TRUE(log.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
+  (*source)->stop();
+}
+
+TEST(Replug, SetsTheControlsAgain) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  DeviceOptions options;
+  options.reconnect_s = 20;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE((*source)->set_control(DeviceControl::kEmitter, 0));
+  ASSERT_TRUE((*source)->set_control(DeviceControl::kLaserPower, 300));
+  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(3));
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  const int again = bus.plug({});
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
+  bus.with_camera(again, [](Vcam& camera) {
+    EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{0}, std::byte{0}}));
+    EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
+  });
   (*source)->stop();
 }
 

@@ -148,35 +148,104 @@ TEST(EmulatedCamera, TellsItsCalibration) {
   EXPECT_EQ(calibration->serial, "0123456789ab");
 }
 
-TEST(EmulatedCamera, WhoseCalibrationCannotBeReadStreamsWithTheUsers) {
-  for (const bool is_broken : {false, true}) {
-    EmulatedBus bus;
-    FrameLog log;
-    const int address = bus.plug({});
-    bus.with_camera(address, [&](Vcam& camera) {
-      camera.control_faults.has_broken_calibration = is_broken;
-      camera.control_faults.has_no_calibration = !is_broken;
-    });
-    {
-      const auto source = open_first();
-      ASSERT_TRUE(source);
-      const auto none = (*source)->calibration(streams_of(**source, 30));
-      ASSERT_FALSE(none);
-      EXPECT_EQ(none.error().code, ErrorCode::kDevice);
-      EXPECT_NE(none.error().message.find("acquire.intrinsics"), std::string::npos);
-    }
-    DeviceOptions options;
-    options.intrinsics = CameraModel{{0, 0, 500, 500, 320, 240}, {}};
-    const auto source = open_first(options);
+struct CalibrationFault {
+  const char* name;
+  bool ControlFaults::*fault;
+  const char* words;
+};
+
+void PrintTo(const CalibrationFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
+class UnreadableCalibration : public ::testing::TestWithParam<CalibrationFault> {};
+
+TEST_P(UnreadableCalibration, IsToldOfAndTheCameraStreamsWithTheUsers) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.*GetParam().fault = true; });
+  {
+    const auto source = open_first();
     ASSERT_TRUE(source);
-    const auto streams = streams_of(**source, EmulatedBus::kBriskFps);
-    const auto given = (*source)->calibration(streams);
-    ASSERT_TRUE(given);
-    EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
-    EXPECT_NE(given->source.find("acquire.intrinsics ("), std::string::npos) << given->source;
-    ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
-    EXPECT_TRUE(log.wait_for_depth(5));
+    const auto none = (*source)->calibration(streams_of(**source, 30));
+    ASSERT_TRUE(none);
+    EXPECT_EQ(none->depth.intrinsics.width, 0);
+    EXPECT_NE(none->depth_unknown.find(GetParam().words), std::string::npos) << none->depth_unknown;
+    EXPECT_EQ(none->colour_unknown, none->depth_unknown);
   }
+  DeviceOptions options;
+  options.intrinsics = CameraModel{{0, 0, 500, 500, 320, 240}, {}};
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  const auto streams = streams_of(**source, EmulatedBus::kBriskFps);
+  const auto given = (*source)->calibration(streams);
+  ASSERT_TRUE(given);
+  EXPECT_EQ(given->depth.intrinsics, (CameraIntrinsics{640, 480, 500, 500, 320, 240}));
+  EXPECT_NE(given->source.find("acquire.intrinsics ("), std::string::npos) << given->source;
+  EXPECT_EQ(given->depth_unknown, "");
+  EXPECT_NE(given->colour_unknown, "") << "the user says nothing of the colour camera";
+  ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+  EXPECT_TRUE(log.wait_for_depth(5));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, UnreadableCalibration,
+    ::testing::Values(CalibrationFault{"Stall", &ControlFaults::has_no_calibration, "the camera refused it"},
+                      CalibrationFault{"NoAnswer", &ControlFaults::has_mute_calibration, "no answer in time"},
+                      CalibrationFault{"BadChecksum", &ControlFaults::has_broken_calibration, "wrong checksum"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(EmulatedCamera, WhoseColourTableIsBrokenTellsItsDepthCalibrationAndWhy) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_broken_colour = true; });
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30, PixelFormat::kYuyv));
+  ASSERT_TRUE(calibration);
+  EXPECT_EQ(calibration->depth.intrinsics, (CameraIntrinsics{640, 480, 380, 381, 319, 241}));
+  EXPECT_EQ(calibration->depth_unknown, "");
+  EXPECT_NE(calibration->colour_unknown.find("table 32 has a wrong checksum"), std::string::npos)
+      << calibration->colour_unknown;
+}
+
+TEST(EmulatedCamera, TellsItsDepthUnit) {
+  EmulatedBus bus;
+  bus.plug({.depth_unit_um = 250});
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 0.00025);
+  EXPECT_TRUE(calibration->warnings.empty()) << calibration->warnings.front();
+}
+
+TEST(EmulatedCamera, ThatDoesNotTellItsDepthUnitHasTheUsualOneOfItsKindAndSaysSo) {
+  EmulatedBus bus;
+  const int address = bus.plug({.product = 0x0b5b});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
+  const auto source = open_first();
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_EQ(calibration->depth_unit_m, 0.0001);
+  ASSERT_EQ(calibration->warnings.size(), 1u);
+  EXPECT_NE(calibration->warnings[0].find("0.1 mm is taken"), std::string::npos) << calibration->warnings[0];
+}
+
+TEST(EmulatedCamera, WhoseDepthUnitTheUserStatesIsNotAsked) {
+  EmulatedBus bus;
+  const int address = bus.plug({.depth_unit_um = 250});
+  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
+  DeviceOptions options;
+  options.depth_scale = 5000;
+  const auto source = open_first(options);
+  ASSERT_TRUE(source);
+  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  ASSERT_TRUE(calibration);
+  EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 1.0 / 5000);
+  EXPECT_TRUE(calibration->warnings.empty());
 }
 
 TEST(EmulatedCamera, TakesControls) {

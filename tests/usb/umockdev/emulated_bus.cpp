@@ -162,6 +162,10 @@ void EmulatedBus::Device::control(Urb urb) {
   (void)memory.read(buffer, bytes.data(), bytes.size());
   const auto u8 = [&](std::size_t i) { return std::to_integer<unsigned>(bytes[i]); };
   const auto u16 = [&](std::size_t i) { return static_cast<std::uint16_t>(u8(i) | u8(i + 1) << 8); };
+  if (model->ignores(static_cast<std::uint8_t>(u8(0)), u16(2), u16(4))) {
+    waiting[urb.head.endpoint].push_back(urb);  // until the client has had enough
+    return;
+  }
   const bool is_in = (u8(0) & 0x80) != 0;
   const auto data = std::span<const std::byte>(bytes).subspan(8);
   const auto answer = model->control(static_cast<std::uint8_t>(u8(0)), static_cast<std::uint8_t>(u8(1)), u16(2), u16(4),

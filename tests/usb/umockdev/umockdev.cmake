@@ -19,7 +19,7 @@ function(scanknit_emulated_test name)
 endfunction()
 
 scanknit_emulated_test(test_usb_emulated
-  SOURCES $<TARGET_OBJECTS:emulated_camera_tests> LIBRARIES scanknit_umockdev_bus ${emulated_camera_libraries})
+  SOURCES $<TARGET_OBJECTS:emulated_camera_tests> umockdev/test_hostile.cpp LIBRARIES scanknit_umockdev_bus ${emulated_camera_libraries})
 scanknit_emulated_test(test_usb_soak SOURCES umockdev/test_soak.cpp LIBRARIES scanknit_umockdev_bus TIMEOUT 900)
 add_executable(bench_acquire umockdev/bench_acquire.cpp)
 target_link_libraries(bench_acquire PRIVATE scanknit_umockdev_bus)

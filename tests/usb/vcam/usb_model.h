@@ -44,6 +44,10 @@ class UsbModel {
                                                                       std::uint16_t length,
                                                                       std::span<const std::byte> data,
                                                                       std::int64_t now_ns) = 0;
+  /// True: the device does not answer this request at all, neither with data nor with a stall.
+  [[nodiscard]] virtual bool ignores(std::uint8_t /*type*/, std::uint16_t /*value*/, std::uint16_t /*index*/) const {
+    return false;
+  }
   virtual void set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) = 0;
   virtual void clear_halt(std::uint8_t endpoint) = 0;
 

@@ -23,6 +23,10 @@ void put_u32(std::span<std::byte> bytes, std::size_t at, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>((value >> (8 * i)) & 0xFF);
 }
 
+bool is_hardware_monitor(std::uint16_t value, std::uint16_t index) {
+  return index == 0x0300 && value == 0x0100;
+}
+
 std::size_t probe_bytes_of(std::uint16_t version) {
   return version >= 0x0150 ? 48 : version >= 0x0110 ? 34 : 26;
 }
@@ -108,6 +112,10 @@ void Vcam::begin(Stream& stream, std::int64_t now_ns) {
   stream.due_ns = now_ns;
 }
 
+bool Vcam::ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) const {
+  return control_faults.has_mute_calibration && (type & 0x60) == 0x20 && is_hardware_monitor(value, index);
+}
+
 void Vcam::set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) {
   if (interface != kDepthInterface || !options_.is_isochronous) return;
   begin(streams_[0], now_ns);
@@ -123,7 +131,7 @@ void Vcam::clear_halt(std::uint8_t endpoint) {
 
 std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, std::uint16_t value, std::uint16_t index,
                                                          std::uint16_t length, std::span<const std::byte> data) {
-  const bool is_monitor = index == 0x0300 && value == 0x0100;
+  const bool is_monitor = is_hardware_monitor(value, index);
   if (is_monitor && control_faults.has_no_calibration) return std::nullopt;
   if (request == kGetLength)
     return std::vector<std::byte>(is_monitor ? Bytes{}.u16(kMonitorBytes).vector() : Bytes{}.u16(2).vector());
@@ -138,12 +146,17 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
   }
   if (request != kSetCurrent || data.size() < 24) return std::nullopt;
   const std::uint32_t opcode = u32_at(data, 4), table = u32_at(data, 8);
+  constexpr std::uint32_t kReadAdvanced = 0x2C, kDepthControl = 9, kNotNow = 0xFFFFFFEC;  // an error code: -20
   Bytes reply;
-  reply.u32(opcode);
+  reply.u32(opcode == kReadAdvanced && control_faults.has_no_advanced_mode ? kNotNow : opcode);
+  // Micrometres; clamps, disparity mode and shift.
+  if (opcode == kReadAdvanced && table == kDepthControl) reply.u32(options_.depth_unit_um).u32(0).u32(65535).fill(8);
   if (opcode == 0x10) reply.add(identity_data());
   if (opcode == 0x15 && table == kDepthTable) reply.add(depth_table());
   if (opcode == 0x15 && table == kColourTable) reply.add(colour_table());
-  if (control_faults.has_broken_calibration) reply[reply.size() - 40] ^= std::byte{1};
+  const bool is_broken =
+      control_faults.has_broken_calibration || (control_faults.has_broken_colour && table == kColourTable);
+  if (is_broken) reply[reply.size() - 40] ^= std::byte{1};
   reply_ = reply.vector();
   return std::vector<std::byte>{};
 }
@@ -207,6 +220,8 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
   if (&stream == &streams_[0]) {
     if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end())
       misbehave(stream, fault->second);
+    if (lasting_fault && stream.number >= lasting_fault->from && commits < lasting_fault->until_commits)
+      misbehave(stream, lasting_fault->fault);
   }
   stream.due_ns += stream.interval_100ns * std::int64_t{100};
   stream.frame_id = !stream.frame_id;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -55,6 +56,7 @@ struct VcamOptions {
   bool has_infrared = false;       ///< the depth function offers UYVY and 16-bit grey, too, as a D400 does
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
+  std::uint32_t depth_unit_um = 1000;
   int width = 640, height = 480;  ///< of both streams
   /// The bytes of depth picture n; without one, depth_pixels(n).
   std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
@@ -63,12 +65,22 @@ struct VcamOptions {
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };
 
+/// All depth pictures from one on, until the camera's streams were committed so often in all.
+struct LastingFault {
+  Fault fault;
+  std::uint64_t from = 0;
+  int until_commits = std::numeric_limits<int>::max();
+};
+
 /// How it answers requests wrongly.
 struct ControlFaults {
   std::optional<std::size_t> probe_bytes;
   bool probe_stalls = false, probe_changes_format = false, probe_has_no_sizes = false;
   bool has_no_calibration = false;      ///< the hardware monitor stalls
+  bool has_mute_calibration = false;    ///< the hardware monitor gives no answer
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
+  bool has_broken_colour = false;       ///< only the colour table has
+  bool has_no_advanced_mode = false;    ///< the hardware monitor refuses to tell the depth unit
 };
 
 /// Not thread-safe.
@@ -87,6 +99,7 @@ class Vcam final : public UsbModel {
                                                               std::uint16_t value, std::uint16_t index,
                                                               std::uint16_t length, std::span<const std::byte> data,
                                                               std::int64_t now_ns) override;
+  [[nodiscard]] bool ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) const override;
   void set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) override;
   void clear_halt(std::uint8_t endpoint) override;
   [[nodiscard]] std::optional<Delivery> fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer,
@@ -99,6 +112,7 @@ class Vcam final : public UsbModel {
   [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n, std::size_t count);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
+  std::optional<LastingFault> lasting_fault;
   ControlFaults control_faults;
   /// Values of controls that were set, by index and value of the request.
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<std::byte>> written;

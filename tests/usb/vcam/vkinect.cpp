@@ -34,7 +34,7 @@ int u16_at(std::span<const std::byte> bytes, std::size_t at) {
 
 std::vector<std::byte> VKinect::descriptors() const {
   Bytes bytes{18, 1, 0, 2, 0, 0, 0, 64};
-  bytes.u16(0x045e).u16(0x02ae).u16(0x010b).add({2, 1, 3, 1});
+  bytes.u16(0x045e).u16(options_.product).u16(0x010b).add({2, 1, 3, 1});
   Bytes parts = descriptor({4, 0, 0, 2, 0xFF, 0xFF, 0xFF, 0});
   for (const int endpoint : {kColourEndpoint, kDepthEndpoint}) {
     parts.add(descriptor(Bytes{5, endpoint, 1}.u16(0x0BC0).u8(1)));  // 2 x 960
@@ -79,23 +79,26 @@ void VKinect::set_register(int address, int value, std::int64_t now_ns) {
   if (address != kColourStream && address != kDepthStream) return;
   Stream& stream = streams_[address == kDepthStream ? 0 : 1];
   stream.is_active = value != 0;
+  if (address == kDepthStream && value != 0) ++starts;
   stream.due_ns = now_ns;
   stream.sent = 0;
   stream.flag = address == kDepthStream ? 0x70 : 0x80;
   stream.packet_bytes = address == kDepthStream ? 1748 : 1908;
   if (stream.picture.empty()) {
     stream.picture =
-        address == kDepthStream ? packed_depth(kRawDepth) : std::vector<std::byte>(kPixels, std::byte{128});
+        address == kDepthStream ? packed_depth(options_.raw_depth) : std::vector<std::byte>(kPixels, std::byte{128});
   }
 }
 
 Delivery VKinect::fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) {
   Stream& stream = stream_of(endpoint);
-  if (!stream.is_active || now_ns < stream.due_ns) return {};
+  const bool is_silent = depth_pictures >= silent_from && starts < silent_until_starts;
+  if (!stream.is_active || is_silent || now_ns < stream.due_ns) return {};
   const std::size_t size = std::min(stream.packet_bytes, stream.picture.size() - stream.sent);
   const bool is_first = stream.sent == 0, is_last = stream.sent + size == stream.picture.size();
-  const bool is_lost = endpoint == kDepthEndpoint && loses_packet.count(stream.number) > 0 && !is_first &&
-                       stream.sent / stream.packet_bytes == 100;
+  const bool is_damaged = loses_packet.count(stream.number) > 0 || stream.number >= loses_packets_from;
+  const bool is_lost =
+      endpoint == kDepthEndpoint && is_damaged && !is_first && stream.sent / stream.packet_bytes == 100;
   Bytes bytes{'R', 'B', 0, stream.flag | (is_first ? 1 : is_last ? 5 : 2), 0, stream.sequence++, 0, 0};
   bytes.u32(static_cast<std::uint32_t>(now_ns / 1000 * 60));
   std::memcpy(packet.data(), bytes.span().data(), kHeaderBytes);

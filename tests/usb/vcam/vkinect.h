@@ -3,18 +3,29 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
+#include <string>
+#include <utility>
 
 #include "tests/usb/vcam/usb_model.h"
 
 namespace scanknit::test {
 
+struct VKinectOptions {
+  std::string serial = "A00000000000000A";
+  std::uint16_t product = 0x02ae;
+  int raw_depth = 600;  ///< what the Kinect measures: disparities, 11 bits
+};
+
 class VKinect final : public UsbModel {
  public:
-  static constexpr std::uint8_t kColourEndpoint = 0x81, kDepthEndpoint = 0x82;
-  static constexpr int kRawDepth = 600;  ///< what the Kinect measures: disparities, 11 bits
+  explicit VKinect(VKinectOptions options = {}) : options_(std::move(options)) {}
 
-  [[nodiscard]] UsbIdentity identity() const override { return {0x045e, 0x02ae, "A00000000000000A", 480}; }
+  static constexpr std::uint8_t kColourEndpoint = 0x81, kDepthEndpoint = 0x82;
+  static constexpr int kNever = std::numeric_limits<int>::max();
+
+  [[nodiscard]] UsbIdentity identity() const override { return {0x045e, options_.product, options_.serial, 480}; }
   [[nodiscard]] std::vector<ModelEndpoint> endpoints() const override {
     return {{kColourEndpoint, true}, {kDepthEndpoint, true}};
   }
@@ -33,7 +44,11 @@ class VKinect final : public UsbModel {
 
   /// Depth pictures (counting from 0) of which one packet in the middle is lost.
   std::map<int, bool> loses_packet;
+  int loses_packets_from = kNever;  ///< ... and all from this one on
   int depth_pictures = 0;
+  /// From this depth picture on it sends nothing, until depth was started so often.
+  int silent_from = kNever, silent_until_starts = kNever;
+  int starts = 0;  ///< of depth
 
  private:
   struct Stream {
@@ -49,6 +64,7 @@ class VKinect final : public UsbModel {
   void set_register(int address, int value, std::int64_t now_ns);
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kDepthEndpoint ? 0 : 1]; }
 
+  VKinectOptions options_;
   std::array<Stream, 2> streams_;
   std::vector<std::byte> reply_;
 };

@@ -262,7 +262,10 @@ void EmulatedBus::Device::take_submit(std::span<const std::byte> header, std::ui
   if ((endpoint & ~kIn) == 0) {
     const auto u8 = [&](std::size_t i) { return std::to_integer<std::uint8_t>(header[40 + i]); };
     const auto u16 = [&](std::size_t i) { return static_cast<std::uint16_t>(u8(i) | u8(i + 1) << 8); };
-    return control(number, {u8(0), u8(1), u16(2), u16(4), u16(6)}, data);
+    const bool is_ignored = model->ignores(u8(0), u16(2), u16(4));
+    if (!is_ignored) return control(number, {u8(0), u8(1), u16(2), u16(4), u16(6)}, data);
+    waiting[endpoint].push_back(std::move(transfer));  // until the client has had enough
+    return;
   }
   const auto packets = static_cast<std::int32_t>(word_at(header, 32));
   for (int i = 0; i < packets; ++i) {
