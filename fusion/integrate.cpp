@@ -40,6 +40,7 @@ class BlockUpdate {
         voxel_size_m_(volume.config().voxel_size_m),
         volume_(volume) {
     view_.colour = observation.colours(volume.frames);
+    if (!observation.clear_m().empty()) view_.clear_m = observation.clear_m().pixels().data();
     for (int axis = 0; axis < 3; ++axis)
       step_[static_cast<std::size_t>(axis)] = array((T_camera_world_.linear().col(axis) * voxel_size_m_).eval());
   }
