@@ -251,14 +251,15 @@ TEST(Integrate, AcceptsAFrameWithoutAnyReturn) {
 
 TEST(Integrate, StopsGrowingAtTheBudgetAndSaysSo) {
   FusionConfig config = fixed_band();
-  config.memory_budget_mib = 1;
+  config.voxel_size_m = 0.003;
+  config.memory_budget_mib = 8;
   TsdfVolume volume = make_volume(config);
   const auto stats = integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume);
   ASSERT_TRUE(stats);
   EXPECT_TRUE(stats->is_budget_reached);
   EXPECT_TRUE(volume.is_budget_reached);
   EXPECT_GT(volume.blocks(), 0u);
-  EXPECT_LE(volume.blocks(), volume.max_blocks());
+  EXPECT_LE(volume.memory().bytes(), config.memory_budget_mib << 20);
 }
 
 TEST(Integrate, GivesTheSameBitsForAnyNumberOfThreads) {
@@ -411,7 +412,7 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
 TEST(BlockCounter, CountsWhatIntegrationAllocates) {
   const FusionConfig config = fixed_band();
   TsdfVolume volume = make_volume(config);
-  BlockCounter counter(config, 1'000'000);
+  BlockCounter counter(config, std::size_t{1} << 30);
   for (int i = 0; i < 4; ++i) {
     const Pose pose = looking_at_origin({0.8 * std::cos(i), 0.8 * std::sin(i), 0.3});
     const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
@@ -423,10 +424,14 @@ TEST(BlockCounter, CountsWhatIntegrationAllocates) {
 }
 
 TEST(BlockCounter, StopsAtItsLimit) {
-  BlockCounter counter(fixed_band(), 10);
-  counter.add(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity());
-  EXPECT_TRUE(counter.is_full());
-  EXPECT_EQ(counter.blocks(), 10u);
+  const Frame wall = plane_frame(small_camera(), {0, 0, -1}, -0.8);
+  BlockCounter all(fixed_band(), std::size_t{1} << 30);
+  all.add(wall, Pose::Identity());
+  EXPECT_FALSE(all.is_full());
+  BlockCounter some(fixed_band(), std::size_t{4} << 20);
+  some.add(wall, Pose::Identity());
+  EXPECT_TRUE(some.is_full());
+  EXPECT_LT(some.blocks(), all.blocks());
 }
 
 }  // namespace
