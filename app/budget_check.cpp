@@ -39,8 +39,8 @@ std::vector<Frame> sample_frames(const std::filesystem::path& recording, const A
   }
 }
 
-bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_blocks) {
-  BlockCounter counter(fusion, max_blocks);
+bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
+  BlockCounter counter(fusion, max_bytes);
   for (const Frame& frame : frames) {
     counter.add(frame, *frame.T_world_camera);
     if (counter.is_full()) return false;
@@ -50,14 +50,14 @@ bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::siz
 
 /// The finest round voxel size that fits: with a quarter of room for the frames that were not looked at, else just so.
 std::optional<double> fitting_voxel_size_m(const std::vector<Frame>& frames, const FusionConfig& fusion,
-                                           std::size_t max_blocks) {
+                                           std::size_t max_bytes) {
   constexpr double kRoundSizesM[] = {0.0005, 0.00075, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.005, 0.0075,
                                      0.01,   0.015,   0.02,  0.03,   0.04,  0.05,  0.075, 0.1};
-  for (const std::size_t blocks : {max_blocks - max_blocks / 4, max_blocks}) {
+  for (const std::size_t bytes : {max_bytes - max_bytes / 4, max_bytes}) {
     for (const double size_m : kRoundSizesM) {
       FusionConfig coarser = fusion;
       coarser.voxel_size_m = size_m;
-      if (size_m > fusion.voxel_size_m && fits(frames, coarser, blocks)) return size_m;
+      if (size_m > fusion.voxel_size_m && fits(frames, coarser, bytes)) return size_m;
     }
   }
   return std::nullopt;
@@ -70,11 +70,11 @@ Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses
   const auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
-  const std::size_t max_blocks = volume->max_blocks();
+  const std::size_t max_bytes = config.fusion.memory_budget_mib << 20;
   const std::vector<Frame> frames = sample_frames(recording, config.acquire, stop);
-  if (fits(frames, config.fusion, max_blocks)) return {};
+  if (fits(frames, config.fusion, max_bytes)) return {};
 
-  const auto size_m = fitting_voxel_size_m(frames, config.fusion, max_blocks);
+  const auto size_m = fitting_voxel_size_m(frames, config.fusion, max_bytes);
   const auto budget_mib = static_cast<std::int64_t>(config.fusion.memory_budget_mib);
   std::string message = fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget)",
                                     format_memory_mib(budget_mib), format_length(config.fusion.voxel_size_m));

@@ -307,7 +307,8 @@ std::vector<ConfigKey> fusion_keys() {
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "
            "voxel size that would fit."},
-          {1, 1 << 24}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
+          {8, 1 << 24},  // VolumeMemory::kLeastBudgetMib: a test holds the two together
+          [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
   };
 }
 

@@ -26,6 +26,11 @@ FieldView field_view(const TsdfVolume& volume) {
   return view;
 }
 
+/// The volume was full: what it holds is worth a mesh.
+bool is_partial(const Error& tracking) {
+  return tracking.code == ErrorCode::kBudget;
+}
+
 Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& config, TsdfVolume& volume,
                          RunReport& report) {
   while (auto frame = intake.next()) {
@@ -41,7 +46,7 @@ Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& co
     intake.note_fused(*frame, *T_world_camera, fused->is_budget_reached);
   }
   auto usable = intake.result();
-  if (auto tracked = check_tracking(report); !tracked) return tracked;
+  if (auto tracked = check_tracking(report); !tracked && !is_partial(tracked.error())) return tracked;
   return usable;
 }
 
@@ -95,7 +100,9 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  return mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report);
+  if (auto meshed = mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report); !meshed)
+    return meshed;
+  return check_tracking(report);
 }
 
 }  // namespace scanknit

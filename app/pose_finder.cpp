@@ -54,6 +54,13 @@ std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volum
 
 Result<void> check_tracking(const RunReport& report) {
   if (!report.tracking || 2 * report.frames.lost <= report.tracking->frames.size()) return {};
+  if (report.volume.is_budget_reached) {
+    return Error{ErrorCode::kBudget,
+                 fmt::format("tracking was lost in {} of {} frames since the volume was full (fusion.memory_budget): "
+                             "what it holds has been meshed; for the rest, --set fusion.memory_budget=... or a larger "
+                             "fusion.voxel_size",
+                             report.frames.lost, report.tracking->frames.size())};
+  }
   std::map<std::string, std::size_t> reasons;
   for (const auto& frame : report.tracking->frames) {
     if (frame.state == "lost") ++reasons[frame.reason];

@@ -18,11 +18,16 @@ double peak_rss_mib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
 }
 
+/// A volume that was full and lost its camera is meshed as far as it goes.
+bool is_partial(const RunReport& report) {
+  return report.exit_code == exit_code_of(ErrorCode::kBudget) && report.mesh;
+}
+
 /// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
 bool wants_report(const RunReport& report) {
   switch (report.exit_code) {
-    case exit_code_of(ErrorCode::kOutput):
-    case exit_code_of(ErrorCode::kBudget): return false;
+    case exit_code_of(ErrorCode::kOutput): return false;
+    case exit_code_of(ErrorCode::kBudget): return is_partial(report);
     default: return true;
   }
 }
@@ -65,7 +70,7 @@ int conclude(RunReport& report, Result<void> result, const Job& job, const Commo
   std::string text;
   if (common.is_json) {
     text = to_json(report);
-  } else if (result) {
+  } else if (result || is_partial(report)) {
     if (common.verbosity != Verbosity::kQuiet) text = summary_text(report);
     if (with_case_table) text += (text.empty() ? "" : "\n") + case_table_text(report.extract);
   }

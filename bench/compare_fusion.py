@@ -2,12 +2,15 @@
 """Times ScanKnit's frames against Open3D's on a synthetic desk: 640 x 480 depth and colour, Kinect noise, 4 mm voxels.
 
 Prints a table in Markdown: milliseconds a frame by stage, ratios against Open3D's tensor VoxelBlockGrid and its legacy
-ScalableTSDFVolume in the same run, peak memory. Needs a built `scanknit` and Debian's python3-open3d and python3-numpy.
+ScalableTSDFVolume in the same run, peak memory of each process before it fuses and while it does. Needs a built
+`scanknit` and Debian's python3-open3d and python3-numpy.
 """
 
 import argparse
 import json
+import os
 import statistics
+import subprocess
 from pathlib import Path
 
 from compare import HERE, make_recording, run
@@ -38,6 +41,23 @@ def open3d(arguments, recording, *options):
     printed = run(arguments.python, HERE / "compare_open3d.py", recording,
                   "--voxel", arguments.voxel_mm / 1000, "--truncation", 4, *options)
     return json.loads(printed)
+
+
+def peak_rss_mib(*command):
+    """What the kernel counts for one process, whatever its exit code."""
+    process = subprocess.Popen([str(part) for part in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, _, usage = os.wait4(process.pid, 0)
+    process.returncode = 0
+    return usage.ru_maxrss / 1024
+
+
+def scanknit_memory(arguments, recording, *options):
+    """Peak MiB before the first frame is fused (all libraries loaded, the recording opened) and while frames are. No
+    mesh is made, as in Open3D's run: nothing is as far from a surface as the isovalue."""
+    before = peak_rss_mib(arguments.scanknit, "info", recording)
+    peak = peak_rss_mib(arguments.scanknit, "run", recording, "-o", recording / "memory",
+                        "--set", f"fusion.voxel_size={arguments.voxel_mm}mm", "--set", "extract.isovalue=1000", *options)
+    return before, peak
 
 
 def medians(reports, stage):
@@ -80,10 +100,19 @@ def main():
         print(f"| {name} | " + " | ".join(cells) + " |")
     for name, median_ms in peer.items():
         print(f"| Open3D {theirs[name][0]['open3d']}, {name} | | | | {median_ms:.1f} | |")
-    volume = statistics.median(report["volume"]["memory_mib"] for report in ours["ScanKnit, fixed band of 4 voxels, true poses"])
-    peak = {name: statistics.median(result["grown_mib"] for result in results) for name, results in theirs.items()}
-    print(f"\nMemory of the volume: ScanKnit {volume:.0f} MiB (fixed band); Open3D grew by {peak['tensor']:.0f} (tensor) and "
-          f"{peak['legacy']:.0f} MiB (legacy) while it fused.")
+    print("\nPeak resident memory of the process, MiB, without meshing.\n")
+    print("| program | before fusing | while fusing | growth |")
+    print("|---|---|---|---|")
+    for name in runs:
+        print_memory(name, *scanknit_memory(arguments, recording, *runs[name]))
+    for name, results in theirs.items():
+        print_memory(f"Open3D {results[0]['open3d']}, {name}",
+                     *(statistics.median(result[key] for result in results) for key in ("before_mib", "peak_mib")))
+
+
+def print_memory(name, before_mib, peak_mib):
+    print(f"| {name} | {before_mib:.0f} | {peak_mib:.0f} | {peak_mib - before_mib:.0f} |")
+
 
 
 if __name__ == "__main__":

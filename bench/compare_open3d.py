@@ -111,7 +111,7 @@ def main():
     integrate_ms, make_mesh = fuse(arguments, camera, depth_scale, poses)
     if not integrate_ms:
         sys.exit(f"{arguments.recording}: no frames")
-    grown_mib = peak_memory_mib() - before_mib
+    peak_mib = peak_memory_mib()
 
     result = {
         "open3d": open3d.__version__,
@@ -119,7 +119,8 @@ def main():
         "voxel_m": arguments.voxel,
         "truncation_vox": arguments.truncation,
         "integrate_ms": {"median": statistics.median(integrate_ms), "mean": statistics.fmean(integrate_ms)},
-        "grown_mib": grown_mib,
+        "before_mib": before_mib,
+        "peak_mib": peak_mib,
     }
     if arguments.output:
         start = time.perf_counter()

@@ -40,6 +40,7 @@ class BlockUpdate {
         voxel_size_m_(volume.config().voxel_size_m),
         volume_(volume) {
     view_.colour = observation.colours(volume.frames);
+    if (!observation.clear_m().empty()) view_.clear_m = observation.clear_m().pixels().data();
     for (int axis = 0; axis < 3; ++axis)
       step_[static_cast<std::size_t>(axis)] = array((T_camera_world_.linear().col(axis) * voxel_size_m_).eval());
   }
@@ -119,17 +120,18 @@ class BlockUpdate {
 
 /// The blocks of the band, without new ones that the budget does not allow.
 std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolume& volume, IntegrateStats& stats) {
-  std::size_t room = volume.max_blocks() - std::min(volume.max_blocks(), volume.blocks());
+  const std::size_t budget = volume.config().memory_budget_mib << 20;
+  VolumeMemory memory = volume.memory();
   std::vector<BlockTask> tasks;
   tasks.reserve(blocks.size());
   for (const auto& [origin, far_m] : blocks) {
     const BlockIndex::Number known = volume.index().find(origin);
-    if (known == BlockIndex::kNone && room == 0) {
+    if (known == BlockIndex::kNone && memory.bytes_with(origin) > budget) {
       stats.is_budget_reached = true;
       continue;
     }
     if (known == BlockIndex::kNone) {
-      --room;
+      memory.add(origin);
     } else {
       volume.index().blocks()[known].last_frame = volume.frames;
     }
@@ -190,11 +192,6 @@ std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
   return added;
 }
 
-std::uint64_t key_of(const Coord& origin) {
-  const auto part = [](int v) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v >> 3) & 0x1FFFFFu); };
-  return part(origin.x()) << 42 | part(origin.y()) << 21 | part(origin.z());
-}
-
 }  // namespace
 
 Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera, TsdfVolume& volume) {
@@ -227,8 +224,8 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
   }
 }
 
-BlockCounter::BlockCounter(const FusionConfig& config, std::size_t max_blocks)
-    : config_(config), max_blocks_(max_blocks) {}
+BlockCounter::BlockCounter(const FusionConfig& config, std::size_t max_bytes)
+    : config_(config), max_bytes_(max_bytes) {}
 
 void BlockCounter::add(const Frame& frame, const Pose& T_world_camera) {
   if (is_full() || !is_rigid(T_world_camera)) return;
@@ -236,12 +233,12 @@ void BlockCounter::add(const Frame& frame, const Pose& T_world_camera) {
   if (!is_indexable(observation, T_world_camera, config_.voxel_size_m)) return;
   for (const BandBlock& block : find_band_blocks(observation, T_world_camera, config_.voxel_size_m)) {
     if (is_full()) return;
-    keys_.insert(key_of(block.origin));
+    if (origins_.insert(block.origin).second) memory_.add(block.origin);
   }
 }
 
 std::size_t BlockCounter::blocks() const {
-  return keys_.size();
+  return origins_.size();
 }
 
 }  // namespace scanknit

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <unordered_set>
 
 #include "core/frame.h"
@@ -10,6 +9,7 @@
 #include "core/result.h"
 #include "fusion/fusion_config.h"
 #include "fusion/tsdf_volume.h"
+#include "fusion/volume_memory.h"
 
 namespace scanknit {
 
@@ -28,16 +28,17 @@ struct IntegrateStats {
 /// Counts the blocks that a set of frames would need, without the voxels: for refusing a volume before fusing it.
 class BlockCounter {
  public:
-  /// Counting stops at `max_blocks`.
-  BlockCounter(const FusionConfig& config, std::size_t max_blocks);
+  /// Counting stops beyond `max_bytes`.
+  BlockCounter(const FusionConfig& config, std::size_t max_bytes);
   void add(const Frame& frame, const Pose& T_world_camera);
   [[nodiscard]] std::size_t blocks() const;
-  [[nodiscard]] bool is_full() const { return blocks() >= max_blocks_; }
+  [[nodiscard]] bool is_full() const { return memory_.bytes() > max_bytes_; }
 
  private:
   FusionConfig config_;
-  std::size_t max_blocks_;
-  std::unordered_set<std::uint64_t> keys_;
+  std::size_t max_bytes_;
+  std::unordered_set<openvdb::Coord> origins_;
+  VolumeMemory memory_;
 };
 
 }  // namespace scanknit

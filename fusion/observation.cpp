@@ -1,13 +1,30 @@
 #include "fusion/observation.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "fusion/surface_image.h"
 #include "fusion/surface_rows.h"
 
 namespace scanknit {
+namespace {
+
+/// Noise moves outlines by a pixel or so, and projections are rounded to the nearest: so far from an outline the
+/// farther surface says nothing of the space before the nearer one.
+constexpr int kOutlinePixels = 2;
+
+/// A surface is as near as this by chance about never.
+constexpr float kClearSigmas = 5;
+
+float least_of_five(float a, float b, float c, float d, float e) {
+  return std::min(std::min(std::min(a, b), std::min(c, d)), e);
+}
+
+}  // namespace
 
 Observation::Observation(const Frame& frame, const FusionConfig& config) : intrinsics_(frame.intrinsics) {
   prepare_planes(frame, config);
@@ -27,7 +44,37 @@ void Observation::prepare_planes(const Frame& frame, const FusionConfig& config)
     band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands.row(y).data(),
              planes_.row(y).data());
   });
+  if (config.carve_free_space) prepare_clearance(surface.z_m, bands, config.noise);
   bands_ = DepthPyramid(std::move(bands));
+}
+
+void Observation::prepare_clearance(const Image<float>& z_m, const Image<DepthRange>& bands, const NoiseModel& noise) {
+  static_assert(kOutlinePixels == 2);
+  const FloatNoise sigma(noise);
+  const int width = z_m.width();
+  const int height = z_m.height();
+  Image<float> along_rows(width, height);
+  tbb::parallel_for(tbb::blocked_range<int>(0, height), [&](const auto& rows) {
+    std::vector<float> own(static_cast<std::size_t>(width) + 2 * kOutlinePixels, DepthRange{}.near_m);
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      const auto z = z_m.row(y);
+      const auto band = bands.row(y);
+      const auto row = along_rows.row(y);
+      for (std::size_t x = 0; x < row.size(); ++x) {
+        const float clear = std::min(band[x].near_m, z[x] - kClearSigmas * sigma.sigma_m(z[x]));
+        own[x + kOutlinePixels] = z[x] > 0 ? clear : 0;
+      }
+      for (std::size_t x = 0; x < row.size(); ++x)
+        row[x] = least_of_five(own[x], own[x + 1], own[x + 2], own[x + 3], own[x + 4]);
+    }
+  });
+  clear_m_ = Image<float>(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    const auto row = [&](int off) { return std::as_const(along_rows).row(std::clamp(y + off, 0, height - 1)); };
+    const auto a = row(-2), b = row(-1), c = row(0), d = row(1), e = row(2);
+    const auto clear = clear_m_.row(y);
+    for (std::size_t x = 0; x < clear.size(); ++x) clear[x] = least_of_five(a[x], b[x], c[x], d[x], e[x]);
+  });
 }
 
 void Observation::prepare_colour(const ColourFrame& colour) {

@@ -2,14 +2,10 @@
 
 #include <cmath>
 #include <mutex>
+#include <string>
 
 namespace scanknit {
 namespace {
-
-/// A leaf of each grid and its share of the inner nodes, as openvdb's memUsage() counts a dense band (measured by the
-/// test FusionVolume.BlockSizeIsWhatOpenVdbCounts), and its entries in the index.
-constexpr std::size_t kBytesPerBlock =
-    512 * (sizeof(float) + sizeof(WeightCode) + sizeof(ColourCode)) + 640 + 2 * sizeof(VolumeBlock);
 
 void initialise_openvdb() {
   static std::once_flag once;  // registers grid types; openvdb asks for one call per process
@@ -35,7 +31,12 @@ Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   if (!is_positive(config.truncation_voxels)) return Error{ErrorCode::kConfig, "fusion.truncation: expected > 0"};
   if (!(config.truncation_sigmas >= 0)) return Error{ErrorCode::kConfig, "fusion.truncation_sigmas: expected >= 0"};
   if (!is_positive(config.max_weight)) return Error{ErrorCode::kConfig, "fusion.max_weight: expected > 0"};
-  if (config.memory_budget_mib == 0) return Error{ErrorCode::kConfig, "fusion.memory_budget: expected > 0"};
+  if (config.memory_budget_mib < VolumeMemory::kLeastBudgetMib) {
+    return Error{ErrorCode::kConfig, "fusion.memory_budget: " + std::to_string(config.memory_budget_mib) +
+                                         " MiB hold next to no voxels; expected " +
+                                         std::to_string(VolumeMemory::kLeastBudgetMib) +
+                                         " MiB or more (the scan of an object takes some 20, of a room some hundred)"};
+  }
 
   initialise_openvdb();
   TsdfVolume volume;
@@ -45,10 +46,6 @@ Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   volume.weight_ = make_grid<WeightGrid>("weight", WeightCode{0}, config.voxel_size_m);
   volume.colour_ = make_grid<ColourGrid>("colour", ColourCode{0}, config.voxel_size_m);
   return volume;
-}
-
-std::size_t TsdfVolume::bytes_per_block() {
-  return kBytesPerBlock;
 }
 
 Voxel TsdfVolume::voxel(const openvdb::Coord& index) const {
@@ -63,6 +60,7 @@ void TsdfVolume::add_block(const VolumeBlock& block) {
   weight_->tree().addLeaf(block.weight);
   colour_->tree().addLeaf(block.colour);
   index_.add(block);
+  memory_.add(block.origin);
 }
 
 std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {
@@ -76,14 +74,6 @@ std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {
 
 std::size_t TsdfVolume::active_voxels() const {
   return tsdf_->activeVoxelCount();
-}
-
-double TsdfVolume::memory_mib() const {
-  return static_cast<double>(tsdf_->memUsage() + weight_->memUsage() + colour_->memUsage()) / (1 << 20);
-}
-
-std::size_t TsdfVolume::max_blocks() const {
-  return (config_.memory_budget_mib << 20) / kBytesPerBlock;
 }
 
 }  // namespace scanknit

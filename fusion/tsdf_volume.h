@@ -12,6 +12,7 @@
 #include "core/result.h"
 #include "fusion/block_index.h"
 #include "fusion/fusion_config.h"
+#include "fusion/volume_memory.h"
 
 namespace scanknit {
 
@@ -31,7 +32,8 @@ struct Voxel {
 /// weight > 0 with tsdf at +truncation.
 class TsdfVolume {
  public:
-  /// Errors (kConfig): a voxel size, truncation or budget that is not positive and finite.
+  /// Errors (kConfig): a voxel size or truncation that is not positive and finite; a budget that is too small for any
+  /// scan.
   [[nodiscard]] static Result<TsdfVolume> create(const FusionConfig& config);
 
   TsdfVolume(TsdfVolume&&) = default;
@@ -49,11 +51,7 @@ class TsdfVolume {
 
   [[nodiscard]] std::size_t blocks() const { return index_.blocks().size(); }  ///< leaves of 8^3 voxels
   [[nodiscard]] std::size_t active_voxels() const;                             ///< observed voxels
-  [[nodiscard]] double memory_mib() const;                                     ///< of the three grids
-  /// Memory of one block of 8^3 voxels, its share of the trees and of the index included.
-  [[nodiscard]] static std::size_t bytes_per_block();
-  /// Blocks that fit the memory budget.
-  [[nodiscard]] std::size_t max_blocks() const;
+  [[nodiscard]] const VolumeMemory& memory() const { return memory_; }
 
   [[nodiscard]] const BlockIndex& index() const { return index_; }
   [[nodiscard]] BlockIndex& index() { return index_; }
@@ -77,6 +75,7 @@ class TsdfVolume {
   WeightGrid::Ptr weight_;
   ColourGrid::Ptr colour_;
   BlockIndex index_;
+  VolumeMemory memory_;
 };
 
 /// A volume read from a .vdb: ours, or any file with a FloatGrid.

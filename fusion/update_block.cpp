@@ -246,7 +246,9 @@ class SlabUpdate {
       const auto inside = hn::Max(zero, hn::Sub(one, hn::Mul(hn::Abs(distance), per_truncation)));
       const auto nearness = hn::Mul(hn::Mul(inside, inside), inside);
       const auto share = hn::IfThenElse(hn::Ge(distance, zero), hn::Max(nearness, set(kFreeSpaceShare)), nearness);
-      const auto weight = hn::IfThenElseZero(is_seen, hn::Mul(pixel_weight, share));
+      VF weight = hn::IfThenElseZero(is_seen, hn::Mul(pixel_weight, share));
+      const auto is_before = hn::And(is_seen, hn::Ge(distance, truncation));
+      if (frame_.clear_m != nullptr && !hn::AllFalse(f, is_before)) weight = carving(at, is_before, z, weight);
       const auto is_observed = hn::Gt(weight, zero);
       const auto is_inner = hn::And(is_observed, hn::Lt(hn::Abs(distance), hn::Mul(set(kInnerBand), truncation)));
       hn::StoreU(weight, f, weight_.data() + at);
@@ -257,6 +259,23 @@ class SlabUpdate {
       observed_.add_if(observed != 0, at);
       coloured_.add_if(!hn::AllFalse(f, is_inner), at);
     }
+  }
+
+  /// The weight of voxels before the band. What stood there was nearer than what is seen now, and weighs much more:
+  /// where the space is certainly clear it counts as a view of a surface at the voxel would. Space that is free by now
+  /// is left to the other views, so that it does not grow heavy: something may yet come to stand there.
+  HWY_INLINE VF carving(std::size_t at, MF is_before, VF z, VF weight) const {
+    const Floats f;
+    const auto has_matter = hn::And(is_before, hn::Lt(hn::LoadU(f, voxels_.tsdf + first_voxel_ + at), hn::Zero(f)));
+    if (hn::AllFalse(f, has_matter)) return weight;
+    alignas(32) std::array<float, kBlockSide> clear;
+    for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) clear[lane] = frame_.clear_m[pixel_[at + lane]];
+    const auto is_clear = hn::And(has_matter, hn::Lt(z, hn::Load(f, clear.data())));
+    const auto beyond = hn::Sub(z, set(frame_.noise.from_m));
+    const auto sigma =
+        hn::Add(set(frame_.noise.floor_m), hn::Mul(set(frame_.noise.growth_per_m), hn::Mul(beyond, beyond)));
+    const auto here = hn::Div(set(kFreeSpaceShare * frame_.best_variance), hn::Mul(sigma, sigma));
+    return hn::IfThenElse(is_clear, hn::Max(weight, here), weight);
   }
 
   /// The weighted running mean.
@@ -399,7 +418,9 @@ FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& ca
       per_fx(static_cast<float>(1 / camera.fx)),
       per_fy(static_cast<float>(1 / camera.fy)),
       band_m(static_cast<float>(config.truncation_voxels * config.voxel_size_m)),
-      max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)) {}
+      max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)),
+      noise(config.noise),
+      best_variance(noise.sigma_m(noise.from_m) * noise.sigma_m(noise.from_m)) {}
 
 }  // namespace scanknit
 #endif

@@ -7,6 +7,7 @@
 
 #include "core/camera.h"
 #include "core/image.h"
+#include "core/pixel_rows.h"
 #include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"
 
@@ -18,7 +19,9 @@ inline constexpr std::size_t kBlockVoxels = 512;
 /// The inner part of the band, where the surface will come to lie whatever the noise: there colour is taken.
 inline constexpr float kInnerBand = 0.5f;
 
-/// Free space in front of a surface counts as much of an observation: enough to carve.
+/// Free space in front of a surface counts as much of an observation: enough to carve. Behind a surface the largest
+/// distance times its weight is 0.105 truncations (a quarter of a truncation behind, times the cube of three quarters):
+/// what was seen N times is free after about 2 N views through it.
 inline constexpr float kFreeSpaceShare = 0.05f;
 
 /// Colours are the mean of about so many views as good as the best one ...
@@ -55,6 +58,10 @@ struct FrameView {
   float per_fx, per_fy;
   float band_m;  ///< the band's least half-width
   float max_weight;
+  /// Known voxels nearer than this are free, whatever the surface behind them weighs: see Observation. Null: not asked.
+  const float* clear_m = nullptr;
+  FloatNoise noise;
+  float best_variance;  ///< as in Band
   ColourView colour;
 };
 

@@ -175,6 +175,19 @@ TEST_F(Orbit, ThatIsLostForMostOfItsLengthIsRefused) {
   EXPECT_EQ(report()["frames"]["lost"], 100);
 }
 
+TEST_F(Orbit, ThatLeavesAFullVolumeIsMeshedAsFarAsItGoesAndBlamesTheBudget) {
+  const Outcome outcome = run({"--set", "fusion.memory_budget=8MiB", "--set", "fusion.voxel_size=5mm"});
+  EXPECT_EQ(outcome.exit_code, 9) << outcome.err;
+  EXPECT_NE(outcome.err.find("fusion.memory_budget"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(fs::exists(output() / "model.glb"));
+  EXPECT_EQ(report()["exit_code"], 9);
+  EXPECT_NE(report()["status"].get<std::string>().find("fusion.memory_budget"), std::string::npos);
+  EXPECT_EQ(report()["volume"]["is_budget_reached"], true);
+  EXPECT_LE(report()["volume"]["memory_mib"].get<double>(), 8);
+  EXPECT_GT(report()["mesh"]["triangles"].get<int>(), 0);
+  EXPECT_GT(report()["frames"]["lost"].get<int>(), kFrames / 2);
+}
+
 TEST_F(Orbit, GivesTheSameTrajectoryAndMeshForAnyNumberOfThreads) {
   std::vector<std::string> trajectories, meshes;
   for (const char* threads : {"1", "2", "8"}) {

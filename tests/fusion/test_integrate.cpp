@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "fusion/band_blocks.h"
@@ -251,14 +253,15 @@ TEST(Integrate, AcceptsAFrameWithoutAnyReturn) {
 
 TEST(Integrate, StopsGrowingAtTheBudgetAndSaysSo) {
   FusionConfig config = fixed_band();
-  config.memory_budget_mib = 1;
+  config.voxel_size_m = 0.003;
+  config.memory_budget_mib = 8;
   TsdfVolume volume = make_volume(config);
   const auto stats = integrate(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume);
   ASSERT_TRUE(stats);
   EXPECT_TRUE(stats->is_budget_reached);
   EXPECT_TRUE(volume.is_budget_reached);
   EXPECT_GT(volume.blocks(), 0u);
-  EXPECT_LE(volume.blocks(), volume.max_blocks());
+  EXPECT_LE(volume.memory().bytes(), config.memory_budget_mib << 20);
 }
 
 TEST(Integrate, GivesTheSameBitsForAnyNumberOfThreads) {
@@ -330,33 +333,52 @@ std::vector<Coord> blocks_of_cube(int from, int to) {
   return blocks;
 }
 
-TEST(Integrate, DependsLittleOnTheOrderOfFrames) {
-  const auto fused = [](const std::vector<int>& steps) {
-    TsdfVolume volume = make_volume(FusionConfig{});
-    for (const int i : steps) {
-      const Pose pose = looking_at_origin({0.8 * std::cos(0.3 * i), 0.8 * std::sin(0.3 * i), 0.3 + 0.02 * i});
-      const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
-      EXPECT_TRUE(integrate(frame, pose, volume));
+/// Twelve views of a ball, fused in some order; with noise if there is one.
+TsdfVolume fused_in_order(const std::vector<int>& steps, bool has_noise) {
+  const FusionConfig config;
+  TsdfVolume volume = make_volume(config);
+  for (const int i : steps) {
+    const Pose pose = looking_at_origin({0.8 * std::cos(0.3 * i), 0.8 * std::sin(0.3 * i), 0.3 + 0.02 * i});
+    Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
+    std::mt19937 random(static_cast<unsigned>(i));
+    std::normal_distribution<double> gaussian;
+    for (float& z : frame.depth_m.pixels()) {
+      const double drawn = gaussian(random);
+      if (has_noise && z > 0) z += static_cast<float>(drawn * config.noise.sigma_m(static_cast<double>(z)));
     }
-    return volume;
-  };
-  const TsdfVolume forwards = fused({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
-  const TsdfVolume mixed = fused({7, 0, 11, 4, 2, 9, 5, 10, 1, 8, 3, 6});
-  // The mean is the same but for rounding. Only what grazing views say of a block depends on whether it was there when
-  // they saw it: docs/fusion.md states these bounds.
-  double voxels = 0, off_by_a_thousandth = 0, off_by_a_tenth = 0;
+    EXPECT_TRUE(integrate(frame, pose, volume));
+  }
+  return volume;
+}
+
+class OrderOfFrames : public ::testing::TestWithParam<bool> {};
+
+TEST_P(OrderOfFrames, MattersLittle) {
+  const TsdfVolume forwards = fused_in_order({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, GetParam());
+  const TsdfVolume mixed = fused_in_order({7, 0, 11, 4, 2, 9, 5, 10, 1, 8, 3, 6}, GetParam());
+  const double voxel_m = forwards.config().voxel_size_m;
+  // The mean is the same but for rounding. Only what grazing views and free space say of a block depends on whether it
+  // was there when they saw it: docs/fusion.md states these bounds.
+  constexpr float kBarelySeen = 0.05f;  // a twentieth of one view at a right angle from near
+  double voxels = 0, off_by_a_thousandth = 0, off_by_a_tenth = 0, most = 0;
   for (auto value = forwards.tsdf().cbeginValueOn(); value; ++value) {
-    if (std::abs(*value) > kVoxel) continue;
+    if (std::abs(static_cast<double>(*value)) > voxel_m) continue;
+    const Voxel own = forwards.voxel(value.getCoord());
     const Voxel other = mixed.voxel(value.getCoord());
-    const double off_voxels = other.weight > 0 ? std::abs(*value - other.tsdf_m) / kVoxel : 1;
+    const double off_m = std::abs(static_cast<double>(own.tsdf_m) - static_cast<double>(other.tsdf_m));
+    const double off_voxels = other.weight > 0 ? off_m / voxel_m : 1;
     ++voxels;
     off_by_a_thousandth += off_voxels > 0.001 ? 1 : 0;
     off_by_a_tenth += off_voxels > 0.1 ? 1 : 0;
+    if (std::min(own.weight, other.weight) >= kBarelySeen) most = std::max(most, off_voxels);
   }
-  EXPECT_GT(voxels, 100'000);
-  EXPECT_LT(off_by_a_thousandth, 0.01 * voxels);
-  EXPECT_LT(off_by_a_tenth, 0.003 * voxels);
+  EXPECT_GT(voxels, 40'000);
+  EXPECT_LT(off_by_a_thousandth, 0.004 * voxels);
+  EXPECT_LT(off_by_a_tenth, 0.002 * voxels);
+  EXPECT_LT(most, 0.02);
 }
+
+INSTANTIATE_TEST_SUITE_P(WithNoise, OrderOfFrames, ::testing::Bool());
 
 /// The distances that a frame gives the voxels of an empty block; NaN where it says nothing.
 std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Pose& T_camera_world, const Coord& block) {
@@ -411,7 +433,7 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
 TEST(BlockCounter, CountsWhatIntegrationAllocates) {
   const FusionConfig config = fixed_band();
   TsdfVolume volume = make_volume(config);
-  BlockCounter counter(config, 1'000'000);
+  BlockCounter counter(config, std::size_t{1} << 30);
   for (int i = 0; i < 4; ++i) {
     const Pose pose = looking_at_origin({0.8 * std::cos(i), 0.8 * std::sin(i), 0.3});
     const Frame frame = sphere_frame(small_camera(), pose.inverse() * Eigen::Vector3d::Zero(), 0.2);
@@ -423,10 +445,14 @@ TEST(BlockCounter, CountsWhatIntegrationAllocates) {
 }
 
 TEST(BlockCounter, StopsAtItsLimit) {
-  BlockCounter counter(fixed_band(), 10);
-  counter.add(plane_frame(small_camera(), {0, 0, -1}, -0.8), Pose::Identity());
-  EXPECT_TRUE(counter.is_full());
-  EXPECT_EQ(counter.blocks(), 10u);
+  const Frame wall = plane_frame(small_camera(), {0, 0, -1}, -0.8);
+  BlockCounter all(fixed_band(), std::size_t{1} << 30);
+  all.add(wall, Pose::Identity());
+  EXPECT_FALSE(all.is_full());
+  BlockCounter some(fixed_band(), std::size_t{4} << 20);
+  some.add(wall, Pose::Identity());
+  EXPECT_TRUE(some.is_full());
+  EXPECT_LT(some.blocks(), all.blocks());
 }
 
 }  // namespace

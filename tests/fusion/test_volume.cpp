@@ -135,15 +135,52 @@ TEST_F(VolumeFile, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
   EXPECT_EQ(saved.error().code, ErrorCode::kOutput);
 }
 
-TEST(FusionVolume, BlockSizeIsWhatOpenVdbCounts) {
-  FusionConfig config;
-  config.voxel_size_m = 0.002;
+/// A wall before each side of the origin, so that inner nodes on all sides of it are needed.
+TsdfVolume walls_all_round(const FusionConfig& config) {
   auto volume = TsdfVolume::create(config);
-  ASSERT_TRUE(volume);
-  ASSERT_TRUE(integrate(test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8), Pose::Identity(), volume.value()));
-  const double counted = volume->memory_mib() * (1 << 20) / static_cast<double>(volume->blocks());
-  constexpr double kShareOfInnerNodes = 0.15;  // inner nodes are few for a dense band and many for a sparse one
-  EXPECT_NEAR(static_cast<double>(TsdfVolume::bytes_per_block()) / counted, 1.0, kShareOfInnerNodes);
+  EXPECT_TRUE(volume);
+  for (const double turn : {0.0, 1.6, 3.1, 4.7}) {
+    const Pose pose(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()));
+    EXPECT_TRUE(integrate(test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8), pose, volume.value()));
+  }
+  return std::move(volume).value();
+}
+
+std::size_t counted_by_openvdb(const TsdfVolume& volume) {
+  return volume.tsdf().memUsage() + volume.weight().memUsage() + volume.colour().memUsage();
+}
+
+TEST(VolumeMemory, IsWhatOpenVdbCountsAndTheIndex) {
+  for (const double voxel_size_m : {0.004, 0.02}) {
+    FusionConfig config;
+    config.voxel_size_m = voxel_size_m;
+    const TsdfVolume volume = walls_all_round(config);
+    const auto counted = static_cast<double>(counted_by_openvdb(volume));
+    const auto told = static_cast<double>(volume.memory().bytes());
+    EXPECT_GE(told, counted) << voxel_size_m;
+    EXPECT_LE(told, 1.1 * counted) << voxel_size_m;
+  }
+}
+
+TEST(VolumeMemory, KeepsWithinSmallBudgets) {
+  for (const std::size_t budget_mib : {8, 9, 10, 15, 20}) {
+    FusionConfig config;
+    config.memory_budget_mib = budget_mib;
+    const TsdfVolume volume = walls_all_round(config);
+    EXPECT_TRUE(volume.is_budget_reached) << budget_mib;
+    EXPECT_GT(volume.active_voxels(), 0u) << budget_mib;
+    EXPECT_LE(counted_by_openvdb(volume), budget_mib << 20) << budget_mib;
+    EXPECT_LE(volume.memory().bytes(), budget_mib << 20) << budget_mib;
+  }
+}
+
+TEST(VolumeMemory, RefusesABudgetThatHoldsNothingAndNamesTheLeast) {
+  FusionConfig config;
+  config.memory_budget_mib = 7;
+  const auto volume = TsdfVolume::create(config);
+  ASSERT_FALSE(volume);
+  EXPECT_EQ(volume.error().code, ErrorCode::kConfig);
+  EXPECT_NE(volume.error().message.find("expected 8 MiB or more"), std::string::npos) << volume.error().message;
 }
 
 TEST(FusionVolume, RefusesAVoxelSizeOfZero) {

@@ -1,0 +1,56 @@
+#include "fusion/volume_memory.h"
+
+#include "fusion/block_index.h"
+
+namespace scanknit {
+namespace {
+
+using openvdb::Coord;
+
+template <typename Grid>
+using UpperNode = typename Grid::TreeType::RootNodeType::ChildNodeType;
+template <typename Grid>
+using LowerNode = typename UpperNode<Grid>::ChildNodeType;
+
+template <typename Grid>
+constexpr std::size_t leaf_bytes() {
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  constexpr std::size_t kHeap = 2 * 16;  // of the node and its buffer: what malloc keeps for itself
+  return sizeof(Leaf) + Leaf::SIZE * sizeof(typename Leaf::ValueType) + kHeap;
+}
+
+/// A leaf of each grid; its entry in the list, which grows by doubling; at most four slots in the table; its number in
+/// its region.
+constexpr std::size_t kBlockBytes = leaf_bytes<TsdfGrid>() + leaf_bytes<WeightGrid>() + leaf_bytes<ColourGrid>() +
+                                    2 * sizeof(VolumeBlock) + (4 + 2) * sizeof(BlockIndex::Number);
+constexpr std::size_t kLowerBytes =
+    sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightGrid>) + sizeof(LowerNode<ColourGrid>);
+constexpr std::size_t kUpperBytes =
+    sizeof(UpperNode<TsdfGrid>) + sizeof(UpperNode<WeightGrid>) + sizeof(UpperNode<ColourGrid>);
+static_assert(8 * (kUpperBytes + kLowerBytes) + 100 * kBlockBytes < (VolumeMemory::kLeastBudgetMib << 20));
+
+Coord lower_origin(const Coord& origin) {
+  return origin & ~(static_cast<int>(LowerNode<TsdfGrid>::DIM) - 1);
+}
+Coord upper_origin(const Coord& origin) {
+  return origin & ~(static_cast<int>(UpperNode<TsdfGrid>::DIM) - 1);
+}
+
+}  // namespace
+
+std::size_t VolumeMemory::bytes() const {
+  return blocks_ * kBlockBytes + lower_nodes_.size() * kLowerBytes + upper_nodes_.size() * kUpperBytes;
+}
+
+std::size_t VolumeMemory::bytes_with(const Coord& origin) const {
+  return bytes() + kBlockBytes + (lower_nodes_.contains(lower_origin(origin)) ? 0 : kLowerBytes) +
+         (upper_nodes_.contains(upper_origin(origin)) ? 0 : kUpperBytes);
+}
+
+void VolumeMemory::add(const Coord& origin) {
+  ++blocks_;
+  lower_nodes_.insert(lower_origin(origin));
+  upper_nodes_.insert(upper_origin(origin));
+}
+
+}  // namespace scanknit
