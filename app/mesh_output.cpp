@@ -19,7 +19,7 @@ constexpr double kBytesPerMebibyte = 1024.0 * 1024.0;
 void describe_volume(const TsdfVolume& volume, RunReport& report) {
   report.volume.active_voxels = volume.active_voxels();
   report.volume.blocks = volume.blocks();
-  report.volume.memory_mib = static_cast<double>(volume.memory().bytes()) / (1 << 20);
+  report.volume.memory_mib = static_cast<double>(volume.memory().bytes()) / kBytesPerMebibyte;
   report.volume.voxel_size_m = volume.config().voxel_size_m;
 }
 

@@ -54,23 +54,22 @@ std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volum
 
 Result<void> check_tracking(const RunReport& report) {
   if (!report.tracking || 2 * report.frames.lost <= report.tracking->frames.size()) return {};
-  if (report.volume.is_budget_reached) {
-    return Error{ErrorCode::kBudget,
-                 fmt::format("tracking was lost in {} of {} frames since the volume was full (fusion.memory_budget): "
-                             "what it holds has been meshed; for the rest, --set fusion.memory_budget=... or a larger "
-                             "fusion.voxel_size",
-                             report.frames.lost, report.tracking->frames.size())};
-  }
   std::map<std::string, std::size_t> reasons;
   for (const auto& frame : report.tracking->frames) {
     if (frame.state == "lost") ++reasons[frame.reason];
   }
   std::vector<std::string> parts;
   for (const auto& [reason, count] : reasons) parts.push_back(fmt::format("{} x {}", count, reason));
-  return Error{ErrorCode::kTooLittle,
-               fmt::format("tracking was lost in {} of {} frames ({}); scan more slowly, with more of what was already "
-                           "seen in view",
-                           report.frames.lost, report.tracking->frames.size(), fmt::join(parts, "; "))};
+  const std::string lost = fmt::format("tracking was lost in {} of {} frames ({})", report.frames.lost,
+                                       report.tracking->frames.size(), fmt::join(parts, "; "));
+  if (report.volume.is_budget_reached) {
+    return Error{
+        ErrorCode::kBudget,
+        lost +
+            ", and the volume had reached fusion.memory_budget, beyond which there is nothing to track against. "
+            "What it holds has been meshed; for more, raise fusion.memory_budget or fusion.voxel_size"};
+  }
+  return Error{ErrorCode::kTooLittle, lost + "; scan more slowly, with more of what was already seen in view"};
 }
 
 }  // namespace scanknit

@@ -26,9 +26,9 @@ class PoseFinder {
   Tracker tracker_;
 };
 
-/// Errors when poses were tracked, and tracking was lost in more than half of the frames. kBudget: the volume had
-/// reached fusion.memory_budget, so that there was nothing to track against where the camera went; what there is can be
-/// meshed. kTooLittle otherwise; the message counts the reasons.
+/// Errors when poses were tracked, and tracking was lost in more than half of the frames. The message counts the
+/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be why; what there is can be meshed.
+/// kTooLittle otherwise.
 [[nodiscard]] Result<void> check_tracking(const RunReport& report);
 
 }  // namespace scanknit
