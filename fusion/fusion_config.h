@@ -7,6 +7,10 @@
 
 namespace scanknit {
 
+/// Below this a scan round the origin has next to no room for voxels: the inner nodes of the trees alone take about
+/// seven.
+inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
+
 struct FusionConfig {
   double voxel_size_m = 0.004;
   double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels ...
@@ -14,7 +18,7 @@ struct FusionConfig {
   NoiseModel noise;
   double max_weight = 4095;      ///< the running mean forgets beyond this weight
   bool carve_free_space = true;  ///< known voxels in front of the surface are updated towards +truncation
-  std::size_t memory_budget_mib = 4096;
+  std::size_t memory_budget_mib = 4096;  ///< at least kLeastMemoryBudgetMib
 };
 
 }  // namespace scanknit

@@ -31,10 +31,10 @@ Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   if (!is_positive(config.truncation_voxels)) return Error{ErrorCode::kConfig, "fusion.truncation: expected > 0"};
   if (!(config.truncation_sigmas >= 0)) return Error{ErrorCode::kConfig, "fusion.truncation_sigmas: expected >= 0"};
   if (!is_positive(config.max_weight)) return Error{ErrorCode::kConfig, "fusion.max_weight: expected > 0"};
-  if (config.memory_budget_mib < VolumeMemory::kLeastBudgetMib) {
+  if (config.memory_budget_mib < kLeastMemoryBudgetMib) {
     return Error{ErrorCode::kConfig, "fusion.memory_budget: " + std::to_string(config.memory_budget_mib) +
                                          " MiB hold next to no voxels; expected " +
-                                         std::to_string(VolumeMemory::kLeastBudgetMib) +
+                                         std::to_string(kLeastMemoryBudgetMib) +
                                          " MiB or more (the scan of an object takes some 20, of a room some hundred)"};
   }
 

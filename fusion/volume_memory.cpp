@@ -1,6 +1,7 @@
 #include "fusion/volume_memory.h"
 
 #include "fusion/block_index.h"
+#include "fusion/fusion_config.h"
 
 namespace scanknit {
 namespace {
@@ -27,7 +28,7 @@ constexpr std::size_t kLowerBytes =
     sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightGrid>) + sizeof(LowerNode<ColourGrid>);
 constexpr std::size_t kUpperBytes =
     sizeof(UpperNode<TsdfGrid>) + sizeof(UpperNode<WeightGrid>) + sizeof(UpperNode<ColourGrid>);
-static_assert(8 * (kUpperBytes + kLowerBytes) + 100 * kBlockBytes < (VolumeMemory::kLeastBudgetMib << 20));
+static_assert(8 * (kUpperBytes + kLowerBytes) + 100 * kBlockBytes < (kLeastMemoryBudgetMib << 20));
 
 Coord lower_origin(const Coord& origin) {
   return origin & ~(static_cast<int>(LowerNode<TsdfGrid>::DIM) - 1);

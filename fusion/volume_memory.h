@@ -18,9 +18,6 @@ class VolumeMemory {
   /// The block at `origin` is not in it yet.
   void add(const openvdb::Coord& origin);
 
-  /// Below this a scan round the origin has next to no room for voxels: the inner nodes alone take about seven.
-  static constexpr std::size_t kLeastBudgetMib = 8;
-
  private:
   std::size_t blocks_ = 0;
   std::unordered_set<openvdb::Coord> lower_nodes_, upper_nodes_;
