@@ -41,8 +41,8 @@ enum class PoseMode {
   kAuto,       ///< kRecording when the recording has poses, else kTrack
   kRecording,  ///< from the recording; a frame without one is dropped
   kTrack,      ///< found from what the frames show; the recording's are not looked at but for the first
-  kRefine,     ///< the recording's, each corrected a little by what the frame shows
-  kStill,      ///< the scanner did not move: every frame is seen from the world's origin
+  kRefine,  ///< the recording's, each corrected a little by what the frame shows, or left out where that contradicts it
+  kStill,   ///< the scanner did not move: every frame is seen from the world's origin
 };
 
 /// True where poses are found from the frames.

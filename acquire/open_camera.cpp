@@ -24,6 +24,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMjpegRatio = 0.1;
 
+constexpr std::string_view kUsb = "usb:", kKinect = "kinect1:";
+
 enum class Driver { kUvc, kKinect1 };
 
 /// A scanner that is plugged in.
@@ -57,7 +59,6 @@ std::optional<std::uint16_t> hex_number(std::string_view text) {
 }
 
 std::optional<WantedCamera> parse_uri(std::string_view uri) {
-  constexpr std::string_view kUsb = "usb:", kKinect = "kinect1:";
   WantedCamera wanted;
   if (uri.empty()) return wanted;
   if (uri.starts_with(kKinect)) {
@@ -85,7 +86,7 @@ std::vector<FoundCamera> find_cameras(const UsbContext& context) {
   int kinects = 0;
   for (UsbDeviceInfo& device : context.devices()) {
     if (is_kinect1(device)) {
-      const std::string numbered_uri = "kinect1:" + std::to_string(kinects);
+      const std::string numbered_uri = std::string(kKinect) + std::to_string(kinects);
       const DeviceInfo info = describe_kinect1(device, kinects++);
       cameras.push_back({Driver::kKinect1, std::move(device), info, numbered_uri});
     } else if (!depth_functions_of(device).empty()) {

@@ -215,8 +215,9 @@ std::vector<ConfigKey> acquire_keys() {
       choice<PoseMode>(
           {"acquire.poses", "",
            "Where poses come from. recording: from the recording, a frame without one is dropped; track: found from "
-           "the frames themselves; refine: the recording's, each corrected a little; still: the scanner did not move. "
-           "auto: recording if it has poses, else track."},
+           "the frames themselves; refine: the recording's, each corrected a little, or left out where what was "
+           "scanned "
+           "before contradicts it; still: the scanner did not move. auto: recording if it has poses, else track."},
           {{"auto", PoseMode::kAuto},
            {"recording", PoseMode::kRecording},
            {"track", PoseMode::kTrack},
@@ -307,8 +308,7 @@ std::vector<ConfigKey> fusion_keys() {
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "
            "voxel size that would fit."},
-          {kLeastMemoryBudgetMib, 1 << 24},
-          [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
+          {kLeastMemoryBudgetMib, 1 << 24}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
   };
 }
 

@@ -168,7 +168,7 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
   if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
-  if (!is_sure(found.icp) && found.icp.overlap >= kLeastOverlap && has_fallen(found.icp)) {
+  if (!is_sure(found.icp) && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
     return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
   }
   if (!(is_small ? is_believable(found.icp) : is_sure(found.icp))) {
@@ -184,7 +184,7 @@ bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
 }
 
 bool Tracker::is_surprise(const Fit& fit, std::int64_t timestamp_ns) const {
-  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals || has_fallen(fit.icp)) return true;
+  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals || is_suddenly_worse(fit.icp)) return true;
   const Pose moved = T_before_last_.value_or(Pose::Identity());
   return !is_near(predicted(timestamp_ns), fit.T_world_camera, std::max(kSurprise_m, moved.translation().norm()),
                   std::max(kSurprise_rad, angle_of(moved)));
@@ -201,7 +201,7 @@ bool Tracker::is_sure(const IcpResult& fit) const {
          fit.contradicted_share <= usual_.contradicted_share + kUsualContradicted;
 }
 
-bool Tracker::has_fallen(const IcpResult& fit) const {
+bool Tracker::is_suddenly_worse(const IcpResult& fit) const {
   return fit.inlier_share < newest_.inlier_share - kFallOfInliers ||
          fit.colour_agreement < newest_.colour_agreement - kFallOfColour ||
          fit.contradicted_share > newest_.contradicted_share + kRiseOfContradiction;

@@ -97,7 +97,7 @@ class Tracker {
   [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_surprise(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_sure(const IcpResult& fit) const;
-  [[nodiscard]] bool has_fallen(const IcpResult& fit) const;
+  [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
   void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);

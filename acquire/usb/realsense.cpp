@@ -73,7 +73,7 @@ Result<RealsenseColour> RealsenseUnit::colour_camera(int width, int height) {
 }
 
 Result<double> RealsenseUnit::depth_unit_m() {
-  const auto control = ask(RealsenseOpcode::kReadAdvanced, kDepthControl);
+  const auto control = ask(RealsenseOpcode::kReadAdvanced, kDepthTableControl);
   if (!control) return control.error();
   return parse_depth_unit(*control);
 }

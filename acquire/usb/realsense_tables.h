@@ -17,7 +17,7 @@ enum class RealsenseOpcode : std::uint32_t { kIdentity = 0x10, kReadTable = 0x15
 
 inline constexpr std::uint32_t kDepthTable = 25;
 inline constexpr std::uint32_t kColourTable = 32;
-inline constexpr std::uint32_t kDepthControl = 9;  ///< of the advanced controls
+inline constexpr std::uint32_t kDepthTableControl = 9;  ///< of the advanced controls
 
 /// A hardware monitor command: length, magic, opcode and four parameters.
 [[nodiscard]] std::vector<std::byte> encode_command(RealsenseOpcode opcode, std::uint32_t parameter = 0);
@@ -36,7 +36,7 @@ struct RealsenseIdentity {
 /// Errors (kDevice): cut short, a wrong checksum, a resolution that the table lacks or that has no sensible values.
 [[nodiscard]] Result<CameraIntrinsics> parse_depth_table(std::span<const std::byte> table, int width, int height);
 
-/// Metres of one raw unit, from the answer to kReadAdvanced of kDepthControl. Errors (kDevice): cut short, or no
+/// Metres of one raw unit, from the answer to kReadAdvanced of kDepthTableControl. Errors (kDevice): cut short, or no
 /// sensible unit.
 [[nodiscard]] Result<double> parse_depth_unit(std::span<const std::byte> data);
 

@@ -60,6 +60,12 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
   /// Without a clock nothing tells of the cut but what is seen.
   [[nodiscard]] static bool has_clock() { return std::get<1>(GetParam()); }
 
+  /// Half of those that were found when this was written; the others look where little or nothing has been scanned.
+  [[nodiscard]] static int least_found() {
+    if (std::string(std::get<0>(GetParam())) == "desk") return 7;
+    return has_clock() ? 5 : 1;
+  }
+
   FusionConfig config_;
   std::vector<Frame> frames_;
 };
@@ -73,6 +79,7 @@ TEST_P(Cuts, NeverLeadToAWrongPlace) {
     for (const std::size_t cut : {5u, 8u, 20u, 40u}) {
       if (i < kFirstCut || i % 15 != 0) continue;
       const Found after = find_after(i, cut, tracker, *volume);
+      // Tracking without any cut ends up to a voxel from the truth here.
       EXPECT_LT(after.error_m, 1.5 * kVoxel_m) << cut << " frames cut from " << i << ": " << to_string(after.state);
       ++tried;
       found += after.state == TrackState::kLost ? 0 : 1;
@@ -82,7 +89,7 @@ TEST_P(Cuts, NeverLeadToAWrongPlace) {
     ASSERT_TRUE(integrate(frames_[i], result.T_world_camera, *volume));
   }
   EXPECT_EQ(tried, 24);
-  EXPECT_GT(found, 0);  // the others look where little or nothing has been scanned
+  EXPECT_GE(found, least_found());
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Cuts, ::testing::Combine(::testing::Values("desk", "room"), ::testing::Bool()),

@@ -282,84 +282,80 @@ TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {
   EXPECT_EQ(losses.total(), static_cast<std::uint64_t>(numbers.back() + 1) - numbers.size());
 }
 
-TEST(Replug, ResumesTheSameCameraBySerial) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({.serial = "mine"});
-  DeviceOptions options;
-  options.reconnect_s = 5;
-  const auto source = open_first(options);
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
-  EXPECT_TRUE(log.wait_for_depth(10));
-  bus.unplug(address);
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
-  bus.plug({.serial = "another"});
-  bus.plug({.serial = "mine", .clock_start_us = 0});  // a second behind what it was
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
-  const std::size_t before = log.depth().size();
-  EXPECT_TRUE(log.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
-  (*source)->stop();
+/// A camera on a bus where it comes and goes.
+class Replug : public ::testing::Test {
+ protected:
+  /// The camera plugged in first, which may be away for `reconnect_s` once it is started.
+  void open(double reconnect_s) {
+    DeviceOptions options;
+    options.reconnect_s = reconnect_s;
+    auto opened = open_first(options);
+    ASSERT_TRUE(opened) << opened.error().text();
+    source_ = *std::move(opened);
+  }
+
+  void start() {
+    const auto streams = streams_of(*source_, EmulatedBus::kBriskFps);
+    ASSERT_TRUE(source_->start(streams, log_.frame_sink(), log_.event_sink()));
+    EXPECT_TRUE(log_.wait_for_depth(5));
+  }
+
+  EmulatedBus bus_;
+  FrameLog log_;
+  std::unique_ptr<DeviceSource> source_;
+};
+
+TEST_F(Replug, ResumesTheSameCameraBySerial) {
+  const int address = bus_.plug({.serial = "mine"});
+  ASSERT_NO_FATAL_FAILURE(open(5));
+  ASSERT_NO_FATAL_FAILURE(start());
+  bus_.unplug(address);
+  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kLeft));
+  bus_.plug({.serial = "another"});
+  bus_.plug({.serial = "mine", .clock_start_us = 0});  // a second behind what it was
+  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kReturned));
+  const std::size_t before = log_.depth().size();
+  EXPECT_TRUE(log_.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
 }
 
-TEST(Replug, SetsTheControlsAgain) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({});
-  DeviceOptions options;
-  options.reconnect_s = 20;
-  const auto source = open_first(options);
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->set_control(DeviceControl::kEmitter, 0));
-  ASSERT_TRUE((*source)->set_control(DeviceControl::kLaserPower, 300));
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
-  EXPECT_TRUE(log.wait_for_depth(3));
-  bus.unplug(address);
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
-  const int again = bus.plug({});
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
-  bus.with_camera(again, [](Vcam& camera) {
+TEST_F(Replug, SetsTheControlsAgain) {
+  const int address = bus_.plug({});
+  ASSERT_NO_FATAL_FAILURE(open(20));
+  ASSERT_TRUE(source_->set_control(DeviceControl::kEmitter, 0));
+  ASSERT_TRUE(source_->set_control(DeviceControl::kLaserPower, 300));
+  ASSERT_NO_FATAL_FAILURE(start());
+  bus_.unplug(address);
+  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kLeft));
+  const int again = bus_.plug({});
+  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kReturned));
+  bus_.with_camera(again, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{0}, std::byte{0}}));
     EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
   });
-  (*source)->stop();
 }
 
-TEST(Replug, ResumesACameraWhosePlugWobbles) {
-  EmulatedBus bus;
-  FrameLog log;
-  int address = bus.plug({});
-  DeviceOptions options;
-  options.reconnect_s = 20;
-  const auto source = open_first(options);
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
-  EXPECT_TRUE(log.wait_for_depth(5));
+TEST_F(Replug, ResumesACameraWhosePlugWobbles) {
+  int address = bus_.plug({});
+  ASSERT_NO_FATAL_FAILURE(open(20));
+  ASSERT_NO_FATAL_FAILURE(start());
   for (const auto contact : {3ms, 8ms, 15ms, 20ms, 30ms}) {
-    bus.unplug(address);
-    address = bus.plug({});
+    bus_.unplug(address);
+    address = bus_.plug({});
     std::this_thread::sleep_for(contact);
   }
-  bus.unplug(address);
-  bus.plug({});
-  const std::size_t before = log.depth().size();
-  EXPECT_TRUE(log.wait_for_depth(before + 10));
-  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
-  (*source)->stop();
+  bus_.unplug(address);
+  bus_.plug({});
+  const std::size_t before = log_.depth().size();
+  EXPECT_TRUE(log_.wait_for_depth(before + 10));
+  EXPECT_EQ(log_.count(DeviceEvent::Kind::kFailed), 0);
 }
 
-TEST(Replug, ThatDoesNotHappenIsGivenUp) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({});
-  DeviceOptions options;
-  options.reconnect_s = 0.2;
-  const auto source = open_first(options);
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
-  EXPECT_TRUE(log.wait_for_depth(3));
-  bus.unplug(address);
-  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+TEST_F(Replug, ThatDoesNotHappenIsGivenUp) {
+  const int address = bus_.plug({});
+  ASSERT_NO_FATAL_FAILURE(open(0.2));
+  ASSERT_NO_FATAL_FAILURE(start());
+  bus_.unplug(address);
+  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kFailed));
 }
 
 TEST(StartedCamera, InUseByAnotherProgramIsAnError) {

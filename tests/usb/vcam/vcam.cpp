@@ -146,11 +146,11 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
   }
   if (request != kSetCurrent || data.size() < 24) return std::nullopt;
   const std::uint32_t opcode = u32_at(data, 4), table = u32_at(data, 8);
-  constexpr std::uint32_t kReadAdvanced = 0x2C, kDepthControl = 9, kNotNow = 0xFFFFFFEC;  // an error code: -20
+  constexpr std::uint32_t kReadAdvanced = 0x2C, kDepthTableControl = 9, kNotNow = 0xFFFFFFEC;  // an error code: -20
   Bytes reply;
   reply.u32(opcode == kReadAdvanced && control_faults.has_no_advanced_mode ? kNotNow : opcode);
   // Micrometres; clamps, disparity mode and shift.
-  if (opcode == kReadAdvanced && table == kDepthControl) reply.u32(options_.depth_unit_um).u32(0).u32(65535).fill(8);
+  if (opcode == kReadAdvanced && table == kDepthTableControl) reply.u32(options_.depth_unit_um).u32(0).u32(65535).fill(8);
   if (opcode == 0x10) reply.add(identity_data());
   if (opcode == 0x15 && table == kDepthTable) reply.add(depth_table());
   if (opcode == 0x15 && table == kColourTable) reply.add(colour_table());
