@@ -16,8 +16,8 @@ struct FusionConfig {
   double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels ...
   double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
   NoiseModel noise;
-  double max_weight = 4095;      ///< the running mean forgets beyond this weight
-  bool carve_free_space = true;  ///< known voxels in front of the surface are updated towards +truncation
+  double max_weight = 4095;              ///< the running mean forgets beyond this weight
+  bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
   std::size_t memory_budget_mib = 4096;  ///< at least kLeastMemoryBudgetMib
 };
 

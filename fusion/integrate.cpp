@@ -20,14 +20,19 @@ using openvdb::Coord;
 
 constexpr float kNowhere_m = 1e30f;  // behind everything
 
-/// A block that a frame concerns; leaves of its own while it is not in the volume yet.
+/// Leaves that are not in the volume.
+struct Leaves {
+  std::unique_ptr<TsdfLeaf> tsdf;
+  std::unique_ptr<WeightLeaf> weight;
+  std::unique_ptr<ColourLeaf> colour;
+};
+
+/// A block that a frame concerns.
 struct BlockTask {
   Coord origin;
   float far_m;                                   ///< behind this z the frame says nothing of it
   BlockIndex::Number known = BlockIndex::kNone;  ///< its number in the volume
-  std::unique_ptr<TsdfLeaf> tsdf = {};
-  std::unique_ptr<WeightLeaf> weight = {};
-  std::unique_ptr<ColourLeaf> colour = {};
+  Leaves added = {};                             ///< while it has none, if the frame says something of it
   bool has_matter = false;
 };
 
@@ -63,18 +68,25 @@ class BlockUpdate {
     }
   }
 
-  void apply(BlockTask& task) const {
+  /// `spare`: leaves in which nothing is known, or none. They become the task's if it needs them.
+  void apply(BlockTask& task, Leaves& spare) const {
     if (task.known != BlockIndex::kNone) {
       VolumeBlock& block = volume_.index().blocks()[task.known];
       const bool has_changed = apply(block, task.far_m);
       block.has_changed = block.has_changed || has_changed;
       return;
     }
-    task.tsdf = std::make_unique<TsdfLeaf>(task.origin, volume_.tsdf().background());
-    task.weight = std::make_unique<WeightLeaf>(task.origin, WeightCode{0});
-    task.colour = std::make_unique<ColourLeaf>(task.origin, ColourCode{0});
-    VolumeBlock block{task.origin, task.tsdf.get(), task.weight.get(), task.colour.get()};
-    if (!apply(block, task.far_m)) task.tsdf.reset();
+    if (spare.tsdf == nullptr) {
+      spare = {std::make_unique<TsdfLeaf>(task.origin, volume_.tsdf().background()),
+               std::make_unique<WeightLeaf>(task.origin, WeightCode{0}),
+               std::make_unique<ColourLeaf>(task.origin, ColourCode{0})};
+    }
+    spare.tsdf->setOrigin(task.origin);
+    spare.weight->setOrigin(task.origin);
+    spare.colour->setOrigin(task.origin);
+    VolumeBlock block{task.origin, spare.tsdf.get(), spare.weight.get(), spare.colour.get()};
+    if (!apply(block, task.far_m)) return;
+    task.added = std::move(spare);
     task.has_matter = block.has_matter;
   }
 
@@ -181,8 +193,8 @@ class BlocksInFront {
 std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
   std::size_t added = 0;
   for (BlockTask& task : tasks) {
-    if (task.tsdf == nullptr) continue;
-    VolumeBlock block{task.origin, task.tsdf.release(), task.weight.release(), task.colour.release()};
+    if (task.added.tsdf == nullptr) continue;
+    VolumeBlock block{task.origin, task.added.tsdf.release(), task.added.weight.release(), task.added.colour.release()};
     block.last_frame = volume.frames;
     block.has_changed = true;
     block.has_matter = task.has_matter;
@@ -207,9 +219,10 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
     if (volume.config().carve_free_space) BlocksInFront(observation, T_world_camera, volume).append_to(tasks);
     const BlockUpdate update(observation, T_world_camera, volume);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
+      Leaves spare;
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         update.prefetch(tasks, i);
-        update.apply(tasks[i]);
+        update.apply(tasks[i], spare);
       }
     });
 

@@ -4,6 +4,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <limits>
+
 #include "fusion/luma.h"
 #include "fusion/ray_surfaces.h"
 
@@ -99,6 +101,8 @@ class Finder {
                    hn::Mul(field.gradient_z, lanes(rays_.step[2], lane)));
   }
 
+  static constexpr VoxelReader::At kNowhere{std::numeric_limits<int>::max(), 0, 0};
+
   /// The cells round the places where depth is z; those of pixels that are not `wanted` mean nothing.
   HWY_INLINE Places places_at(std::size_t lane, VF z, MF wanted) {
     const Floats f;
@@ -120,13 +124,18 @@ class Finder {
   HWY_INLINE Field field_at(std::size_t lane, VF z, MF& wanted) {
     const Floats f;
     const Places at = places_at(lane, z, wanted);
-    Cells<float> cells{};
     for (std::size_t pixel = 0; pixel < hn::Lanes(f); ++pixel) {
       if (!(wanted_[pixel] > 0)) continue;
-      if (!voxels_.distances(low_of(pixel), cells.corner[0].data() + pixel, kPixelGroup)) wanted_[pixel] = 0;
+      const VoxelReader::At low = low_of(pixel);
+      if (low == in_cells_[pixel]) continue;
+      in_cells_[pixel] = low;
+      if (!voxels_.distances(low, cells_.corner[0].data() + pixel, kPixelGroup)) {
+        in_cells_[pixel] = kNowhere;
+        wanted_[pixel] = 0;
+      }
     }
     wanted = hn::Gt(hn::LoadU(f, wanted_.data()), hn::Zero(f));
-    const auto corner = [&](std::size_t n) { return hn::LoadU(f, cells.corner[n].data()); };
+    const auto corner = [&](std::size_t n) { return hn::LoadU(f, cells_.corner[n].data()); };
     const VF dx00 = hn::Sub(corner(1), corner(0)), dx10 = hn::Sub(corner(3), corner(2));
     const VF dx01 = hn::Sub(corner(5), corner(4)), dx11 = hn::Sub(corner(7), corner(6));
     const VF x00 = hn::Add(corner(0), hn::Mul(dx00, at.x)), x10 = hn::Add(corner(2), hn::Mul(dx10, at.x));
@@ -173,6 +182,9 @@ class Finder {
   VoxelReader& voxels_;
   std::array<std::array<std::int32_t, kPixelGroup>, 3> low_{};
   PixelLanes wanted_{};
+  Cells<float> cells_{};  ///< the last that were read for each pixel ...
+  std::array<VoxelReader::At, kPixelGroup> in_cells_{kNowhere, kNowhere, kNowhere, kNowhere, kNowhere,
+                                                     kNowhere, kNowhere, kNowhere};  ///< ... and where these are
 };
 
 void find_surfaces(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
@@ -225,13 +237,6 @@ void find_surfaces(const Eye& eye, RayGroup& rays, VoxelReader& voxels, SeenGrou
 
 void find_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
   HWY_DYNAMIC_DISPATCH(find_intensities)(eye, rays, voxels, seen);
-}
-
-void prefetch_surfaces(const Eye& eye, const RayGroup& rays, VoxelReader& voxels) {
-  for (std::size_t lane = 0; lane < kPixelGroup; ++lane) {
-    const float z_m = rays.matter_z_m[lane];
-    if (z_m > 0) voxels.prefetch_distances(sample_at(eye, rays, lane, z_m - 0.5f * rays.voxel_z_m[lane], 0));
-  }
 }
 
 void prefetch_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, const SeenGroup& seen) {

@@ -16,32 +16,27 @@
 namespace scanknit {
 namespace {
 
-constexpr int kStripRows = 8;
 constexpr std::size_t kCacheLine = 64;
 
-/// Some rows of the picture.
-class Strip {
+/// The distances of the blocks that a tile's rays pass fit into a core's own cache.
+constexpr int kTileRows = 16;
+constexpr int kTileGroups = 4;
+constexpr int kTileWidth = kTileGroups * kPixelGroup;
+constexpr std::size_t kGroups = kTileRows * kTileGroups;
+
+/// Some neighbouring pixels.
+class Tile {
  public:
-  Strip(const BlockIndex& index, const Eye& eye, const CameraIntrinsics& k, int first_row)
-      : index_(index),
-        eye_(eye),
-        width_(k.width),
-        first_row_(first_row),
-        rows_(std::min(kStripRows, k.height - first_row)),
-        groups_across_((k.width + kPixelGroup - 1) / kPixelGroup),
-        groups_(static_cast<std::size_t>(groups_across_ * rows_)) {
-    for (int row = 0; row < rows_; ++row) {
-      for (int across = 0; across < groups_across_; ++across) {
-        aim_rays(eye, across * kPixelGroup, first_row + row, group(across, row));
+  Tile(const BlockIndex& index, const Eye& eye, const PixelRect& pixels)
+      : index_(index), eye_(eye), pixels_(pixels), voxels_(index) {
+    for (int y = pixels_.y0; y <= pixels_.y1; ++y) {
+      for (int across = 0; across < kTileGroups; ++across) {
+        aim_rays(eye, pixels_.x0 + across * kPixelGroup, y, groups_[number_of(across, y)]);
       }
     }
   }
 
-  void march(std::span<const VisibleBlock> blocks) {
-    std::vector<VisibleBlock> own;
-    for (const VisibleBlock& block : blocks) {
-      if (block.pixels.y0 < first_row_ + rows_ && block.pixels.y1 >= first_row_) own.push_back(block);
-    }
+  void march(std::span<const VisibleBlock> own) {
     for (std::size_t i = 0; i < own.size(); ++i) {
       prefetch(own, i);
       march(own[i]);
@@ -49,25 +44,22 @@ class Strip {
   }
 
   void show(const Eigen::Matrix3f& R_camera_world, ModelView& view) {
-    VoxelReader voxels(index_);
-    std::vector<SeenGroup> seen(static_cast<std::size_t>(groups_across_));
-    for (int row = 0; row < rows_; ++row) {
-      const auto for_all = [&](auto look) {
-        for (int across = 0; across < groups_across_; ++across) {
-          look(group(across, row), seen[static_cast<std::size_t>(across)]);
-        }
-      };
-      for_all([&](const RayGroup& rays, SeenGroup&) { prefetch_surfaces(eye_, rays, voxels); });
-      for_all([&](RayGroup& rays, SeenGroup& found) { find_surfaces(eye_, rays, voxels, found); });
-      for_all([&](const RayGroup& rays, SeenGroup& found) { prefetch_intensities(eye_, rays, voxels, found); });
-      for_all([&](const RayGroup& rays, SeenGroup& found) { find_intensities(eye_, rays, voxels, found); });
-      for (int x = 0; x < width_; ++x) show(seen, x, first_row_ + row, R_camera_world, view);
+    std::array<SeenGroup, kGroups> seen;
+    const std::size_t groups = static_cast<std::size_t>(kTileGroups * (pixels_.y1 - pixels_.y0 + 1));
+    for (std::size_t i = 0; i < groups; ++i) {
+      find_surfaces(eye_, groups_[i], voxels_, seen[i]);
+      prefetch_intensities(eye_, groups_[i], voxels_, seen[i]);
+    }
+    for (std::size_t i = 0; i < groups; ++i) find_intensities(eye_, groups_[i], voxels_, seen[i]);
+    for (int y = pixels_.y0; y <= pixels_.y1; ++y) {
+      for (int x = pixels_.x0; x <= pixels_.x1; ++x)
+        show(seen[number_of((x - pixels_.x0) / kPixelGroup, y)], x, y, R_camera_world, view);
     }
   }
 
  private:
-  [[nodiscard]] RayGroup& group(int across, int row) {
-    return groups_[static_cast<std::size_t>(row * groups_across_ + across)];
+  [[nodiscard]] std::size_t number_of(int across, int y) const {
+    return static_cast<std::size_t>((y - pixels_.y0) * kTileGroups + across);
   }
 
   [[nodiscard]] BlockField field_of(const VolumeBlock& block) const {
@@ -92,6 +84,7 @@ class Strip {
     if (const VolumeBlock* block = ahead(4)) {
       const auto* leaf = reinterpret_cast<const char*>(block->tsdf);
       for (std::size_t byte = 0; byte < sizeof(TsdfLeaf); byte += kCacheLine) __builtin_prefetch(leaf + byte);
+      __builtin_prefetch(block->colour);
     }
     if (const VolumeBlock* block = ahead(2)) {
       const float* values = block->tsdf->buffer().data();
@@ -101,19 +94,20 @@ class Strip {
     }
   }
 
-  void march(const VisibleBlock& block) {
-    const BlockField field = field_of(index_.blocks()[block.number]);
-    const int first = block.pixels.x0 / kPixelGroup;
-    const int count = block.pixels.x1 / kPixelGroup - first + 1;
-    const int from = std::max(block.pixels.y0 - first_row_, 0);
-    const int to = std::min(block.pixels.y1 - first_row_, rows_ - 1);
-    for (int row = from; row <= to; ++row) march_rays(field, eye_.voxel_size_m, &group(first, row), count);
+  void march(const VisibleBlock& visible) {
+    const VolumeBlock& block = index_.blocks()[visible.number];
+    voxels_.keep(block);
+    const BlockField field = field_of(block);
+    const int first = std::max(visible.pixels.x0 - pixels_.x0, 0) / kPixelGroup;
+    const int last = std::min(visible.pixels.x1 - pixels_.x0, kTileWidth - 1) / kPixelGroup;
+    const int to = std::min(visible.pixels.y1, pixels_.y1);
+    for (int y = std::max(visible.pixels.y0, pixels_.y0); y <= to; ++y) {
+      march_rays(field, eye_.voxel_size_m, &groups_[number_of(first, y)], last - first + 1);
+    }
   }
 
-  static void show(std::span<const SeenGroup> row, int x, int y, const Eigen::Matrix3f& R_camera_world,
-                   ModelView& view) {
-    const SeenGroup& seen = row[static_cast<std::size_t>(x / kPixelGroup)];
-    const auto lane = static_cast<std::size_t>(x % kPixelGroup);
+  void show(const SeenGroup& seen, int x, int y, const Eigen::Matrix3f& R_camera_world, ModelView& view) const {
+    const auto lane = static_cast<std::size_t>((x - pixels_.x0) % kPixelGroup);
     if (!(seen.depth_m[lane] > 0)) return;
     const Eigen::Vector3f gradient(seen.gradient[0][lane], seen.gradient[1][lane], seen.gradient[2][lane]);
     view.depth_m.at(x, y) = seen.depth_m[lane];
@@ -123,8 +117,39 @@ class Strip {
 
   const BlockIndex& index_;
   const Eye& eye_;
-  int width_, first_row_, rows_, groups_across_;
-  std::vector<RayGroup> groups_;
+  PixelRect pixels_;
+  VoxelReader voxels_;
+  std::array<RayGroup, static_cast<std::size_t>(kTileRows* kTileGroups)> groups_;
+};
+
+/// A picture in tiles, row by row, and the blocks that the rays of each pass, nearest first.
+class Tiles {
+ public:
+  Tiles(const CameraIntrinsics& k, std::span<const VisibleBlock> blocks)
+      : width_(k.width),
+        height_(k.height),
+        across_((k.width + kTileWidth - 1) / kTileWidth),
+        blocks_(static_cast<std::size_t>(across_ * ((k.height + kTileRows - 1) / kTileRows))) {
+    for (const VisibleBlock& block : blocks) {
+      for (int y = block.pixels.y0 / kTileRows; y <= block.pixels.y1 / kTileRows; ++y) {
+        for (int x = block.pixels.x0 / kTileWidth; x <= block.pixels.x1 / kTileWidth; ++x) {
+          blocks_[static_cast<std::size_t>(y * across_ + x)].push_back(block);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t count() const { return blocks_.size(); }
+  [[nodiscard]] std::span<const VisibleBlock> blocks(std::size_t tile) const { return blocks_[tile]; }
+  [[nodiscard]] PixelRect pixels(std::size_t tile) const {
+    const int x0 = static_cast<int>(tile) % across_ * kTileWidth;
+    const int y0 = static_cast<int>(tile) / across_ * kTileRows;
+    return {x0, y0, std::min(x0 + kTileWidth, width_) - 1, std::min(y0 + kTileRows, height_) - 1};
+  }
+
+ private:
+  int width_, height_, across_;
+  std::vector<std::vector<VisibleBlock>> blocks_;
 };
 
 }  // namespace
@@ -134,13 +159,14 @@ ModelView raycast(const TsdfVolume& volume, const CameraIntrinsics& k, const Pos
                  Image<Eigen::Vector3f>(k.width, k.height, Eigen::Vector3f::Zero()),
                  Image<float>(k.width, k.height, -1.0f)};
   const Eye eye(k, T_world_camera, volume.config().voxel_size_m);
-  const auto blocks =
-      visible_blocks(volume.index(), k, T_world_camera, volume.config().voxel_size_m, kNearestSurface_m);
+  const Tiles tiles(k,
+                    visible_blocks(volume.index(), k, T_world_camera, volume.config().voxel_size_m, kNearestSurface_m));
   const Eigen::Matrix3f R_camera_world = T_world_camera.linear().transpose().cast<float>();
-  tbb::parallel_for(0, (k.height + kStripRows - 1) / kStripRows, [&](int number) {
-    Strip strip(volume.index(), eye, k, kStripRows * number);
-    strip.march(blocks);
-    strip.show(R_camera_world, view);
+  tbb::parallel_for(std::size_t{0}, tiles.count(), [&](std::size_t number) {
+    if (tiles.blocks(number).empty()) return;
+    Tile tile(volume.index(), eye, tiles.pixels(number));
+    tile.march(tiles.blocks(number));
+    tile.show(R_camera_world, view);
   });
   return view;
 }

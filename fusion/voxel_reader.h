@@ -19,84 +19,102 @@ class VoxelReader {
   /// A sample, in voxels.
   struct At {
     int x, y, z;
+    bool operator==(const At&) const = default;
   };
   [[nodiscard]] static int floor_of(float v) {
     const int truncated = static_cast<int>(v);
     return truncated - (v < static_cast<float>(truncated) ? 1 : 0);
   }
 
+  /// Has `block` at hand, for what lies in it.
+  void keep(const VolumeBlock& block) {
+    slots_[slot_of({block.origin.x(), block.origin.y(), block.origin.z()})] = {block};
+  }
+
   /// The distance at a sample; nothing where it is unknown.
   [[nodiscard]] std::optional<float> distance(const At& at) {
-    const VolumeBlock* block = block_at(at);
+    const Block& block = block_at(at);
     const unsigned offset = offset_of(at);
-    if (block == nullptr || !block->tsdf->getValueMask().isOn(offset)) return std::nullopt;
-    return block->tsdf->buffer().data()[offset];
+    if (!block.is_observed(offset)) return std::nullopt;
+    return block.distances[offset];
   }
 
   /// Distances at the corners of a cell; false where one of them is unknown.
   [[nodiscard]] bool distances(const At& low, float* values, std::size_t stride) {
     if (!is_within_block(low)) return distances_across(low, values, stride);
-    const VolumeBlock* block = block_at(low);
-    if (block == nullptr) return false;
+    const Block& block = block_at(low);
+    if (block.distances == nullptr) return false;
     const unsigned offset = offset_of(low);
-    const auto& mask = block->tsdf->getValueMask();
     constexpr std::uint64_t kFour = 0x303;  // z and z + 1 of y and y + 1
     const std::uint64_t both =
-        mask.getWord<std::uint64_t>(offset >> 6) & mask.getWord<std::uint64_t>((offset >> 6) + 1);
+        block.observed->getWord<std::uint64_t>(offset >> 6) & block.observed->getWord<std::uint64_t>((offset >> 6) + 1);
     if ((both >> (offset & 63) & kFour) != kFour) return false;
-    copy_cell(block->tsdf->buffer().data() + offset, values, stride);
+    copy_cell(block.distances + offset, values, stride);
     return true;
   }
 
   /// Colours at the corners of a cell; 0 where there is none.
   void colours(const At& low, ColourCode* codes, std::size_t stride) {
     if (is_within_block(low)) {
-      const VolumeBlock* block = block_at(low);
-      if (block != nullptr) copy_cell(block->colour->buffer().data() + offset_of(low), codes, stride);
+      const Block& block = block_at(low);
+      if (block.colours != nullptr) copy_cell(block.colours + offset_of(low), codes, stride);
       return;
     }
     const auto blocks = blocks_at(low);
     for (unsigned corner = 0; corner < 8; ++corner) {
-      const VolumeBlock* block = blocks[corner];
-      codes[corner * stride] = block == nullptr ? 0 : block->colour->buffer().data()[offset_of(corner_of(low, corner))];
+      const ColourCode* colours = blocks[corner]->colours;
+      codes[corner * stride] = colours == nullptr ? 0 : colours[offset_of(corner_of(low, corner))];
     }
   }
 
-  /// Asks the memory for most of what distances() and colours() will read.
-  void prefetch_distances(const At& low) {
-    const VolumeBlock* block = block_at(low);
-    if (block == nullptr) return;
-    __builtin_prefetch(&block->tsdf->getValueMask());
-    prefetch_cell(block->tsdf->buffer().data(), low);
-  }
+  /// Asks the memory for what colours() will read.
   void prefetch_colours(const At& low) {
-    if (const VolumeBlock* block = block_at(low)) prefetch_cell(block->colour->buffer().data(), low);
+    if (is_within_block(low)) {
+      if (const ColourCode* colours = block_at(low).colours) prefetch_cell(colours + offset_of(low), low);
+      return;
+    }
+    const auto blocks = blocks_at(low);
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const ColourCode* colours = blocks[corner]->colours;
+      if (colours != nullptr) __builtin_prefetch(colours + offset_of(corner_of(low, corner)));
+    }
   }
 
  private:
-  struct Slot {
-    openvdb::Coord origin;
-    const VolumeBlock* block = nullptr;
-    bool is_known = false;
+  /// A block's samples; null where the volume has no such block.
+  struct Block {
+    openvdb::Coord origin{1, 1, 1};  // of no block
+    const float* distances = nullptr;
+    const TsdfLeaf::NodeMaskType* observed = nullptr;
+    const ColourCode* colours = nullptr;
+
+    Block() = default;
+    explicit Block(const openvdb::Coord& empty) : origin(empty) {}
+    Block(const VolumeBlock& block)
+        : origin(block.origin),
+          distances(block.tsdf->buffer().data()),
+          observed(&block.tsdf->getValueMask()),
+          colours(block.colour->buffer().data()) {}
+    [[nodiscard]] bool is_observed(unsigned offset) const { return distances != nullptr && observed->isOn(offset); }
   };
 
-  /// The block that holds a sample, or null.
-  [[nodiscard]] const VolumeBlock* block_at(const At& at) {
-    Slot& slot = slots_[slot_of(at)];
+  /// The block that holds a sample.
+  [[nodiscard]] const Block& block_at(const At& at) {
+    Block& block = slots_[slot_of(at)];
     const openvdb::Coord origin(at.x & ~7, at.y & ~7, at.z & ~7);
-    if (!slot.is_known || slot.origin != origin) {
+    if (block.origin != origin) {
       const BlockIndex::Number number = index_.find(origin);
-      slot = {origin, number == BlockIndex::kNone ? nullptr : &index_.blocks()[number], true};
+      block = number == BlockIndex::kNone ? Block(origin) : Block(index_.blocks()[number]);
     }
-    return slot.block;
+    return block;
   }
-  /// The blocks that hold the corners of a cell.
-  [[nodiscard]] std::array<const VolumeBlock*, 8> blocks_at(const At& low) {
+  /// The blocks that hold the corners of a cell: neighbours, which do not take each other's slots.
+  [[nodiscard]] std::array<const Block*, 8> blocks_at(const At& low) {
     const unsigned across = ((low.x & 7) == 7 ? 1u : 0u) | ((low.y & 7) == 7 ? 2u : 0u) | ((low.z & 7) == 7 ? 4u : 0u);
-    std::array<const VolumeBlock*, 8> blocks;
+    std::array<const Block*, 8> blocks;
     for (unsigned corner = 0; corner < 8; ++corner) {
       const unsigned same = corner & across;  // the first corner in the same block
-      blocks[corner] = same == corner ? block_at(corner_of(low, corner)) : blocks[same];
+      blocks[corner] = same == corner ? &block_at(corner_of(low, corner)) : blocks[same];
     }
     return blocks;
   }
@@ -122,30 +140,26 @@ class VoxelReader {
   }
 
   /// A cache line holds two rows along z.
-  template <typename T>
-  static void prefetch_cell(const T* values, const At& low) {
-    const T* first = values + offset_of(low);
-    const bool is_in_two_lines = (low.y & 1) != 0 && (low.y & 7) != 7;
+  static void prefetch_cell(const ColourCode* first, const At& low) {
     __builtin_prefetch(first);
-    if (is_in_two_lines) __builtin_prefetch(first + 8);
-    if ((low.x & 7) == 7) return;
     __builtin_prefetch(first + 64);
-    if (is_in_two_lines) __builtin_prefetch(first + 72);
+    if ((low.y & 1) == 0) return;
+    __builtin_prefetch(first + 8);
+    __builtin_prefetch(first + 72);
   }
 
   [[nodiscard]] bool distances_across(const At& low, float* values, std::size_t stride) {
     const auto blocks = blocks_at(low);
     for (unsigned corner = 0; corner < 8; ++corner) {
-      const VolumeBlock* block = blocks[corner];
       const unsigned offset = offset_of(corner_of(low, corner));
-      if (block == nullptr || !block->tsdf->getValueMask().isOn(offset)) return false;
-      values[corner * stride] = block->tsdf->buffer().data()[offset];
+      if (!blocks[corner]->is_observed(offset)) return false;
+      values[corner * stride] = blocks[corner]->distances[offset];
     }
     return true;
   }
 
   const BlockIndex& index_;
-  std::array<Slot, 512> slots_;
+  std::array<Block, 512> slots_;
 };
 
 }  // namespace scanknit
