@@ -39,6 +39,12 @@ constexpr double kUsualColour = 0.05;
 constexpr double kUsualContradicted = 0.03;
 constexpr int kFewestToBeUsual = 3;  // frames
 
+// Where something comes, goes or moves, the model contradicts more of the frame. What it does not contradict must agree
+// with it as usual: else what moves takes the camera along.
+constexpr double kChanged = 0.1;
+constexpr double kUsualRest = 0.06;
+constexpr double kLeastInliersInChange = 0.3;
+
 // So far from where it was expected, and by more than the camera moved before, or after so many intervals without a
 // frame, a pose is a surprise.
 constexpr double kSurprise_m = 0.2;
@@ -57,6 +63,8 @@ constexpr int kSureViews = 3;
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
 
+constexpr const char* kSceneIsChanging = "scene is changing";
+
 double angle_of(const Pose& motion) {
   return Eigen::AngleAxisd(motion.linear()).angle();
 }
@@ -73,8 +81,17 @@ std::optional<std::string> why_blind(const SurfaceLevel& level, std::optional<do
   return last_depth_m && *last_depth_m < kTooClose_m ? "too close" : "too few points";
 }
 
-bool is_believable(const IcpResult& fit) {
-  return fit.overlap >= kLeastOverlap && fit.inlier_share >= kLeastInliers && fit.colour_agreement >= kLeastColour;
+/// Of what the model does not contradict, the share that agrees with it.
+double inliers_of_rest(double inlier_share, double contradicted_share) {
+  return contradicted_share < 1 ? inlier_share / (1 - contradicted_share) : 0;
+}
+
+bool has_changed(const IcpResult& fit) {
+  return fit.contradicted_share > kChanged;
+}
+
+bool is_believable(const IcpResult& fit, double least_inliers = kLeastInliers) {
+  return fit.overlap >= kLeastOverlap && fit.inlier_share >= least_inliers && fit.colour_agreement >= kLeastColour;
 }
 
 bool is_near(const Pose& a, const Pose& b, double distance_m, double turn_rad) {
@@ -85,7 +102,7 @@ bool is_near(const Pose& a, const Pose& b, double distance_m, double turn_rad) {
 /// Why a believable pose is held by little; nothing when it is held well.
 std::optional<std::string> why_weak(const IcpResult& fit) {
   if (fit.weak_directions > 0) return "flat scene";
-  if (fit.inlier_share < kGoodInliers) return "scene has changed";
+  if (fit.inlier_share < kGoodInliers || has_changed(fit)) return "scene has changed";
   if (fit.overlap < 2 * kLeastOverlap) return "little overlap";
   return std::nullopt;
 }
@@ -150,10 +167,13 @@ TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
   }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
   if (is_accepted(followed, frame.timestamp_ns)) {
-    if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
+    if (is_lost_ || is_unsure_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
     const auto weak = why_weak(followed.icp);
     return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
                     followed.icp);
+  }
+  if (is_worth_following(followed, frame.timestamp_ns)) {
+    return describe(TrackState::kLost, kSceneIsChanging, followed.T_world_camera, followed.icp);
   }
   if (const auto again = find_again(seen)) {
     recognised_ = Recognised{again->T_world_camera, 1};
@@ -168,11 +188,14 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
   if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
-  if (!is_sure(found.icp) && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
-    return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
-  }
-  if (!(is_small ? is_believable(found.icp) : is_sure(found.icp))) {
-    return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
+  if (!is_sure(found.icp)) {
+    const bool only_scene_changed = is_small && has_changed(found.icp) && is_steady(found.icp);
+    if (!only_scene_changed && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
+      return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
+    }
+    if (!is_small || !is_believable(found.icp) || has_changed(found.icp)) {
+      return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
+    }
   }
   const auto weak = why_weak(found.icp);
   return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), found.T_world_camera, found.icp);
@@ -180,14 +203,37 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
 
 /// Whether a pose that was followed is good enough to be fused.
 bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
-  return is_lost_ || is_surprise(fit, timestamp_ns) ? is_sure(fit.icp) : is_believable(fit.icp);
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return is_sure(fit.icp);
+  if (is_unsure_ || is_suddenly_worse(fit.icp)) {
+    return is_sure(fit.icp) || (has_changed(fit.icp) && is_steady(fit.icp));
+  }
+  return is_steady(fit.icp);
+}
+
+/// Whether a pose that is not fused is good enough to go on from: something moves, which may take the camera along.
+bool Tracker::is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return false;
+  return has_changed(fit.icp) ? is_believable(fit.icp, kLeastInliersInChange) : is_unsure_ && is_believable(fit.icp);
 }
 
 bool Tracker::is_surprise(const Fit& fit, std::int64_t timestamp_ns) const {
-  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals || is_suddenly_worse(fit.icp)) return true;
+  return is_elsewhere(fit, timestamp_ns) || is_suddenly_worse(fit.icp);
+}
+
+/// Not where the camera was expected, or nobody knows where to expect it.
+bool Tracker::is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals) return true;
   const Pose moved = T_before_last_.value_or(Pose::Identity());
   return !is_near(predicted(timestamp_ns), fit.T_world_camera, std::max(kSurprise_m, moved.translation().norm()),
                   std::max(kSurprise_rad, angle_of(moved)));
+}
+
+/// Believable, and nothing that moves takes the camera along.
+bool Tracker::is_steady(const IcpResult& fit) const {
+  if (!has_changed(fit) || usual_frames_ < kFewestToBeUsual) return is_believable(fit);
+  return is_believable(fit, kLeastInliersInChange) && fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
+         inliers_of_rest(fit.inlier_share, fit.contradicted_share) >=
+             inliers_of_rest(usual_.inlier_share, usual_.contradicted_share) - kUsualRest;
 }
 
 bool Tracker::is_sure(const IcpResult& fit) const {
@@ -285,7 +331,8 @@ Pose Tracker::predicted(std::int64_t timestamp_ns) const {
 }
 
 void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
-  is_lost_ = result.is_lost();
+  is_unsure_ = result.is_lost() && result.reason == kSceneIsChanging;
+  is_lost_ = result.is_lost() && !is_unsure_;
   if (is_lost_) {
     T_before_last_.reset();
     return;
@@ -297,7 +344,8 @@ void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const Tra
   }
   last_ = Known{result.T_world_camera, frame.timestamp_ns, median_depth_m(seen.levels.back())};
   learn_quality(result);
-  if (result.state != TrackState::kWeak) places_.learn(seen, result.T_world_camera);
+  if (result.state == TrackState::kOk || result.state == TrackState::kRecovered)
+    places_.learn(seen, result.T_world_camera);
 }
 
 void Tracker::learn_quality(const TrackResult& result) {

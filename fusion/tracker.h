@@ -95,7 +95,10 @@ class Tracker {
   [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
   [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_surprise(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_steady(const IcpResult& fit) const;
   [[nodiscard]] bool is_sure(const IcpResult& fit) const;
   [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
@@ -108,6 +111,7 @@ class Tracker {
   std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
   std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
   bool is_lost_ = false;
+  bool is_unsure_ = false;  ///< the last frame's pose was good enough to go on from, not to be fused
   std::optional<Recognised> recognised_;
   Quality newest_;          ///< of the last frame that was not lost
   Quality usual_;           ///< of frames that are ok, a slow average ...

@@ -4,14 +4,11 @@
 #include <algorithm>
 #include <string>
 #include <tuple>
-#include <variant>
 #include <vector>
 
-#include "acquire/depth_filter.h"
-#include "acquire/synthetic/scene.h"
-#include "acquire/synthetic/synthetic_source.h"
 #include "fusion/integrate.h"
 #include "fusion/tracker.h"
+#include "tests/app/small_scan.h"
 
 namespace scanknit {
 namespace {
@@ -30,18 +27,8 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
  protected:
   void SetUp() override {
     config_.voxel_size_m = kVoxel_m;
-    SynthConfig synth;
-    synth.frames = kFrames;
-    synth.intrinsics = {160, 120, 131.25, 131.25, 79.5, 59.5};
-    auto scene = make_scene(std::get<0>(GetParam()));
-    ASSERT_TRUE(scene);
-    const auto source = SyntheticSource::create(*std::move(scene), synth);
-    ASSERT_TRUE(source);
-    for (FrameEvent event = (*source)->next({}); std::holds_alternative<Frame>(event); event = (*source)->next({})) {
-      filter_frame(std::get<Frame>(event), AcquireConfig{}, config_.noise);
-      frames_.push_back(std::get<Frame>(std::move(event)));
-    }
-    ASSERT_EQ(frames_.size(), static_cast<std::size_t>(kFrames));
+    frames_ = test::small_scan(std::get<0>(GetParam()), kFrames, kFrames, config_.noise);
+    ASSERT_EQ(frames_.size(), std::size_t{kFrames});
   }
 
   /// The first frame after a cut whose pose `tracker` believes to know, of six.

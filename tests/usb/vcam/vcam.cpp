@@ -150,7 +150,8 @@ std::optional<std::vector<std::byte>> Vcam::unit_control(std::uint8_t request, s
   Bytes reply;
   reply.u32(opcode == kReadAdvanced && control_faults.has_no_advanced_mode ? kNotNow : opcode);
   // Micrometres; clamps, disparity mode and shift.
-  if (opcode == kReadAdvanced && table == kDepthTableControl) reply.u32(options_.depth_unit_um).u32(0).u32(65535).fill(8);
+  if (opcode == kReadAdvanced && table == kDepthTableControl)
+    reply.u32(options_.depth_unit_um).u32(0).u32(65535).fill(8);
   if (opcode == 0x10) reply.add(identity_data());
   if (opcode == 0x15 && table == kDepthTable) reply.add(depth_table());
   if (opcode == 0x15 && table == kColourTable) reply.add(colour_table());
