@@ -114,11 +114,6 @@ class Scan {
     EXPECT_TRUE(has_pictures()) << program_.err_so_far();
   }
 
-  /// No time for anything.
-  void kill() {
-    program_.send(SIGKILL);
-    (void)program_.wait();
-  }
   /// False: it did not say so within thirty seconds, or has ended.
   [[nodiscard]] bool wait_to_say(const std::string& text) {
     const auto deadline = std::chrono::steady_clock::now() + 30s;
@@ -228,19 +223,6 @@ TEST(Interrupted, RecordKeepsItsPicturesTheSecondTime) {
   bool is_torn = false;
   EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u);
   EXPECT_TRUE(exit_code == 130 || !is_torn);
-}
-
-TEST(Killed, RecordLeavesAFileWhosePicturesAreWhole) {
-  for (int i = 0; i < 10; ++i) {
-    EmulatedBus bus;
-    const int address = bus.plug(rough_wall());
-    TempFolder out;
-    Scan scan(bus, address, {"record", "-o", (out / "scan.mcap").string(), "--fps", "30"}, out / "scan.mcap");
-    std::this_thread::sleep_for(std::chrono::milliseconds(13 * i));  // any moment will do
-    scan.kill();
-    bool is_torn = false;
-    EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u) << i;
-  }
 }
 
 TEST(UdevRulesCommand, PrintsRules) {
