@@ -231,5 +231,13 @@ TEST(UdevRulesCommand, PrintsRules) {
   EXPECT_TRUE(contains(outcome.out, "uaccess"));
 }
 
+TEST(UdevRulesCommand, PrintsThoseOfOneCamera) {
+  const Outcome outcome = scanknit_command({"udev-rules", "--device", "1234:5678"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.out, "ATTR{idVendor}==\"1234\", ATTR{idProduct}==\"5678\"")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "8086")) << outcome.out;
+  EXPECT_EQ(scanknit_command({"udev-rules", "--device", "mine"}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace scanknit::test
