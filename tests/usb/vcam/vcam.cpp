@@ -231,6 +231,8 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
 void Vcam::misbehave(Stream& stream, Fault fault) {
   auto& payloads = stream.payloads;
   auto& last = payloads.back().bytes;
+  const auto middle_at = static_cast<std::ptrdiff_t>(payloads.size() / 2);
+  Payload& middle = payloads[payloads.size() / 2];
   switch (fault) {
     case Fault::kTruncated: last.resize(last.size() - 1000); break;
     case Fault::kOversize: last.resize(last.size() + 100); break;
@@ -252,6 +254,7 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
       break;
     case Fault::kBabble: payloads.front().status = -EOVERFLOW; break;
     case Fault::kIoError: payloads.front().status = -EPROTO; break;
+    case Fault::kEio: middle.status = -EIO; break;
     case Fault::kStall:
     case Fault::kStallForever: stream.is_halted = true; break;
     case Fault::kSilent:
@@ -261,7 +264,12 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
       break;
     case Fault::kSkipped: payloads.clear(); break;
     case Fault::kSentTwice: payloads.insert(payloads.end(), payloads.begin(), payloads.end()); break;
-    case Fault::kLostPacket: payloads[payloads.size() / 2].status = -EXDEV; break;
+    case Fault::kShortPayload: middle.bytes.resize(middle.bytes.size() - 1000); break;
+    case Fault::kLongPayload: middle.bytes.resize(middle.bytes.size() + 100); break;
+    case Fault::kRepeatedPayload: payloads.insert(payloads.begin() + middle_at, Payload(middle)); break;
+    case Fault::kReordered: std::swap(payloads.end()[-1], payloads.end()[-2]); break;
+    case Fault::kLostPacket: middle.status = -EXDEV; break;
+    case Fault::kGarbledPacket: middle.status = -EILSEQ; break;
     case Fault::kClockBack: clock_offset_us_ -= 3'000'000; break;
     case Fault::kClockAhead: clock_offset_us_ += 5'000'000; break;
   }

@@ -31,16 +31,23 @@ enum class Fault {
   kMissingEnd,   ///< without the end-of-frame bit
   kHeaderOnly,   ///< no bytes of the picture
   kBabble,       ///< the device sends more than the computer asked for
-  kIoError,      ///< a transfer fails
+  kIoError,      ///< a transfer fails: EPROTO
+  kEio,          ///< ... with EIO
   kStall,        ///< the endpoint halts until its halt is cleared
   kStallForever,
   kSilent,  ///< nothing until the stream is committed again
   kSilentForever,
   kSkipped,  ///< the camera itself loses it: its counter goes on
   kSentTwice,
-  kLostPacket,  ///< isochronous: one packet in the middle is lost
-  kClockBack,   ///< from here on the clock is 3 s behind
-  kClockAhead,  ///< ... 5 s ahead
+  // Of pictures in many payloads.
+  kShortPayload,     ///< one in the middle has 1000 bytes too few
+  kLongPayload,      ///< ... 100 too many
+  kRepeatedPayload,  ///< ... comes twice
+  kReordered,        ///< the last payload comes before the one before it
+  kLostPacket,       ///< isochronous: one packet in the middle is lost
+  kGarbledPacket,    ///< ... arrives with a wrong checksum: EILSEQ
+  kClockBack,        ///< from here on the clock is 3 s behind
+  kClockAhead,       ///< ... 5 s ahead
 };
 
 struct VcamOptions {
