@@ -93,7 +93,7 @@ std::optional<std::vector<std::byte>> Vcam::streaming_control(Stream& stream, st
 /// The sizes of what was asked for.
 void Vcam::answer_probe(Stream& stream) {
   const bool is_colour = &stream == &streams_[1];
-  stream.is_compressed = is_colour && stream.probe[2] == std::byte{2};
+  stream.is_compressed = is_colour && (stream.probe[2] == std::byte{2} || !options_.has_yuyv);
   stream.interval_100ns = std::max(1u, u32_at(stream.probe, 4));
   stream.picture_bytes = 2 * pixels();
   const std::size_t header_bytes = options_.has_metadata && !options_.is_isochronous ? 60 : 12;
@@ -172,10 +172,10 @@ std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n, std::size_t c
 }
 
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
+  const bool is_depth = &stream == &streams_[0];
+  if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
+  if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
   if (!stream.is_compressed) {
-    const bool is_depth = &stream == &streams_[0];
-    if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
-    if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
     const auto bytes = std::as_bytes(depth_pixels(stream.number, pixels()));
     return {bytes.begin(), bytes.end()};
   }
