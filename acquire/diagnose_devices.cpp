@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "acquire/device_rules.h"
 #include "acquire/kinect1/kinect1_camera.h"
 #include "acquire/usb/device_holders.h"
 #include "acquire/usb/link_speed.h"
@@ -22,9 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Grade = Finding::Grade;
 
-constexpr const char* kRulesRemedy =
-    "scanknit udev-rules | sudo tee /etc/udev/rules.d/60-scanknit.rules && sudo udevadm control --reload, then re-plug "
-    "the camera";
 constexpr const char* kUsbMemory = "/sys/module/usbcore/parameters/usbfs_memory_mb";
 constexpr int kUsualUsbMemoryMb = 16;
 // Depth and colour as YUYV, 640x480 at 30 frames a second: what capture asks for unless told otherwise.
@@ -38,7 +36,8 @@ Finding permission_of(const UsbDeviceInfo& device) {
   const std::string node = device.node();
   if (::access(node.c_str(), R_OK | W_OK) == 0)
     return {Grade::kGood, "permission: " + node + " can be read and written", ""};
-  return {Grade::kProblem, "permission: " + node + " may not be read and written", kRulesRemedy};
+  return {Grade::kProblem, "permission: " + node + " may not be read and written",
+          rules_command(device.vendor, device.product) + ", then re-plug the camera"};
 }
 
 /// The kernel's driver of each video interface, as sysfs has it.
@@ -140,29 +139,6 @@ Result<Diagnosis> diagnose_devices() {
          "plug the camera in; try another cable and port; dmesg shows whether the system sees it"});
   }
   return diagnosis;
-}
-
-namespace {
-
-std::string rule_of(const std::string& name, std::uint16_t vendor, std::uint16_t product) {
-  std::array<char, 160> line{};
-  std::snprintf(line.data(), line.size(),
-                "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"%04x\", ATTR{idProduct}==\"%04x\", MODE=\"0660\", "
-                "TAG+=\"uaccess\"\n",
-                vendor, product);
-  return "# " + name + "\n" + line.data();
-}
-
-}  // namespace
-
-std::string udev_rules() {
-  std::string rules =
-      "# Depth cameras, for whoever sits at this computer. Put this into /etc/udev/rules.d/60-scanknit.rules\n";
-  for (const CameraQuirk& camera : known_cameras()) {
-    rules += rule_of(std::string(camera.name), camera.vendor, camera.product);
-  }
-  for (const std::uint16_t product : kKinect1Products) rules += rule_of("Kinect v1", kKinect1Vendor, product);
-  return rules;
 }
 
 }  // namespace scanknit

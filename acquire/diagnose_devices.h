@@ -36,7 +36,4 @@ struct Diagnosis {
 /// used at all.
 [[nodiscard]] Result<Diagnosis> diagnose_devices();
 
-/// Rules for udev that let the person at the computer use every scanner we know, and nobody else.
-[[nodiscard]] std::string udev_rules();
-
 }  // namespace scanknit

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include "acquire/openni2/openni2_plugin.h"
 #include "acquire/reconnecting_source.h"
 #include "acquire/usb/usb_context.h"
+#include "acquire/usb/usb_numbers.h"
 #include "acquire/usb/uvc_camera.h"
 #include "acquire/usb/uvc_descriptors.h"
 #include "acquire/waiting.h"
@@ -39,24 +39,17 @@ struct FoundCamera {
 /// What a URI asks for: what is not said fits every scanner.
 struct WantedCamera {
   std::optional<Driver> driver;
-  std::optional<std::pair<std::uint16_t, std::uint16_t>> numbers;
+  std::optional<UsbNumbers> numbers;
   std::string serial;
   std::string exact_uri;
 
   [[nodiscard]] bool fits(const FoundCamera& camera) const {
     return (!driver || *driver == camera.driver) &&
-           (!numbers || *numbers == std::pair(camera.usb.vendor, camera.usb.product)) &&
+           (!numbers || *numbers == UsbNumbers{camera.usb.vendor, camera.usb.product}) &&
            (serial.empty() || serial == camera.info.serial) &&
            (exact_uri.empty() || exact_uri == camera.info.uri || exact_uri == camera.numbered_uri);
   }
 };
-
-std::optional<std::uint16_t> hex_number(std::string_view text) {
-  std::uint16_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
-  if (text.size() != 4 || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 std::optional<WantedCamera> parse_uri(std::string_view uri) {
   WantedCamera wanted;
@@ -74,10 +67,8 @@ std::optional<WantedCamera> parse_uri(std::string_view uri) {
     wanted.serial = uri.substr(slash + 1);
     uri = uri.substr(0, slash);
   }
-  if (uri.size() != 9 || uri[4] != ':') return std::nullopt;
-  const auto vendor = hex_number(uri.substr(0, 4)), product = hex_number(uri.substr(5));
-  if (!vendor || !product) return std::nullopt;
-  wanted.numbers = {*vendor, *product};
+  wanted.numbers = parse_usb_numbers(uri);
+  if (!wanted.numbers) return std::nullopt;
   return wanted;
 }
 

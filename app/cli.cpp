@@ -38,6 +38,7 @@ struct CommandLine {
   ConvertArguments convert;
   RepairArguments repair;
   std::filesystem::path distance_mesh, distance_truth;
+  std::string rules_device;
   std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_quiet = false, is_verbose = false;
   std::function<int()> command;
@@ -351,7 +352,16 @@ void add_devices(CLI::App& app, CommandLine& line) {
   };
   add("devices", "List the scanners that are plugged in", devices_command);
   add("doctor", "Find what keeps a scanner from working", doctor_command);
-  add("udev-rules", "Print the rules that let you use your scanners", udev_rules_command);
+
+  CLI::App* rules = app.add_subcommand("udev-rules", "Print the rules that let you use your scanners");
+  rules
+      ->add_option("--device", line.rules_device,
+                   "Of this camera only, be it known or not: 1234:5678, or as `scanknit devices` lists it; "
+                   "default: of all that are known")
+      ->type_name("VID:PID");
+  add_common(*rules, line);
+  rules->final_callback(
+      [&line] { line.command = [&line] { return udev_rules_command(line.rules_device, line.common); }; });
 }
 
 /// What to say after CLI11's own sentence.

@@ -98,7 +98,8 @@ struct ConfigArguments {
                                    const CommonArguments& common);
 [[nodiscard]] int devices_command(const CommonArguments& common);
 [[nodiscard]] int doctor_command(const CommonArguments& common);
-[[nodiscard]] int udev_rules_command(const CommonArguments& common);
+/// `device`: empty for all that we know.
+[[nodiscard]] int udev_rules_command(const std::string& device, const CommonArguments& common);
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_schema_command();

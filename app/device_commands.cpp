@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquire/device_rules.h"
 #include "acquire/device_source.h"
 #include "acquire/diagnose_devices.h"
 #include "app/commands.h"
@@ -105,8 +106,11 @@ int doctor_command(const CommonArguments& common) {
   return diagnosis->has_problem() ? exit_code_of(ErrorCode::kDevice) : kExitOk;
 }
 
-int udev_rules_command(const CommonArguments& common) {
-  return print_result(udev_rules(), common);
+int udev_rules_command(const std::string& device, const CommonArguments& common) {
+  if (device.empty()) return print_result(udev_rules(), common);
+  const auto rules = udev_rules_for(device);
+  if (!rules) return fail(rules.error(), common);
+  return print_result(*rules, common);
 }
 
 }  // namespace scanknit

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <utility>
 
+#include "acquire/device_rules.h"
 #include "acquire/usb/device_holders.h"
 
 namespace scanknit {
@@ -270,8 +271,8 @@ constexpr const char* kUnplugged = "it was unplugged";
 std::string remedy_of(int code, const UsbDeviceInfo& device) {
   switch (code) {
     case LIBUSB_ERROR_ACCESS:
-      return "permission denied. Install the device rules (scanknit udev-rules | sudo tee "
-             "/etc/udev/rules.d/60-scanknit.rules && sudo udevadm control --reload) and re-plug the camera";
+      return "permission denied. Install the device rules (" + rules_command(device.vendor, device.product) +
+             ") and re-plug the camera";
     case LIBUSB_ERROR_BUSY: {
       const std::string holders = describe_holders(find_holders(device_nodes(device.node(), device.port)));
       return "it is in use" + (holders.empty() ? "" : " by " + holders) + ". Close that program and try again";

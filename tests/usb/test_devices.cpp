@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "acquire/device_rules.h"
 #include "acquire/device_source.h"
-#include "acquire/diagnose_devices.h"
 #include "acquire/usb/device_holders.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/transfer_ring.h"
@@ -100,6 +100,35 @@ TEST(UdevRules, GiveEachCameraToWhoSitsThereAndToNobodyElse) {
   EXPECT_NE(rules.find("ATTR{idVendor}==\"8086\", ATTR{idProduct}==\"0b07\", MODE=\"0660\", TAG+=\"uaccess\""),
             std::string::npos);
   EXPECT_EQ(rules.find("0666"), std::string::npos);
+}
+
+TEST(UdevRules, AreMadeForACameraThatNoTableLists) {
+  for (const char* device : {"1234:5a78", "usb:1234:5a78", "usb:1234:5a78/SERIAL", "1234:5A78"}) {
+    const auto rules = udev_rules_for(device);
+    ASSERT_TRUE(rules) << device;
+    EXPECT_NE(rules->find("\nSUBSYSTEM==\"usb\", ATTR{idVendor}==\"1234\", ATTR{idProduct}==\"5a78\", MODE=\"0660\", "
+                          "TAG+=\"uaccess\"\n"),
+              std::string::npos)
+        << *rules;
+    EXPECT_EQ(rules->find("8086"), std::string::npos) << "of this camera only";
+  }
+}
+
+TEST(UdevRules, AreRefusedForWhatNamesNoDevice) {
+  for (const char* device : {"1234", "1234:", "1234:567", "1234:567g", "kinect1:0", "12345678", "usb:", "12\"4:5678"}) {
+    const auto rules = udev_rules_for(device);
+    ASSERT_FALSE(rules) << device;
+    EXPECT_EQ(rules.error().code, ErrorCode::kUsage);
+  }
+}
+
+TEST(UdevRules, AreAskedForByOneCommandWhichKeepsThoseOfOtherCameras) {
+  EXPECT_EQ(rules_command(0x8086, 0x0b07),
+            "scanknit udev-rules | sudo tee /etc/udev/rules.d/60-scanknit.rules && sudo udevadm control --reload");
+  EXPECT_EQ(rules_command(0x045e, 0x02ae), rules_command(0x8086, 0x0b07)) << "a Kinect";
+  EXPECT_EQ(rules_command(0x1234, 0x5a78),
+            "scanknit udev-rules --device 1234:5a78 | sudo tee /etc/udev/rules.d/60-scanknit-1234-5a78.rules && "
+            "sudo udevadm control --reload");
 }
 
 }  // namespace

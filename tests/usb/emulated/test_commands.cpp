@@ -114,11 +114,6 @@ class Scan {
     EXPECT_TRUE(has_pictures()) << program_.err_so_far();
   }
 
-  /// No time for anything.
-  void kill() {
-    program_.send(SIGKILL);
-    (void)program_.wait();
-  }
   /// False: it did not say so within thirty seconds, or has ended.
   [[nodiscard]] bool wait_to_say(const std::string& text) {
     const auto deadline = std::chrono::steady_clock::now() + 30s;
@@ -230,23 +225,18 @@ TEST(Interrupted, RecordKeepsItsPicturesTheSecondTime) {
   EXPECT_TRUE(exit_code == 130 || !is_torn);
 }
 
-TEST(Killed, RecordLeavesAFileWhosePicturesAreWhole) {
-  for (int i = 0; i < 10; ++i) {
-    EmulatedBus bus;
-    const int address = bus.plug(rough_wall());
-    TempFolder out;
-    Scan scan(bus, address, {"record", "-o", (out / "scan.mcap").string(), "--fps", "30"}, out / "scan.mcap");
-    std::this_thread::sleep_for(std::chrono::milliseconds(13 * i));  // any moment will do
-    scan.kill();
-    bool is_torn = false;
-    EXPECT_GT(frames_in(out / "scan.mcap", is_torn), 0u) << i;
-  }
-}
-
 TEST(UdevRulesCommand, PrintsRules) {
   const Outcome outcome = scanknit_command({"udev-rules"});
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_TRUE(contains(outcome.out, "uaccess"));
+}
+
+TEST(UdevRulesCommand, PrintsThoseOfOneCamera) {
+  const Outcome outcome = scanknit_command({"udev-rules", "--device", "1234:5678"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.out, "ATTR{idVendor}==\"1234\", ATTR{idProduct}==\"5678\"")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "8086")) << outcome.out;
+  EXPECT_EQ(scanknit_command({"udev-rules", "--device", "mine"}).exit_code, 2);
 }
 
 }  // namespace

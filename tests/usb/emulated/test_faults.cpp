@@ -48,6 +48,8 @@ TEST_P(DamagedPicture, IsCountedAndTheNextOneArrives) {
 }
 
 constexpr LossCounters kNone{}, kDevice{1, 0, 0, 0, 0}, kTransport{0, 1, 0, 0, 0}, kOverflow{0, 0, 1, 0, 0};
+// The picture ends too early, and nothing tells what then comes of it from the remains of another one.
+constexpr LossCounters kTwoRemains{0, 2, 0, 0, 0};
 const VcamOptions kSmallPayloads{.payload_bytes = 65536};
 const VcamOptions kIsochronous{.is_isochronous = true, .speed_mbit = 480};
 
@@ -64,6 +66,7 @@ INSTANTIATE_TEST_SUITE_P(
                       PictureFault{"HeaderOnly", Fault::kHeaderOnly, kDevice, {10}},
                       PictureFault{"Babble", Fault::kBabble, kOverflow, {10}},
                       PictureFault{"IoError", Fault::kIoError, kTransport, {10}},
+                      PictureFault{"Eio", Fault::kEio, kTransport, {10}},
                       PictureFault{"Skipped", Fault::kSkipped, kDevice, {10}},
                       PictureFault{"SentTwice", Fault::kSentTwice, kTransport, {}},
                       PictureFault{"ClockBack", Fault::kClockBack, kNone, {}},
@@ -75,6 +78,17 @@ INSTANTIATE_TEST_SUITE_P(
                       PictureFault{"MissingEndInPieces", Fault::kMissingEnd, kNone, {}, kSmallPayloads},
                       PictureFault{"SameFrameIdInPieces", Fault::kSameFrameId, kNone, {}, kSmallPayloads},
                       PictureFault{"BabbleInPieces", Fault::kBabble, kOverflow, {10}, kSmallPayloads},
+                      PictureFault{"IoErrorInPieces", Fault::kIoError, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"EioInPieces", Fault::kEio, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"SentTwiceInPieces", Fault::kSentTwice, kTransport, {}, kSmallPayloads},
+                      PictureFault{"ShortPayload", Fault::kShortPayload, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"LongPayload", Fault::kLongPayload, kTransport, {10}, kSmallPayloads},
+                      PictureFault{"RepeatedPayload", Fault::kRepeatedPayload, kOverflow, {10}, kSmallPayloads},
+                      PictureFault{"Reordered", Fault::kReordered, kTwoRemains, {10}, kSmallPayloads},
+                      PictureFault{"ReorderedPackets", Fault::kReordered, kTwoRemains, {10}, kIsochronous},
+                      PictureFault{"RepeatedPacket", Fault::kRepeatedPayload, kOverflow, {10}, kIsochronous},
+                      PictureFault{"GarbledPacket", Fault::kGarbledPacket, kTransport, {10}, kIsochronous},
+                      PictureFault{"EioPacket", Fault::kEio, kTransport, {10}, kIsochronous},
                       PictureFault{"LostPacket", Fault::kLostPacket, kTransport, {10}, kIsochronous},
                       PictureFault{"ErrorBitInPackets", Fault::kErrorBit, kTransport, {10}, kIsochronous},
                       PictureFault{"MissingEndInPackets", Fault::kMissingEnd, kNone, {}, kIsochronous}),
@@ -117,6 +131,23 @@ TEST_F(FaultyCamera, ThatStallsAgainAndAgainIsGivenUpWithWords) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("Re-plug it"), std::string::npos);
   EXPECT_EQ(log.depth().size(), 10u);
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST_F(FaultyCamera, WhoseTransfersFailForAWhileIsStartedAgain) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {Fault::kEio, kFaultAt, 2}; });
+  EXPECT_TRUE(log.wait_for_depth(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  EXPECT_GE(source->losses().transport, 9u) << "so many in a row are too many";
+}
+
+TEST_F(FaultyCamera, WhoseTransfersFailForEverIsGivenUpWithWords) {
+  begin_as([](Vcam& camera) { camera.lasting_fault = {Fault::kEio, kFaultAt}; });
+  ASSERT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kFailed).find("Re-plug it"), std::string::npos)
+      << log.text_of(DeviceEvent::Kind::kFailed);
+  EXPECT_EQ(log.depth().size(), std::size_t{kFaultAt});
   EXPECT_EQ(bus.waiting_transfers(address), 0);
 }
 

@@ -261,13 +261,12 @@ void EmulatedBus::Device::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       const std::lock_guard lock(mutex);
-      if (!is_unplugged) {
-        for (const ModelEndpoint& endpoint : model->endpoints()) {
-          if (endpoint.is_isochronous) {
-            feed_packets(endpoint.address);
-          } else {
-            feed_bulk(endpoint.address);
-          }
+      if (is_unplugged) return;
+      for (const ModelEndpoint& endpoint : model->endpoints()) {
+        if (endpoint.is_isochronous) {
+          feed_packets(endpoint.address);
+        } else {
+          feed_bulk(endpoint.address);
         }
       }
     }

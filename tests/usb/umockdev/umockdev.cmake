@@ -26,12 +26,12 @@ target_link_libraries(bench_acquire PRIVATE scanknit_umockdev_bus)
 scanknit_flags(bench_acquire)
 if(SCANKNIT_BUILD_APP)
   scanknit_emulated_test(test_usb_commands
-    SOURCES emulated/test_commands.cpp ../app/program.cpp
+    SOURCES emulated/test_commands.cpp emulated/test_killed.cpp ../app/program.cpp
     LIBRARIES scanknit_umockdev_bus ScanKnit::export nlohmann_json::nlohmann_json)
   target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture
-    SOURCES emulated/test_capture.cpp ../app/program.cpp
+    SOURCES emulated/test_capture.cpp emulated/desk_view.cpp ../app/program.cpp
     LIBRARIES scanknit_app scanknit_umockdev_bus nlohmann_json::nlohmann_json)
   target_compile_definitions(test_usb_capture PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
 endif()

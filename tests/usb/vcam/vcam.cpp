@@ -93,7 +93,7 @@ std::optional<std::vector<std::byte>> Vcam::streaming_control(Stream& stream, st
 /// The sizes of what was asked for.
 void Vcam::answer_probe(Stream& stream) {
   const bool is_colour = &stream == &streams_[1];
-  stream.is_compressed = is_colour && stream.probe[2] == std::byte{2};
+  stream.is_compressed = is_colour && (stream.probe[2] == std::byte{2} || !options_.has_yuyv);
   stream.interval_100ns = std::max(1u, u32_at(stream.probe, 4));
   stream.picture_bytes = 2 * pixels();
   const std::size_t header_bytes = options_.has_metadata && !options_.is_isochronous ? 60 : 12;
@@ -173,10 +173,10 @@ std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n, std::size_t c
 }
 
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
+  const bool is_depth = &stream == &streams_[0];
+  if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
+  if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
   if (!stream.is_compressed) {
-    const bool is_depth = &stream == &streams_[0];
-    if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
-    if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
     const auto bytes = std::as_bytes(depth_pixels(stream.number, pixels()));
     return {bytes.begin(), bytes.end()};
   }
@@ -232,6 +232,8 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
 void Vcam::misbehave(Stream& stream, Fault fault) {
   auto& payloads = stream.payloads;
   auto& last = payloads.back().bytes;
+  const auto middle_at = static_cast<std::ptrdiff_t>(payloads.size() / 2);
+  Payload& middle = payloads[payloads.size() / 2];
   switch (fault) {
     case Fault::kTruncated: last.resize(last.size() - 1000); break;
     case Fault::kOversize: last.resize(last.size() + 100); break;
@@ -253,6 +255,7 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
       break;
     case Fault::kBabble: payloads.front().status = -EOVERFLOW; break;
     case Fault::kIoError: payloads.front().status = -EPROTO; break;
+    case Fault::kEio: middle.status = -EIO; break;
     case Fault::kStall:
     case Fault::kStallForever: stream.is_halted = true; break;
     case Fault::kSilent:
@@ -262,7 +265,12 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
       break;
     case Fault::kSkipped: payloads.clear(); break;
     case Fault::kSentTwice: payloads.insert(payloads.end(), payloads.begin(), payloads.end()); break;
-    case Fault::kLostPacket: payloads[payloads.size() / 2].status = -EXDEV; break;
+    case Fault::kShortPayload: middle.bytes.resize(middle.bytes.size() - 1000); break;
+    case Fault::kLongPayload: middle.bytes.resize(middle.bytes.size() + 100); break;
+    case Fault::kRepeatedPayload: payloads.insert(payloads.begin() + middle_at, Payload(middle)); break;
+    case Fault::kReordered: std::swap(payloads.end()[-1], payloads.end()[-2]); break;
+    case Fault::kLostPacket: middle.status = -EXDEV; break;
+    case Fault::kGarbledPacket: middle.status = -EILSEQ; break;
     case Fault::kClockBack: clock_offset_us_ -= 3'000'000; break;
     case Fault::kClockAhead: clock_offset_us_ += 5'000'000; break;
   }

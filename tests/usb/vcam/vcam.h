@@ -31,16 +31,23 @@ enum class Fault {
   kMissingEnd,   ///< without the end-of-frame bit
   kHeaderOnly,   ///< no bytes of the picture
   kBabble,       ///< the device sends more than the computer asked for
-  kIoError,      ///< a transfer fails
+  kIoError,      ///< a transfer fails: EPROTO
+  kEio,          ///< ... with EIO
   kStall,        ///< the endpoint halts until its halt is cleared
   kStallForever,
   kSilent,  ///< nothing until the stream is committed again
   kSilentForever,
   kSkipped,  ///< the camera itself loses it: its counter goes on
   kSentTwice,
-  kLostPacket,  ///< isochronous: one packet in the middle is lost
-  kClockBack,   ///< from here on the clock is 3 s behind
-  kClockAhead,  ///< ... 5 s ahead
+  // Of pictures in many payloads.
+  kShortPayload,     ///< one in the middle has 1000 bytes too few
+  kLongPayload,      ///< ... 100 too many
+  kRepeatedPayload,  ///< ... comes twice
+  kReordered,        ///< the last payload comes before the one before it
+  kLostPacket,       ///< isochronous: one packet in the middle is lost
+  kGarbledPacket,    ///< ... arrives with a wrong checksum: EILSEQ
+  kClockBack,        ///< from here on the clock is 3 s behind
+  kClockAhead,       ///< ... 5 s ahead
 };
 
 struct VcamOptions {
@@ -51,6 +58,7 @@ struct VcamOptions {
   std::size_t payload_bytes = 0;  ///< bulk: at most; 0: a whole picture
   int speed_mbit = 5000;
   bool has_colour = true;
+  bool has_yuyv = true;      ///< else colour is offered as MJPEG only
   bool has_metadata = true;  ///< RealSense's frame counter
   std::string depth_code = "Z16 ";
   bool has_infrared = false;       ///< the depth function offers UYVY and 16-bit grey, too, as a D400 does
@@ -60,7 +68,7 @@ struct VcamOptions {
   int width = 640, height = 480;  ///< of both streams
   /// The bytes of depth picture n; without one, depth_pixels(n).
   std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
-  /// The same for YUYV colour.
+  /// The same for colour: YUYV, or a whole JPEG where that is what was asked for.
   std::function<std::vector<std::byte>(std::uint64_t)> colour_picture = {};
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
 };

@@ -75,10 +75,13 @@ Bytes depth_stream(const VcamOptions& options) {
 Bytes colour_function(const VcamOptions& options) {
   Bytes bytes = descriptor({0x0B, 2, 2, kVideo, 3, 0, 0});
   bytes.add(control_interface(options, 2, 1, 2)).add(output_terminal(2)).add(interface(3, 0, 1, 2));
-  bytes.add(descriptor({0x24, 0x01, 2, 0, 0, Vcam::kColourEndpoint, 0, 4, 0, 0, 0, 1, 0, 0}));
-  bytes.add(descriptor(Bytes{0x24, 0x04, 1, 1}.add(format_guid("YUY2")).u8(16).u8(1).fill(4)))
-      .add(colour_size(options, 0x05));
-  bytes.add(descriptor({0x24, 0x06, 2, 1, 1, 1, 0, 0, 0, 0})).add(colour_size(options, 0x07));
+  const int formats = options.has_yuyv ? 2 : 1;
+  bytes.add(descriptor(Bytes{0x24, 0x01, formats, 0, 0, Vcam::kColourEndpoint, 0, 4, 0, 0, 0, 1}.fill(formats)));
+  if (options.has_yuyv) {
+    bytes.add(descriptor(Bytes{0x24, 0x04, 1, 1}.add(format_guid("YUY2")).u8(16).u8(1).fill(4)))
+        .add(colour_size(options, 0x05));
+  }
+  bytes.add(descriptor({0x24, 0x06, formats, 1, 1, 1, 0, 0, 0, 0})).add(colour_size(options, 0x07));
   return bytes.add(bulk_endpoint(options, Vcam::kColourEndpoint));
 }
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "acquire/device_rules.h"
 #include "acquire/diagnose_devices.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/live_camera.h"
@@ -263,6 +264,32 @@ TEST_F(OrdinaryUser, WithOurRulesMayScan) {
     EXPECT_TRUE(has_finding(Finding::Grade::kGood, "permission: "));
     ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
     EXPECT_TRUE(log.wait_for_depth(5));
+  });
+}
+
+TEST_F(OrdinaryUser, OfACameraThatNoTableListsIsToldOfTheRulesForIt) {
+  bus.plug({.vendor = 0x1234, .product = 0x5678, .has_metadata = false, .depth_code = "Y16 "});
+  as_nobody([] {
+    const std::string command = "scanknit udev-rules --device 1234:5678 | sudo tee";
+    const auto source = open_first();
+    ASSERT_FALSE(source);
+    EXPECT_TRUE(contains(source.error().message, command)) << source.error().text();
+    const auto diagnosis = diagnose_devices();
+    ASSERT_TRUE(diagnosis && diagnosis->devices.size() == 1);
+    const auto& findings = diagnosis->devices.front().findings;
+    EXPECT_TRUE(std::ranges::any_of(findings, [&](const Finding& each) { return contains(each.remedy, command); }));
+  });
+}
+
+TEST_F(OrdinaryUser, MayUseACameraThatNoTableListsWithTheRulesForIt) {
+  std::ofstream(kRules) << udev_rules_for("1234:5678").value();
+  EXPECT_EQ(shell("udevadm settle && udevadm control --reload").exit_code, 0);
+  bus.plug({.vendor = 0x1234, .product = 0x5678, .has_metadata = false, .depth_code = "Y16 "});
+  as_nobody([] {
+    DeviceOptions options;
+    options.wait_s = 30;  // until udev has come to it
+    const auto source = open_first(options);
+    EXPECT_TRUE(source) << source.error().text();
   });
 }
 
