@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "acquire/depth_filter.h"
@@ -18,28 +19,35 @@ namespace {
 
 constexpr std::size_t kSampleFrames = 20;
 
-std::vector<Frame> sample_frames(const std::filesystem::path& recording, const AcquireConfig& acquire,
-                                 std::stop_token stop) {
-  const auto whole = open_recording(recording, acquire);
-  if (!whole) return {};
-  AcquireConfig sparse = acquire;
-  sparse.every = acquire.every * std::max<std::size_t>(1, selected_frames((*whole)->info(), acquire) / kSampleFrames);
-  const auto source = open_recording(recording, sparse);
-  if (!source) return {};
+struct Sample {
+  std::vector<Frame> frames;  ///< filtered, each with its pose
+  std::size_t of = 0;         ///< frames of the recording
+};
 
-  std::vector<Frame> frames;
+/// Filtered as the run will filter them: what they need depends on it by half.
+Sample sample_frames(const std::filesystem::path& recording, const Config& config, std::stop_token stop) {
+  Sample sample;
+  const auto whole = open_recording(recording, config.acquire);
+  if (!whole) return sample;
+  sample.of = selected_frames((*whole)->info(), config.acquire);
+  AcquireConfig sparse = config.acquire;
+  sparse.every *= std::max<std::size_t>(1, sample.of / kSampleFrames);
+  const auto source = open_recording(recording, sparse);
+  if (!source) return sample;
+
   while (true) {
     FrameEvent event = (*source)->next(stop);
-    if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) return frames;
+    if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) return sample;
     auto* frame = std::get_if<Frame>(&event);
     if (frame == nullptr || !frame->T_world_camera) continue;
     frame->colour.reset();  // only depth is asked for
-    frame->depth_m = clip_range(frame->depth_m, acquire.min_depth_m, acquire.max_depth_m);
-    frames.push_back(std::move(*frame));
+    filter_frame(*frame, config.acquire, config.fusion.noise);
+    sample.frames.push_back(std::move(*frame));
   }
 }
 
-bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
+/// By counting the blocks that the frames may touch: fast, and a fifth too many, as some of them are never observed.
+bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
   BlockCounter counter(fusion, max_bytes);
   for (const Frame& frame : frames) {
     counter.add(frame, *frame.T_world_camera);
@@ -48,19 +56,72 @@ bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::siz
   return true;
 }
 
-/// The finest round voxel size that fits: with a quarter of room for the frames that were not looked at, else just so.
-std::optional<double> fitting_voxel_size_m(const std::vector<Frame>& frames, const FusionConfig& fusion,
-                                           std::size_t max_bytes) {
-  constexpr double kRoundSizesM[] = {0.0005, 0.00075, 0.001, 0.0015, 0.002, 0.003, 0.004, 0.005, 0.0075,
-                                     0.01,   0.015,   0.02,  0.03,   0.04,  0.05,  0.075, 0.1};
-  for (const std::size_t bytes : {max_bytes - max_bytes / 4, max_bytes}) {
-    for (const double size_m : kRoundSizesM) {
-      FusionConfig coarser = fusion;
-      coarser.voxel_size_m = size_m;
-      if (size_m > fusion.voxel_size_m && fits(frames, coarser, bytes)) return size_m;
+/// By fusing the frames within the budget.
+bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
+  auto volume = TsdfVolume::create(fusion);
+  if (!volume) return false;
+  for (const Frame& frame : frames) {
+    const auto fused = integrate(frame, *frame.T_world_camera, *volume);
+    if (fused ? fused->is_budget_reached : fused.error().code == ErrorCode::kBudget) return false;
+  }
+  return volume->memory().bytes() <= max_bytes;
+}
+
+/// Large blocks are few, so that a trial is as fast as the count; and the count is far off, since bands that are wide
+/// touch blocks far away, whose inner nodes are counted and never kept.
+bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t spare_mib) {
+  constexpr double kLarge_m = 0.01;
+  const std::size_t max_bytes = (fusion.memory_budget_mib - spare_mib) << 20;
+  return fits_by_count(frames, fusion, max_bytes) ||
+         (fusion.voxel_size_m >= kLarge_m && fits_by_trial(frames, fusion, max_bytes));
+}
+
+/// From 0.5 mm to 10 cm, each at most a fifth above the one before.
+std::vector<double> round_sizes_mm() {
+  constexpr int kDigits[] = {10, 12, 14, 16, 18, 20, 22, 25, 28, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90};
+  std::vector<double> sizes_mm;
+  for (const double per_mm : {100.0, 10.0, 1.0}) {
+    for (const int digits : kDigits) {
+      if (digits / per_mm >= 0.5) sizes_mm.push_back(digits / per_mm);
     }
   }
+  sizes_mm.push_back(100);
+  return sizes_mm;
+}
+
+/// The finest round size that fits: in steps of four up to one that does, then through those between.
+std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, const FusionConfig& fusion,
+                                             std::size_t spare_mib) {
+  constexpr std::size_t kStep = 4;
+  std::vector<double> sizes_mm = round_sizes_mm();
+  std::erase_if(sizes_mm, [&](double size_mm) { return size_mm / 1000 <= fusion.voxel_size_m; });
+  const auto fits_at = [&](std::size_t i) {
+    FusionConfig coarser = fusion;
+    coarser.voxel_size_m = sizes_mm[i] / 1000;
+    return fits(frames, coarser, spare_mib);
+  };
+  for (std::size_t begin = 0; begin < sizes_mm.size(); begin += kStep) {
+    const std::size_t last = std::min(begin + kStep, sizes_mm.size()) - 1;
+    if (!fits_at(last)) continue;
+    std::size_t i = begin;
+    while (i < last && !fits_at(i)) ++i;
+    return sizes_mm[i];
+  }
   return std::nullopt;
+}
+
+/// What to do next: a size that fits with an eighth of room for the frames that were not looked at, else just so.
+std::string advice(const Sample& sample, const FusionConfig& fusion) {
+  const bool is_whole = sample.frames.size() >= sample.of;
+  auto size_mm = finest_fitting_size_mm(sample.frames, fusion, is_whole ? 0 : fusion.memory_budget_mib / 8);
+  const bool is_tight = !size_mm && !is_whole;
+  if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
+  if (!size_mm)
+    return "no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
+  const std::string known =
+      is_whole ? "" : fmt::format(", judging by {} of its {} frames", sample.frames.size(), sample.of);
+  return fmt::format("{0} mm {1}{2}: --set fusion.voxel_size={0}mm", format_number(*size_mm),
+                     is_tight ? "might just fit" : "would fit", known);
 }
 
 }  // namespace
@@ -70,21 +131,12 @@ Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses
   const auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
-  const std::size_t max_bytes = config.fusion.memory_budget_mib << 20;
-  const std::vector<Frame> frames = sample_frames(recording, config.acquire, stop);
-  if (fits(frames, config.fusion, max_bytes)) return {};
-
-  const auto size_m = fitting_voxel_size_m(frames, config.fusion, max_bytes);
-  const auto budget_mib = static_cast<std::int64_t>(config.fusion.memory_budget_mib);
-  std::string message = fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget)",
-                                    format_memory_mib(budget_mib), format_length(config.fusion.voxel_size_m));
-  if (size_m) {
-    message += fmt::format("; {} would fit: --set fusion.voxel_size={}mm", format_length(*size_m),
-                           format_number(*size_m * 1000));
-  } else {
-    message += "; no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
-  }
-  return Error{ErrorCode::kBudget, message};
+  const Sample sample = sample_frames(recording, config, stop);
+  if (fits(sample.frames, config.fusion, 0)) return {};
+  return Error{ErrorCode::kBudget,
+               fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget); {}",
+                           format_memory_mib(static_cast<std::int64_t>(config.fusion.memory_budget_mib)),
+                           format_length(config.fusion.voxel_size_m), advice(sample, config.fusion))};
 }
 
 }  // namespace scanknit

@@ -26,11 +26,6 @@ FieldView field_view(const TsdfVolume& volume) {
   return view;
 }
 
-/// The volume was full: what it holds is worth a mesh.
-bool is_partial(const Error& tracking) {
-  return tracking.code == ErrorCode::kBudget;
-}
-
 Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& config, TsdfVolume& volume,
                          RunReport& report) {
   while (auto frame = intake.next()) {
@@ -46,8 +41,9 @@ Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& co
     intake.note_fused(*frame, *T_world_camera, fused->is_budget_reached);
   }
   auto usable = intake.result();
-  if (auto tracked = check_tracking(report); !tracked && !is_partial(tracked.error())) return tracked;
-  return usable;
+  if (usable) return usable;
+  const auto tracked = check_tracking(report);  // says better why nothing was fused
+  return tracked ? usable : tracked;
 }
 
 Result<void> save_volume(const TsdfVolume& volume, const Outputs& outputs, RunReport& report) {
@@ -76,6 +72,14 @@ Result<void> mesh_volume(const FieldView& view, const MeshFrame& frame, const Jo
   return write_surface(*surface, frame, job, report);
 }
 
+/// Lost tracking is told of in any case, and is why a mesh is empty.
+Result<void> with_lost_tracking(Result<void> meshed, const RunReport& report) {
+  if (!meshed && meshed.error().code != ErrorCode::kMesh) return meshed;
+  const auto tracked = check_tracking(report);
+  if (tracked || meshed) return tracked ? meshed : tracked;
+  return Error{tracked.error().code, fmt::format("{}; {}", tracked.error().message, meshed.error().message)};
+}
+
 }  // namespace
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -100,9 +104,8 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
-  if (auto meshed = mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report); !meshed)
-    return meshed;
-  return check_tracking(report);
+  auto meshed = mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report);
+  return with_lost_tracking(std::move(meshed), report);
 }
 
 }  // namespace scanknit

@@ -32,6 +32,26 @@ double milliseconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
 
+/// "tracking was lost in 84 of 120 frames (40 x nothing seen; 44 x place not recognised)"
+std::string lost_text(const RunReport& report) {
+  std::map<std::string, std::size_t> reasons;
+  for (const auto& frame : report.tracking->frames) {
+    if (frame.state == "lost") ++reasons[frame.reason];
+  }
+  std::vector<std::string> parts;
+  for (const auto& [reason, count] : reasons) parts.push_back(fmt::format("{} x {}", count, reason));
+  return fmt::format("tracking was lost in {} of {} frames ({})", report.frames.lost, report.tracking->frames.size(),
+                     fmt::join(parts, "; "));
+}
+
+/// What became of those that were not.
+std::string kept_text(const RunReport& report) {
+  if (report.frames.fused == 0) return "no frame was fused, so there is no mesh";
+  return fmt::format("{} the frames that were fused ({} of {})",
+                     report.has_mesh() ? "the mesh holds only" : "there is no mesh of", report.frames.fused,
+                     report.tracking->frames.size());
+}
+
 }  // namespace
 
 PoseFinder::PoseFinder(PoseMode mode)
@@ -54,22 +74,16 @@ std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volum
 
 Result<void> check_tracking(const RunReport& report) {
   if (!report.tracking || 2 * report.frames.lost <= report.tracking->frames.size()) return {};
-  std::map<std::string, std::size_t> reasons;
-  for (const auto& frame : report.tracking->frames) {
-    if (frame.state == "lost") ++reasons[frame.reason];
-  }
-  std::vector<std::string> parts;
-  for (const auto& [reason, count] : reasons) parts.push_back(fmt::format("{} x {}", count, reason));
-  const std::string lost = fmt::format("tracking was lost in {} of {} frames ({})", report.frames.lost,
-                                       report.tracking->frames.size(), fmt::join(parts, "; "));
-  if (report.volume.is_budget_reached) {
+  if (report.volume.is_budget_reached && report.has_mesh()) {
     return Error{
         ErrorCode::kBudget,
-        lost +
+        lost_text(report) +
             ", and the volume had reached fusion.memory_budget, beyond which there is nothing to track against. "
             "What it holds has been meshed; for more, raise fusion.memory_budget or fusion.voxel_size"};
   }
-  return Error{ErrorCode::kTooLittle, lost + "; scan more slowly, with more of what was already seen in view"};
+  return Error{ErrorCode::kTooLittle,
+               fmt::format("{}; {}. Scan again more slowly, with more of what was already seen in view",
+                           lost_text(report), kept_text(report))};
 }
 
 }  // namespace scanknit

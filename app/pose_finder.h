@@ -26,9 +26,10 @@ class PoseFinder {
   Tracker tracker_;
 };
 
-/// Errors when poses were tracked, and tracking was lost in more than half of the frames. The message counts the
-/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be why; what there is can be meshed.
-/// kTooLittle otherwise.
+/// Asked when the mesh is there, or is known to come to nothing. Errors when poses were tracked, and tracking was lost
+/// in more than half of the frames; the message counts the reasons and says what the mesh holds. kBudget: there is a
+/// mesh, and the volume had reached fusion.memory_budget, which may be why. kTooLittle otherwise, with a mesh or
+/// without.
 [[nodiscard]] Result<void> check_tracking(const RunReport& report);
 
 }  // namespace scanknit

@@ -18,16 +18,17 @@ double peak_rss_mib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
 }
 
-/// A volume that was full and lost its camera is meshed as far as it goes.
-bool is_partial(const RunReport& report) {
-  return report.exit_code == exit_code_of(ErrorCode::kBudget) && report.mesh;
+/// Tracking was lost in most frames: what was fused has been meshed all the same.
+bool is_partial(const Result<void>& result, const RunReport& report) {
+  if (result || !report.has_mesh()) return false;
+  return result.error().code == ErrorCode::kTooLittle || result.error().code == ErrorCode::kBudget;
 }
 
 /// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
 bool wants_report(const RunReport& report) {
   switch (report.exit_code) {
     case exit_code_of(ErrorCode::kOutput): return false;
-    case exit_code_of(ErrorCode::kBudget): return is_partial(report);
+    case exit_code_of(ErrorCode::kBudget): return report.has_mesh();
     default: return true;
   }
 }
@@ -70,7 +71,7 @@ int conclude(RunReport& report, Result<void> result, const Job& job, const Commo
   std::string text;
   if (common.is_json) {
     text = to_json(report);
-  } else if (result || is_partial(report)) {
+  } else if (result || is_partial(result, report)) {
     if (common.verbosity != Verbosity::kQuiet) text = summary_text(report);
     if (with_case_table) text += (text.empty() ? "" : "\n") + case_table_text(report.extract);
   }

@@ -148,20 +148,45 @@ TEST(BadRecording, AnEmptyMeshExitsWith7) {
   EXPECT_NE(outcome.err.find("extract.isovalue"), std::string::npos) << outcome.err;
 }
 
-TEST(Budget, AVolumeThatWouldNotFitIsRefusedWithTheSizeThatWould) {
-  const Scan scan;
-  const Outcome outcome = scan.run({"--set", "fusion.voxel_size=0.5mm", "--set", "fusion.memory_budget=16MiB"});
+/// A fifth above the finest that fits, and as much again for the count, which is on the safe side.
+constexpr double kCoarser = 1.3;
+
+/// What a run of half a millimetre is told to use within a budget, in millimetres; 0: nothing.
+double advised_size_mm(const Scan& scan, const std::string& budget, std::string* message = nullptr) {
+  const Outcome outcome = scan.run({"--set", "fusion.voxel_size=0.5mm", "--set", "fusion.memory_budget=" + budget});
   EXPECT_EQ(outcome.exit_code, 9) << outcome.err;
   EXPECT_FALSE(fs::exists(scan.output() / "model.glb"));
+  if (message != nullptr) *message = outcome.err;
   const std::string option = "--set fusion.voxel_size=";
   const std::size_t at = outcome.err.find(option);
-  ASSERT_NE(at, std::string::npos) << outcome.err;
-  std::istringstream rest(outcome.err.substr(at + option.size()));
-  std::string size;
-  rest >> size;
-  const Outcome advised = scan.run({"--set", "fusion.voxel_size=" + size, "--set", "fusion.memory_budget=16MiB"});
-  EXPECT_EQ(advised.exit_code, 0) << advised.err;
-  EXPECT_EQ(scan.report()["volume"]["is_budget_reached"], false);
+  return at == std::string::npos ? 0 : std::stod(outcome.err.substr(at + option.size()));
+}
+
+/// The volume takes all frames without being full.
+bool holds_all(const Scan& scan, const std::string& budget, double size_mm) {
+  const Outcome outcome = scan.run(
+      {"--set", "fusion.voxel_size=" + std::to_string(size_mm) + "mm", "--set", "fusion.memory_budget=" + budget});
+  const bool is_whole = outcome.exit_code == 0 && scan.report()["volume"]["is_budget_reached"] == false;
+  fs::remove_all(scan.output());
+  return is_whole;
+}
+
+TEST(Budget, AVolumeThatWouldNotFitIsRefusedWithTheFinestRoundSizeThatWould) {
+  const Scan scan;
+  for (const char* budget : {"9MiB", "12MiB", "16MiB", "24MiB", "40MiB"}) {
+    const double size_mm = advised_size_mm(scan, budget);
+    ASSERT_GT(size_mm, 0) << budget;
+    EXPECT_TRUE(holds_all(scan, budget, size_mm)) << budget << ' ' << size_mm;
+    EXPECT_FALSE(holds_all(scan, budget, size_mm / kCoarser)) << budget << ' ' << size_mm;
+  }
+}
+
+TEST(Budget, SaysWhenItHasNotLookedAtAllFrames) {
+  const Scan scan({.frames = 60});
+  std::string message;
+  const double size_mm = advised_size_mm(scan, "24MiB", &message);
+  EXPECT_NE(message.find("would fit, judging by 20 of its 60 frames"), std::string::npos) << message;
+  EXPECT_TRUE(holds_all(scan, "24MiB", size_mm)) << size_mm;
 }
 
 TEST(Budget, ThatHoldsNothingIsRefusedAndTheLeastIsNamedAndTaken) {

@@ -132,6 +132,20 @@ TEST(Run, SelectsFrames) {
   EXPECT_EQ(scan.report()["frames"]["fused"], 3);  // 2, 5, 8
 }
 
+TEST(Run, TheSavedVolumeIsTheSameBytesForAnyNumberOfThreadsButForItsId) {
+  constexpr std::size_t kIdBegin = 21, kIdBytes = 36;  // a random UUID in the header, OpenVDB's
+  const Scan scan;
+  std::vector<std::string> volumes;
+  for (const char* threads : {"1", "2", "8"}) {
+    ASSERT_EQ(scan.run({"--threads", threads, "--save-volume", (scan / "volume.vdb").string()}).exit_code, 0);
+    volumes.push_back(read_text(scan / "volume.vdb"));
+    ASSERT_GT(volumes.back().size(), kIdBegin + kIdBytes);
+    volumes.back().erase(kIdBegin, kIdBytes);
+  }
+  EXPECT_TRUE(volumes[1] == volumes[0]);
+  EXPECT_TRUE(volumes[2] == volumes[0]);
+}
+
 TEST(Run, TheMeshIsTheSameBytesForAnyNumberOfThreads) {
   const Scan scan;
   std::vector<std::string> glb, ply;
