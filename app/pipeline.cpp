@@ -26,6 +26,11 @@ FieldView field_view(const TsdfVolume& volume) {
   return view;
 }
 
+/// The volume was full: what it holds is worth a mesh.
+bool is_partial(const Error& tracking) {
+  return tracking.code == ErrorCode::kBudget;
+}
+
 Result<void> fuse_frames(FrameIntake& intake, PoseFinder poses, const Config& config, TsdfVolume& volume,
                          RunReport& report) {
   while (auto frame = intake.next()) {
@@ -72,14 +77,6 @@ Result<void> mesh_volume(const FieldView& view, const MeshFrame& frame, const Jo
   return write_surface(*surface, frame, job, report);
 }
 
-/// Lost tracking is told of in any case, and is why a mesh is empty.
-Result<void> with_lost_tracking(Result<void> meshed, const RunReport& report) {
-  if (!meshed && meshed.error().code != ErrorCode::kMesh) return meshed;
-  const auto tracked = check_tracking(report);
-  if (tracked || meshed) return tracked ? meshed : tracked;
-  return Error{tracked.error().code, fmt::format("{}; {}", tracked.error().message, meshed.error().message)};
-}
-
 }  // namespace
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -104,8 +101,14 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   describe_volume(*volume, report);
   if (auto saved = save_volume(*volume, job.outputs, report); !saved) return saved;
   if (auto saved = save_trajectory(intake, job.outputs, report); !saved) return saved;
+  const auto tracked = check_tracking(report);
+  if (!tracked && !is_partial(tracked.error())) return tracked;
+  if (const auto warning = tracking_warning(report)) {
+    console.warn(*warning);
+    report.warnings.push_back(*warning);
+  }
   auto meshed = mesh_volume(field_view(*volume), mesh_frame(source.info(), intake), job, report);
-  return with_lost_tracking(std::move(meshed), report);
+  return meshed ? tracked : meshed;
 }
 
 }  // namespace scanknit

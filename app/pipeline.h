@@ -23,8 +23,7 @@ struct Job {
 
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
 /// after an error. A stop request ends the fusing; what has been fused becomes the mesh. Errors: kOutput before any
-/// work; kInput without a usable frame; kBudget; kMesh for an empty mesh; check_tracking()'s, after what was fused has
-/// been written.
+/// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
 [[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report);
 
 /// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked.

@@ -44,12 +44,12 @@ std::string lost_text(const RunReport& report) {
                      fmt::join(parts, "; "));
 }
 
-/// What became of those that were not.
-std::string kept_text(const RunReport& report) {
-  if (report.frames.fused == 0) return "no frame was fused, so there is no mesh";
-  return fmt::format("{} the frames that were fused ({} of {})",
-                     report.has_mesh() ? "the mesh holds only" : "there is no mesh of", report.frames.fused,
-                     report.tracking->frames.size());
+bool is_mostly_lost(const RunReport& report) {
+  return report.tracking && 2 * report.frames.lost > report.tracking->frames.size();
+}
+
+bool is_lost_at_the_end(const RunReport& report) {
+  return report.tracking->frames.back().state == to_string(TrackState::kLost);
 }
 
 }  // namespace
@@ -73,17 +73,29 @@ std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volum
 }
 
 Result<void> check_tracking(const RunReport& report) {
-  if (!report.tracking || 2 * report.frames.lost <= report.tracking->frames.size()) return {};
-  if (report.volume.is_budget_reached && report.has_mesh()) {
+  if (!is_mostly_lost(report)) return {};
+  if (report.volume.is_budget_reached) {
     return Error{
         ErrorCode::kBudget,
         lost_text(report) +
             ", and the volume had reached fusion.memory_budget, beyond which there is nothing to track against. "
             "What it holds has been meshed; for more, raise fusion.memory_budget or fusion.voxel_size"};
   }
+  if (!is_lost_at_the_end(report)) return {};
+  std::string fused;
+  if (report.frames.fused > 0) {
+    fused = fmt::format(
+        ". Of the {} frames that were fused no mesh is made; --save-volume FILE.vdb keeps them for scanknit extract",
+        report.frames.fused);
+  }
   return Error{ErrorCode::kTooLittle,
-               fmt::format("{}; {}. Scan again more slowly, with more of what was already seen in view",
-                           lost_text(report), kept_text(report))};
+               lost_text(report) + "; scan more slowly, with more of what was already seen in view" + fused};
+}
+
+std::optional<std::string> tracking_warning(const RunReport& report) {
+  if (!is_mostly_lost(report) || report.volume.is_budget_reached || is_lost_at_the_end(report)) return std::nullopt;
+  return fmt::format("{}, and found again: the mesh holds only the frames that were fused ({} of {})",
+                     lost_text(report), report.frames.fused, report.tracking->frames.size());
 }
 
 }  // namespace scanknit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "acquire/acquire_config.h"
 #include "core/frame.h"
@@ -26,10 +27,12 @@ class PoseFinder {
   Tracker tracker_;
 };
 
-/// Asked when the mesh is there, or is known to come to nothing. Errors when poses were tracked, and tracking was lost
-/// in more than half of the frames; the message counts the reasons and says what the mesh holds. kBudget: there is a
-/// mesh, and the volume had reached fusion.memory_budget, which may be why. kTooLittle otherwise, with a mesh or
-/// without.
+/// Errors when poses were tracked, and tracking was lost in more than half of the frames; the message counts the
+/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be why; what there is can be meshed.
+/// kTooLittle: it was not found again.
 [[nodiscard]] Result<void> check_tracking(const RunReport& report);
+
+/// What to say when it was lost in as many frames, but is known at the end.
+[[nodiscard]] std::optional<std::string> tracking_warning(const RunReport& report);
 
 }  // namespace scanknit

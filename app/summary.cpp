@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <vector>
 
-#include "app/exit_codes.h"
 #include "app/quantity.h"
 
 namespace scanknit {
@@ -87,7 +86,7 @@ std::string next_line(const RunReport& report) {
     ideas.push_back(fmt::format("open {} in Blender or any glTF viewer", report.files.at("glb")));
   if (report.volume.is_budget_reached) {
     ideas.push_back("complete it: a larger fusion.voxel_size or fusion.memory_budget");
-  } else if (report.frames.read > 0 && report.exit_code != exit_code_of(ErrorCode::kTooLittle)) {
+  } else if (report.frames.read > 0) {
     ideas.push_back(
         fmt::format("finer: --set fusion.voxel_size={}mm", format_number(report.volume.voxel_size_m * 500)));
   }

@@ -75,7 +75,6 @@ struct RunReport {
   } volume;
 
   std::optional<MeshCheck> mesh;
-  [[nodiscard]] bool has_mesh() const { return mesh && mesh->triangles > 0; }
   /// False: the mesh was streamed, and of `mesh` only the counts of vertices and triangles and the bounds are known.
   bool is_mesh_checked = true;
 
