@@ -23,7 +23,7 @@ void find_surfaces(const Eye& eye, RayGroup& rays, VoxelReader& voxels, SeenGrou
 /// Fills in the intensity of what was found.
 void find_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen);
 
-/// Asks the memory for what find_intensities will read: worth while for a row of groups before the row is looked at.
+/// Asks the memory for what find_intensities will read: worth while for a tile before it is looked at.
 void prefetch_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, const SeenGroup& seen);
 
 }  // namespace scanknit

@@ -3,6 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -119,7 +121,7 @@ class Tile {
   const Eye& eye_;
   PixelRect pixels_;
   VoxelReader voxels_;
-  std::array<RayGroup, static_cast<std::size_t>(kTileRows* kTileGroups)> groups_;
+  std::array<RayGroup, kGroups> groups_;
 };
 
 /// A picture in tiles, row by row, and the blocks that the rays of each pass, nearest first.

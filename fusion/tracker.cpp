@@ -37,13 +37,13 @@ constexpr double kSureContradicted = 0.1;
 constexpr double kUsualInliers = 0.08;
 constexpr double kUsualColour = 0.05;
 constexpr double kUsualContradicted = 0.03;
-constexpr int kFewestToBeUsual = 3;  // frames
 
 // Where something comes, goes or moves, the model contradicts more of the frame. What it does not contradict must agree
 // with it as usual: else what moves takes the camera along.
 constexpr double kChanged = 0.1;
 constexpr double kUsualRest = 0.06;
 constexpr double kLeastInliersInChange = 0.3;
+constexpr int kMostUnsure = 15;  // frames in a row that are only followed
 
 // So far from where it was expected, and by more than the camera moved before, or after so many intervals without a
 // frame, a pose is a surprise.
@@ -62,8 +62,6 @@ constexpr int kSureViews = 3;
 // A view from elsewhere shows less of what the camera sees: look again from the place that was found.
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
-
-constexpr const char* kSceneIsChanging = "scene is changing";
 
 double angle_of(const Pose& motion) {
   return Eigen::AngleAxisd(motion.linear()).angle();
@@ -139,7 +137,9 @@ TrackResult Tracker::track(const Frame& frame, const TsdfVolume& volume) {
   raycast_time_ = {};
   noise_ = scaled(volume.config().noise, noise_scale_);
   const SurfacePyramid seen = pyramid_of(frame, noise_);
+  const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
+  if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
   remember(frame, seen, result);
   result.raycast_time = raycast_time_;
@@ -167,13 +167,14 @@ TrackResult Tracker::follow(const Frame& frame, const SurfacePyramid& seen) {
   }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
   if (is_accepted(followed, frame.timestamp_ns)) {
-    if (is_lost_ || is_unsure_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
+    if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
     const auto weak = why_weak(followed.icp);
     return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
                     followed.icp);
   }
   if (is_worth_following(followed, frame.timestamp_ns)) {
-    return describe(TrackState::kLost, kSceneIsChanging, followed.T_world_camera, followed.icp);
+    ++unsure_frames_;
+    return describe(TrackState::kLost, "scene is changing", followed.T_world_camera, followed.icp);
   }
   if (const auto again = find_again(seen)) {
     recognised_ = Recognised{again->T_world_camera, 1};
@@ -189,7 +190,7 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
   if (!is_sure(found.icp)) {
-    const bool only_scene_changed = is_small && has_changed(found.icp) && is_steady(found.icp);
+    const bool only_scene_changed = is_small && is_steady(found.icp);
     if (!only_scene_changed && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
       return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
     }
@@ -204,16 +205,16 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
 /// Whether a pose that was followed is good enough to be fused.
 bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
   if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return is_sure(fit.icp);
-  if (is_unsure_ || is_suddenly_worse(fit.icp)) {
-    return is_sure(fit.icp) || (has_changed(fit.icp) && is_steady(fit.icp));
-  }
-  return is_steady(fit.icp);
+  if (has_changed(fit.icp) && knows_the_usual()) return is_steady(fit.icp);
+  if (is_suddenly_worse(fit.icp)) return is_sure(fit.icp);
+  return is_believable(fit.icp) && (unsure_frames_ == 0 || is_as_usual(fit.icp));
 }
 
 /// Whether a pose that is not fused is good enough to go on from: something moves, which may take the camera along.
 bool Tracker::is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const {
-  if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return false;
-  return has_changed(fit.icp) ? is_believable(fit.icp, kLeastInliersInChange) : is_unsure_ && is_believable(fit.icp);
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns) || unsure_frames_ == kMostUnsure) return false;
+  return has_changed(fit.icp) ? is_believable(fit.icp, kLeastInliersInChange)
+                              : unsure_frames_ > 0 && is_believable(fit.icp);
 }
 
 bool Tracker::is_surprise(const Fit& fit, std::int64_t timestamp_ns) const {
@@ -228,23 +229,29 @@ bool Tracker::is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const {
                   std::max(kSurprise_rad, angle_of(moved)));
 }
 
-/// Believable, and nothing that moves takes the camera along.
+/// Something has changed, and what has not fits as usual: nothing takes the camera along.
 bool Tracker::is_steady(const IcpResult& fit) const {
-  if (!has_changed(fit) || usual_frames_ < kFewestToBeUsual) return is_believable(fit);
-  return is_believable(fit, kLeastInliersInChange) && fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
+  return has_changed(fit) && knows_the_usual() && is_believable(fit, kLeastInliersInChange) &&
+         fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
          inliers_of_rest(fit.inlier_share, fit.contradicted_share) >=
              inliers_of_rest(usual_.inlier_share, usual_.contradicted_share) - kUsualRest;
 }
 
 bool Tracker::is_sure(const IcpResult& fit) const {
-  if (fit.weak_directions > 0 || fit.overlap < kSureOverlap || fit.inlier_share < kSureInliers ||
-      fit.colour_agreement < kSureColour || fit.contradicted_share > kSureContradicted) {
-    return false;
-  }
-  if (usual_frames_ < kFewestToBeUsual) return true;
+  return fit.weak_directions == 0 && fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers &&
+         fit.colour_agreement >= kSureColour && fit.contradicted_share <= kSureContradicted && is_as_usual(fit);
+}
+
+bool Tracker::is_as_usual(const IcpResult& fit) const {
+  if (!knows_the_usual()) return true;
   return fit.inlier_share >= usual_.inlier_share - kUsualInliers &&
          fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
          fit.contradicted_share <= usual_.contradicted_share + kUsualContradicted;
+}
+
+bool Tracker::knows_the_usual() const {
+  constexpr int kFewest = 3;
+  return usual_frames_ >= kFewest;
 }
 
 bool Tracker::is_suddenly_worse(const IcpResult& fit) const {
@@ -331,8 +338,7 @@ Pose Tracker::predicted(std::int64_t timestamp_ns) const {
 }
 
 void Tracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
-  is_unsure_ = result.is_lost() && result.reason == kSceneIsChanging;
-  is_lost_ = result.is_lost() && !is_unsure_;
+  is_lost_ = result.is_lost() && unsure_frames_ == 0;
   if (is_lost_) {
     T_before_last_.reset();
     return;

@@ -29,7 +29,7 @@ enum class TrackState {
 struct TrackResult {
   TrackState state = TrackState::kLost;
   std::string reason = {};                  ///< why not ok, in a few words of docs/report.md; empty when ok
-  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: where it was last known
+  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: where it was last known, or seems to be
   std::size_t points = 0;                   ///< of the frame, that were compared with the model
   double overlap = 0;                       ///< share of them before which the model has a surface
   double inlier_share = 0;                  ///< of those, the share that agrees with it
@@ -58,7 +58,7 @@ class Tracker {
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
 
  private:
-  /// The last frame whose pose was found.
+  /// The last frame whose pose was found, or is gone on from.
   struct Known {
     Pose T_world_camera;
     std::int64_t timestamp_ns;
@@ -100,6 +100,8 @@ class Tracker {
   [[nodiscard]] bool is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_steady(const IcpResult& fit) const;
   [[nodiscard]] bool is_sure(const IcpResult& fit) const;
+  [[nodiscard]] bool is_as_usual(const IcpResult& fit) const;
+  [[nodiscard]] bool knows_the_usual() const;
   [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
@@ -111,9 +113,9 @@ class Tracker {
   std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
   std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
   bool is_lost_ = false;
-  bool is_unsure_ = false;  ///< the last frame's pose was good enough to go on from, not to be fused
+  int unsure_frames_ = 0;  ///< the last ones, whose poses were good enough to go on from, not to be fused
   std::optional<Recognised> recognised_;
-  Quality newest_;          ///< of the last frame that was not lost
+  Quality newest_;          ///< of the same frame as last_
   Quality usual_;           ///< of frames that are ok, a slow average ...
   int usual_frames_ = 0;    ///< ... of so many
   double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says

@@ -69,6 +69,9 @@ TEST_P(Changes, WhoPassesDoesNotTakeTheCameraAlong) {
   const Tracked tracked = track(frames, GetParam(), config_);
   ASSERT_EQ(tracked.frames.size(), 40u);
   EXPECT_LT(tracked.worst_m, kVoxel_m);
+  const auto left_out = std::count_if(tracked.frames.begin(), tracked.frames.end(),
+                                      [](const TrackResult& frame) { return frame.reason == "scene is changing"; });
+  EXPECT_EQ(left_out > 0, GetParam() == PosePrior::kIgnore);
   for (std::size_t i = 0; i < tracked.frames.size(); ++i) {
     const TrackResult& result = tracked.frames[i];
     if (i >= kComes && i < kGone + 5) continue;
