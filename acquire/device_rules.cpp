@@ -19,10 +19,14 @@ std::string known_name(UsbNumbers numbers) {
 }
 
 /// The number of the package's file: later than the system's own rules, before those that give access.
+constexpr std::string_view kFile = "/etc/udev/rules.d/60-scanknit";
+
+std::string common_file() {
+  return std::string(kFile) + ".rules";
+}
+
 std::string file_of(UsbNumbers numbers) {
-  std::string name = "/etc/udev/rules.d/60-scanknit";
-  if (known_name(numbers).empty()) name += "-" + hex_text(numbers.vendor) + "-" + hex_text(numbers.product);
-  return name + ".rules";
+  return std::string(kFile) + "-" + hex_text(numbers.vendor) + "-" + hex_text(numbers.product) + ".rules";
 }
 
 std::string rule_of(UsbNumbers numbers) {
@@ -35,7 +39,7 @@ std::string rule_of(UsbNumbers numbers) {
 }  // namespace
 
 std::string udev_rules() {
-  std::string rules = std::string(kHead) + file_of({kKinect1Vendor, kKinect1Products[0]}) + "\n";
+  std::string rules = std::string(kHead) + common_file() + "\n";
   for (const CameraQuirk& camera : known_cameras()) rules += rule_of({camera.vendor, camera.product});
   for (const std::uint16_t product : kKinect1Products) rules += rule_of({kKinect1Vendor, product});
   return rules;
@@ -49,16 +53,17 @@ Result<std::string> udev_rules_for(const std::string& device) {
   if (!numbers) {
     return Error{ErrorCode::kUsage, "'" + device +
                                         "' names no USB device; expected vendor and product such as 8086:0b07, as "
-                                        "lsusb and scanknit devices list them"};
+                                        "lsusb lists them, or usb:8086:0b07"};
   }
   return std::string(kHead) + file_of(*numbers) + "\n" + rule_of(*numbers);
 }
 
 std::string rules_command(std::uint16_t vendor, std::uint16_t product) {
   const UsbNumbers numbers{vendor, product};
-  const std::string which =
-      known_name(numbers).empty() ? " --device " + hex_text(vendor) + ":" + hex_text(product) : "";
-  return "scanknit udev-rules" + which + " | sudo tee " + file_of(numbers) + " && sudo udevadm control --reload";
+  const bool is_known = !known_name(numbers).empty();
+  const std::string which = is_known ? "" : " --device " + hex_text(vendor) + ":" + hex_text(product);
+  return "scanknit udev-rules" + which + " | sudo tee " + (is_known ? common_file() : file_of(numbers)) +
+         " && sudo udevadm control --reload";
 }
 
 }  // namespace scanknit

@@ -22,6 +22,7 @@ constexpr std::size_t kSampleFrames = 20;
 struct Sample {
   std::vector<Frame> frames;  ///< filtered, each with its pose
   std::size_t of = 0;         ///< frames of the recording
+  bool is_whole = false;      ///< all of them were looked at
 };
 
 /// Filtered as the run will filter them: what they need depends on it by half.
@@ -31,7 +32,9 @@ Sample sample_frames(const std::filesystem::path& recording, const Config& confi
   if (!whole) return sample;
   sample.of = selected_frames((*whole)->info(), config.acquire);
   AcquireConfig sparse = config.acquire;
-  sparse.every *= std::max<std::size_t>(1, sample.of / kSampleFrames);
+  const std::size_t stride = std::max<std::size_t>(1, sample.of / kSampleFrames);
+  sample.is_whole = stride == 1;
+  sparse.every *= stride;
   const auto source = open_recording(recording, sparse);
   if (!source) return sample;
 
@@ -112,14 +115,13 @@ std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, c
 
 /// What to do next: a size that fits with an eighth of room for the frames that were not looked at, else just so.
 std::string advice(const Sample& sample, const FusionConfig& fusion) {
-  const bool is_whole = sample.frames.size() >= sample.of;
-  auto size_mm = finest_fitting_size_mm(sample.frames, fusion, is_whole ? 0 : fusion.memory_budget_mib / 8);
-  const bool is_tight = !size_mm && !is_whole;
+  auto size_mm = finest_fitting_size_mm(sample.frames, fusion, sample.is_whole ? 0 : fusion.memory_budget_mib / 8);
+  const bool is_tight = !size_mm && !sample.is_whole;
   if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
   if (!size_mm)
     return "no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
   const std::string known =
-      is_whole ? "" : fmt::format(", judging by {} of its {} frames", sample.frames.size(), sample.of);
+      sample.is_whole ? "" : fmt::format(", judging by {} of its {} frames", sample.frames.size(), sample.of);
   return fmt::format("{0} mm {1}{2}: --set fusion.voxel_size={0}mm", format_number(*size_mm),
                      is_tight ? "might just fit" : "would fit", known);
 }

@@ -356,7 +356,7 @@ void add_devices(CLI::App& app, CommandLine& line) {
   CLI::App* rules = app.add_subcommand("udev-rules", "Print the rules that let you use your scanners");
   rules
       ->add_option("--device", line.rules_device,
-                   "Of this camera only, be it known or not: 1234:5678, or as `scanknit devices` lists it; "
+                   "Of this camera only, be it known or not: 1234:5678 or usb:1234:5678; "
                    "default: of all that are known")
       ->type_name("VID:PID");
   add_common(*rules, line);

@@ -216,8 +216,8 @@ std::vector<ConfigKey> acquire_keys() {
           {"acquire.poses", "",
            "Where poses come from. recording: from the recording, a frame without one is dropped; track: found from "
            "the frames themselves; refine: the recording's, each corrected a little, or left out where what was "
-           "scanned "
-           "before contradicts it; still: the scanner did not move. auto: recording if it has poses, else track."},
+           "scanned before contradicts it; still: the scanner did not move. auto: recording if it has poses, else "
+           "track."},
           {{"auto", PoseMode::kAuto},
            {"recording", PoseMode::kRecording},
            {"track", PoseMode::kTrack},

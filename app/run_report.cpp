@@ -18,17 +18,16 @@ double peak_rss_mib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
 }
 
-/// Tracking was lost in most frames: what was fused has been meshed all the same.
-bool is_partial(const Result<void>& result, const RunReport& report) {
-  if (result || !report.has_mesh()) return false;
-  return result.error().code == ErrorCode::kTooLittle || result.error().code == ErrorCode::kBudget;
+/// A volume that was full and lost its camera is meshed as far as it goes.
+bool is_partial(const RunReport& report) {
+  return report.exit_code == exit_code_of(ErrorCode::kBudget) && report.mesh;
 }
 
 /// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
 bool wants_report(const RunReport& report) {
   switch (report.exit_code) {
     case exit_code_of(ErrorCode::kOutput): return false;
-    case exit_code_of(ErrorCode::kBudget): return report.has_mesh();
+    case exit_code_of(ErrorCode::kBudget): return is_partial(report);
     default: return true;
   }
 }
@@ -63,15 +62,19 @@ void close_report(RunReport& report, const Result<void>& result, bool was_interr
 
 int conclude(RunReport& report, Result<void> result, const Job& job, const CommonArguments& common,
              bool with_case_table) {
-  if (auto written = write_report(report, job); !written && result) {
-    result = written;
-    report.status = written.error().text();
-    report.exit_code = exit_code_of(written.error().code);
+  if (auto written = write_report(report, job); !written) {
+    report.files.erase("report");
+    if (!result) (void)fail(written.error(), common);
+    if (result) {
+      result = written;
+      report.status = written.error().text();
+      report.exit_code = exit_code_of(written.error().code);
+    }
   }
   std::string text;
   if (common.is_json) {
     text = to_json(report);
-  } else if (result || is_partial(result, report)) {
+  } else if (result || is_partial(report)) {
     if (common.verbosity != Verbosity::kQuiet) text = summary_text(report);
     if (with_case_table) text += (text.empty() ? "" : "\n") + case_table_text(report.extract);
   }
