@@ -43,7 +43,8 @@ constexpr double kUsualContradicted = 0.03;
 constexpr double kChanged = 0.1;
 constexpr double kUsualRest = 0.06;
 constexpr double kLeastInliersInChange = 0.3;
-constexpr int kMostUnsure = 15;  // frames in a row that are only followed
+constexpr std::int64_t kPromptly_ns = 250'000'000;  // later than this another place is likelier than a change
+constexpr int kMostUnsure = 15;                     // frames in a row that are only followed
 
 // So far from where it was expected, and by more than the camera moved before, or after so many intervals without a
 // frame, a pose is a surprise.
@@ -205,14 +206,17 @@ TrackResult Tracker::refine(const Frame& frame, const SurfacePyramid& seen) {
 /// Whether a pose that was followed is good enough to be fused.
 bool Tracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
   if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return is_sure(fit.icp);
-  if (has_changed(fit.icp) && knows_the_usual()) return is_steady(fit.icp);
+  if (has_changed(fit.icp) && knows_the_usual()) {
+    return is_steady(fit.icp) && (is_prompt(timestamp_ns) || !is_suddenly_worse(fit.icp));
+  }
   if (is_suddenly_worse(fit.icp)) return is_sure(fit.icp);
   return is_believable(fit.icp) && (unsure_frames_ == 0 || is_as_usual(fit.icp));
 }
 
 /// Whether a pose that is not fused is good enough to go on from: something moves, which may take the camera along.
 bool Tracker::is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const {
-  if (is_lost_ || is_elsewhere(fit, timestamp_ns) || unsure_frames_ == kMostUnsure) return false;
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns) || !is_prompt(timestamp_ns)) return false;
+  if (unsure_frames_ == kMostUnsure) return false;
   return has_changed(fit.icp) ? is_believable(fit.icp, kLeastInliersInChange)
                               : unsure_frames_ > 0 && is_believable(fit.icp);
 }
@@ -319,6 +323,10 @@ std::optional<Tracker::Fit> Tracker::find_again(const SurfacePyramid& seen) {
   keep_best(places_.similar_poses(seen));
   if (!best) keep_best(places_.matched_poses(seen));
   return best;
+}
+
+bool Tracker::is_prompt(std::int64_t timestamp_ns) const {
+  return timestamp_ns - last_->timestamp_ns <= kPromptly_ns;
 }
 
 double Tracker::intervals_since_last(std::int64_t timestamp_ns) const {

@@ -103,6 +103,7 @@ class Tracker {
   [[nodiscard]] bool is_as_usual(const IcpResult& fit) const;
   [[nodiscard]] bool knows_the_usual() const;
   [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
+  [[nodiscard]] bool is_prompt(std::int64_t timestamp_ns) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
   void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
