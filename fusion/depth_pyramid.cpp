@@ -75,7 +75,7 @@ bool DepthPyramid::may_meet(const PixelRect& unclipped, const DepthRange& range)
 DepthPyramid::Sight DepthPyramid::look(const PixelRect& unclipped, const DepthRange& range) const {
   Sight sight;
   PixelRect rect = unclipped;
-  if (!clip(rect) || !may_meet(rect, range)) return sight;  // half of those asked about
+  if (!clip(rect)) return sight;
   const int level = level_for(rect);
   const auto& coarse = levels_[static_cast<std::size_t>(std::max(level - 2, 0))];
   for_each_cell(coarse, rect, std::max(level - 2, 0), [&](const DepthRange& cell) {

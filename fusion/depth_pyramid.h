@@ -36,7 +36,7 @@ class DepthPyramid {
   /// What there is in `rect`: pixel by pixel if it is no larger than 16 x 16, else by small hulls.
   struct Sight {
     bool may_meet = false;             ///< as may_meet, with fewer mistakes
-    float far_m = DepthRange{}.far_m;  ///< if so: no range reaches farther
+    float far_m = DepthRange{}.far_m;  ///< no range reaches farther
   };
   [[nodiscard]] Sight look(const PixelRect& rect, const DepthRange& range) const;
 
