@@ -28,7 +28,7 @@ class VoxelReader {
 
   /// Has `block` at hand, for what lies in it.
   void keep(const VolumeBlock& block) {
-    slots_[slot_of({block.origin.x(), block.origin.y(), block.origin.z()})] = {block};
+    slots_[slot_of({block.origin.x(), block.origin.y(), block.origin.z()})] = Block(block);
   }
 
   /// The distance at a sample; nothing where it is unknown.
@@ -90,7 +90,7 @@ class VoxelReader {
 
     Block() = default;
     explicit Block(const openvdb::Coord& empty) : origin(empty) {}
-    Block(const VolumeBlock& block)
+    explicit Block(const VolumeBlock& block)
         : origin(block.origin),
           distances(block.tsdf->buffer().data()),
           observed(&block.tsdf->getValueMask()),
