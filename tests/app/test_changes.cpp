@@ -68,7 +68,7 @@ TEST_P(Changes, WhoPassesDoesNotTakeTheCameraAlong) {
   });
   const Tracked tracked = track(frames, GetParam(), config_);
   ASSERT_EQ(tracked.frames.size(), 40u);
-  EXPECT_LT(tracked.worst_m, kVoxel_m);  // a second copy would lie farther off
+  EXPECT_LT(tracked.worst_m, kVoxel_m);  // what is fused while half of the picture changes stays one surface
   const auto left_out = std::count_if(tracked.frames.begin(), tracked.frames.end(),
                                       [](const TrackResult& frame) { return frame.reason == "scene is changing"; });
   EXPECT_EQ(left_out > 0, GetParam() == PosePrior::kIgnore);
