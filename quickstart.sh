@@ -16,6 +16,7 @@ required_packages=(
   libgdcm-dev libinsighttoolkit5-dev zlib1g-dev
   libfreenect-dev libusb-1.0-0-dev libbz2-dev liblz4-dev libzstd-dev
   libcli11-dev libfmt-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev
+  esbuild libqrcodegencpp-dev
 )
 test_packages=(libgtest-dev libbenchmark-dev umockdev libumockdev-dev)
 
@@ -33,6 +34,14 @@ install_packages() {
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
+# three.js for the live view's page, as view/page/package-lock.json names it.
+install_page_packages() {
+  if [ -f view/page/node_modules/three/package.json ]; then return; fi
+  command -v npm >/dev/null || install_packages nodejs npm
+  echo "Installing three.js for the live view ..."
+  npm ci --prefix view/page --ignore-scripts --no-audit --no-fund --silent
+}
+
 build() {
   echo "Building in $build_dir (about ten minutes the first time on two cores) ..."
   mkdir -p "$build_dir"
@@ -47,6 +56,7 @@ build() {
 case "$job" in
   sample)
     install_packages "${required_packages[@]}"
+    install_page_packages
     build -DSCANKNIT_BUILD_TESTS=OFF
     if [ ! -f out/sample_recording/trajectory.log ]; then
       echo "Rendering the sample recording with the synthetic scanner ..."
@@ -56,12 +66,14 @@ case "$job" in
     ;;
   test)
     install_packages "${required_packages[@]}" "${test_packages[@]}"
+    install_page_packages
     build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON
     tests/prepare.sh "$build_dir"
     ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)"
     ;;
   build)
     install_packages "${required_packages[@]}"
+    install_page_packages
     build -DSCANKNIT_BUILD_TESTS=OFF
     ;;
   *)

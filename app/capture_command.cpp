@@ -7,6 +7,7 @@
 #include "app/live_scanner.h"
 #include "app/pipeline.h"
 #include "app/run_report.h"
+#include "app/scan_view.h"
 #include "app/signals.h"
 #include "core/atomic_file.h"
 
@@ -33,7 +34,7 @@ Result<std::unique_ptr<Recorder>> open_recorder(const CaptureArguments& argument
 }
 
 Result<void> capture(const CaptureArguments& arguments, const Job& job, std::stop_token stop, Console& console,
-                     RunReport& report) {
+                     RunReport& report, ScanView& view) {
   const PoseMode poses = job.config.acquire.poses;
   if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
     return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
@@ -43,6 +44,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     console.warn(text);
     report.warnings.push_back(text);
   };
+  if (auto opened = view.open(UpAxis::kMinusY); !opened) return opened;
   auto scanner = open_scanner(arguments.scanner, job.config, Calibration::kNeeded, stop, console, warn);
   if (!scanner) return scanner.error();
   report.input = scanner->device->info().uri;
@@ -59,7 +61,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
-  const Result<void> meshed = mesh_source(**source, job, stop, console, report);
+  const Result<void> meshed = mesh_source(**source, job, stop, console, report, view);
   LossCounters losses = (*source)->losses();
   if (*recorder != nullptr) {
     if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
@@ -79,19 +81,23 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   const auto begin = std::chrono::steady_clock::now();
   auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
-  const auto outputs = plan_outputs({.output = arguments.output,
-                                     .report = arguments.report,
-                                     .trajectory = arguments.trajectory,
-                                     .volume = arguments.volume},
-                                    config->output);
+  auto outputs = plan_outputs({.output = arguments.output,
+                               .report = arguments.report,
+                               .trajectory = arguments.trajectory,
+                               .volume = arguments.volume},
+                              config->output);
   if (!outputs) return fail(outputs.error(), common);
+  if (arguments.view.is_wanted) add_downloads(*outputs);
 
   const Job job{arguments.scanner.device, std::move(*config), *outputs};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
-  const Result<void> result = capture(arguments, job, stop_on_signal.token(), console, report);
+  ScanView view(arguments.view, job, "capture", stop_on_signal.token(), console);
+  const Result<void> result = capture(arguments, job, stop_on_signal.token(), console, report, view);
   close_report(report, result, /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends
-  return conclude(report, result, job, common);
+  const int exit_code = conclude(report, result, job, common);
+  view.linger(report);
+  return exit_code;
 }
 
 }  // namespace scanknit

@@ -4,6 +4,8 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -31,6 +33,7 @@ struct CommandLine {
   RunArguments run;
   CaptureArguments capture;
   RecordArguments record;
+  ShowArguments show;
   ExtractArguments extract;
   SynthArguments synth;
   ConfigArguments config;
@@ -140,6 +143,34 @@ void add_common(CLI::App& app, CommandLine& line) {
   app.add_flag("-v,--verbose", line.is_verbose, "Say more")->excludes(quiet)->group("General");
 }
 
+void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed) {
+  const auto set_port = [&server](const std::uint16_t& port) { server.port = port; };
+  auto* address = app.add_option("--listen", server.address,
+                                 "Address of this computer that the page is served on, 0.0.0.0 for all; default: "
+                                 "127.0.0.1, this computer only. Others need the link with its token")
+                      ->type_name("ADDRESS")
+                      ->group("Live view");
+  auto* port = app.add_option_function<std::uint16_t>("--port", set_port, "Default: 8765, or any free one; 0: any")
+                   ->type_name("PORT")
+                   ->group("Live view");
+  if (needed == nullptr) return;
+  address->needs(needed);
+  port->needs(needed);
+}
+
+void add_view_options(CLI::App& app, ViewArguments& view) {
+  auto* wanted =
+      app.add_flag("--view", view.is_wanted, "Show the mesh in a browser while it grows")->group("Live view");
+  add_server_options(app, view.server, wanted);
+}
+
+/// Of one object, walked round or turned.
+bool is_orbit(const ConfigSources& config) {
+  const auto& presets = config.presets;
+  return std::any_of(presets.begin(), presets.end(),
+                     [](const std::string& name) { return name == "object" || name == "turntable"; });
+}
+
 void add_run(CLI::App& app, CommandLine& line) {
   RunArguments& run = line.run;
   CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
@@ -164,8 +195,12 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--report", run.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_view_options(*command, run.view);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return run_command(line.run, line.common); }; });
+  command->final_callback([&line] {
+    line.run.view.is_orbit = is_orbit(line.common.config);
+    line.command = [&line] { return run_command(line.run, line.common); };
+  });
 }
 
 void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
@@ -213,8 +248,22 @@ void add_capture(CLI::App& app, CommandLine& line) {
   command->add_option("--report", capture.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", capture.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", capture.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_view_options(*command, capture.view);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return capture_command(line.capture, line.common); }; });
+  command->final_callback([&line] {
+    line.capture.view.is_orbit = is_orbit(line.common.config);
+    line.command = [&line] { return capture_command(line.capture, line.common); };
+  });
+}
+
+void add_view(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("view", "Show a mesh in a browser");
+  command->add_option("file", line.show.file, "A mesh (.glb .ply .obj .stl), or the folder that `run` wrote one into")
+      ->required()
+      ->type_name("FILE|OUT");
+  add_server_options(*command, line.show.server, nullptr);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return view_command(line.show, line.common); }; });
 }
 
 void add_record(CLI::App& app, CommandLine& line) {
@@ -405,6 +454,7 @@ int run_cli(int argc, const char* const* argv) {
   add_run(app, line);
   add_capture(app, line);
   add_record(app, line);
+  add_view(app, line);
   add_extract(app, line);
   add_synth(app, line);
   add_convert(app, line);

@@ -14,6 +14,7 @@
 #include "app/console.h"
 #include "app/live_scanner.h"
 #include "extract/volume/slice_reader.h"
+#include "view/live_view.h"
 
 namespace scanknit {
 
@@ -24,6 +25,13 @@ struct CommonArguments {
   Verbosity verbosity = Verbosity::kNormal;
 };
 
+/// What the command line says of the live view.
+struct ViewArguments {
+  bool is_wanted = false;
+  bool is_orbit = false;  ///< an object that is walked round or turned
+  LiveViewOptions server;
+};
+
 struct RunArguments {
   std::filesystem::path recording, output;
   std::size_t from = 0;
@@ -31,6 +39,12 @@ struct RunArguments {
   std::size_t every = 1;
   Pace pace = Pace::kFast;
   std::optional<std::filesystem::path> report, trajectory, volume;
+  ViewArguments view;
+};
+
+struct ShowArguments {
+  std::filesystem::path file;
+  LiveViewOptions server;
 };
 
 struct ConvertArguments {
@@ -48,6 +62,7 @@ struct CaptureArguments {
   std::optional<std::filesystem::path> report, trajectory, volume;
   bool wants_recording = true;
   std::optional<std::filesystem::path> recording;  ///< nothing: beside the mesh
+  ViewArguments view;
 };
 
 struct RecordArguments {
@@ -88,6 +103,7 @@ struct ConfigArguments {
 
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int record_command(const RecordArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);

@@ -84,6 +84,26 @@ void FrameIntake::note_refused(const Frame& frame, const Error& error) {
   note_dropped({frame.sequence, DropReason::kBadPose, error});
 }
 
+bool FrameIntake::pass_over(const char* reason) {
+  const auto frame = next();
+  if (!frame) return false;
+  ++report_.frames.dropped;
+  ++report_.frames.dropped_by_reason[reason];
+  return true;
+}
+
+void FrameIntake::start_over() {
+  RunReport::Frames& frames = report_.frames;
+  const std::size_t forgotten = frames.fused + frames.lost;
+  frames.dropped += forgotten;
+  if (forgotten > 0) frames.dropped_by_reason["reset"] += forgotten;
+  frames.fused = 0;
+  frames.lost = 0;
+  report_.tracking.reset();
+  report_.volume.is_budget_reached = false;
+  trajectory_.clear();
+}
+
 void FrameIntake::note_dropped(const FrameDropped& dropped) {
   RunReport::Frames& frames = report_.frames;
   ++frames.dropped;

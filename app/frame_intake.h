@@ -28,6 +28,12 @@ class FrameIntake {
   /// The volume would not have the frame because of its pose: counted as dropped.
   void note_refused(const Frame& frame, const Error& error);
 
+  /// Takes the next frame and leaves it out, counted as dropped for `reason`, one word. False: there is none.
+  [[nodiscard]] bool pass_over(const char* reason);
+
+  /// What was fused, or lost, counts as dropped ("reset"); the trajectory is empty.
+  void start_over();
+
   /// After the last frame: what was dropped is said on the console. Errors: the source's own; kInput when not one frame
   /// was fused.
   [[nodiscard]] Result<void> result();

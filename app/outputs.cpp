@@ -75,6 +75,15 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   return outputs;
 }
 
+void add_downloads(Outputs& outputs) {
+  if (outputs.meshes.empty()) return;
+  for (const char* extension : {".glb", ".stl"}) {
+    const auto is_there = std::any_of(outputs.meshes.begin(), outputs.meshes.end(),
+                                      [&](const std::filesystem::path& mesh) { return mesh.extension() == extension; });
+    if (!is_there) outputs.meshes.push_back(std::filesystem::path(outputs.meshes.front()).replace_extension(extension));
+  }
+}
+
 Result<void> check_outputs(const Outputs& outputs) {
   for (const Path& path : all_paths(outputs)) {
     if (auto writable = check_writable(path); !writable) return writable;

@@ -30,6 +30,9 @@ struct OutputRequest {
 /// folder should be, two outputs of one name.
 [[nodiscard]] Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& config);
 
+/// Adds the GLB and the STL that the live view offers for download, beside the first mesh, where they are not yet.
+void add_downloads(Outputs& outputs);
+
 /// Asks for every output whether it could be written. Errors: kOutput.
 [[nodiscard]] Result<void> check_outputs(const Outputs& outputs);
 

@@ -14,6 +14,8 @@
 
 namespace scanknit {
 
+class ScanView;
+
 struct Job {
   std::filesystem::path input;
   Config config;
@@ -24,10 +26,12 @@ struct Job {
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
 /// after an error. A stop request ends the fusing; what has been fused becomes the mesh. Errors: kOutput before any
 /// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
-[[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report);
+/// Those who look on through `view` may end it.
+[[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report,
+                                        ScanView& view);
 
 /// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked.
 [[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
-                                       RunReport& report);
+                                       RunReport& report, ScanView& view);
 
 }  // namespace scanknit

@@ -3,6 +3,7 @@
 #include "app/commands.h"
 #include "app/pipeline.h"
 #include "app/run_report.h"
+#include "app/scan_view.h"
 #include "app/signals.h"
 
 namespace scanknit {
@@ -15,19 +16,23 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
   config->acquire.from = arguments.from;
   config->acquire.every = arguments.every;
   if (arguments.to) config->acquire.to = *arguments.to;
-  const auto outputs = plan_outputs({.output = arguments.output,
-                                     .report = arguments.report,
-                                     .trajectory = arguments.trajectory,
-                                     .volume = arguments.volume},
-                                    config->output);
+  auto outputs = plan_outputs({.output = arguments.output,
+                               .report = arguments.report,
+                               .trajectory = arguments.trajectory,
+                               .volume = arguments.volume},
+                              config->output);
   if (!outputs) return fail(outputs.error(), common);
+  if (arguments.view.is_wanted) add_downloads(*outputs);
 
   const Job job{arguments.recording, std::move(*config), *outputs, arguments.pace};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
-  const Result<void> result = run_pipeline(job, stop_on_signal.token(), console, report);
+  ScanView view(arguments.view, job, "run", stop_on_signal.token(), console);
+  const Result<void> result = run_pipeline(job, stop_on_signal.token(), console, report, view);
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);
-  return conclude(report, result, job, common);
+  const int exit_code = conclude(report, result, job, common);
+  view.linger(report);
+  return exit_code;
 }
 
 }  // namespace scanknit

@@ -3,6 +3,8 @@
 
 #include <openvdb/openvdb.h>
 
+#include <optional>
+
 #include "core/voxel_codes.h"
 
 namespace scanknit {
@@ -23,6 +25,8 @@ struct FieldView {
   /// The same of a live volume, as codes; given instead of `weight` and `colour`.
   const WeightCodeGrid* weight_codes = nullptr;
   const ColourCodeGrid* colour_codes = nullptr;
+  /// Samples outside of it are unobserved.
+  std::optional<openvdb::CoordBBox> region = std::nullopt;
   /// What InsideSide::kAuto goes by: matter is Low.
   bool is_signed_distance = true;
 };

@@ -107,7 +107,7 @@ WeightCode least_code(float min_weight) {
 /// A leaf of the field, and the weights or codes that say which of its voxels were observed; where these are constant
 /// or not given, the active ones were.
 struct ObservedLeaf {
-  const FieldLeaf* field = nullptr;
+  const FieldLeaf* field = nullptr;  ///< null: no voxel was observed
   const float* weights = nullptr;
   const WeightCode* codes = nullptr;
 };
@@ -116,7 +116,7 @@ struct ObservedLeaf {
 class LeafFinder {
  public:
   LeafFinder(const FieldView& view, float min_weight)
-      : fields_(view.field->tree()), min_weight_(min_weight), min_code_(least_code(min_weight)) {
+      : fields_(view.field->tree()), region_(view.region), min_weight_(min_weight), min_code_(least_code(min_weight)) {
     if (view.weight != nullptr) weights_.emplace(view.weight->tree());
     if (view.weight_codes != nullptr) codes_.emplace(view.weight_codes->tree());
   }
@@ -132,12 +132,29 @@ class LeafFinder {
 
   /// Bit z: voxel z of row `row` = 8 x + y was observed.
   [[nodiscard]] unsigned observed(const ObservedLeaf& leaf, std::size_t row) const {
+    return region_ ? weighed(leaf, row) & within_region(leaf.field->origin(), row) : weighed(leaf, row);
+  }
+
+ private:
+  [[nodiscard]] unsigned weighed(const ObservedLeaf& leaf, std::size_t row) const {
     if (leaf.weights != nullptr) return heavy(leaf.weights + kBlockCells * row, min_weight_);
     if (leaf.codes != nullptr) return heavy(leaf.codes + kBlockCells * row, min_code_);
     return leaf.field->valueMask().getWord<std::uint8_t>(static_cast<int>(row));
   }
 
- private:
+  [[nodiscard]] unsigned within_region(const Coord& origin, std::size_t row) const {
+    const auto at = static_cast<int>(row);
+    const int x = origin.x() + at / kBlockCells;
+    const int y = origin.y() + at % kBlockCells;
+    if (x < region_->min().x() || x > region_->max().x() || y < region_->min().y() || y > region_->max().y()) return 0;
+    unsigned bits = 0;
+    for (int z = 0; z < kBlockCells; ++z) {
+      const bool is_within = origin.z() + z >= region_->min().z() && origin.z() + z <= region_->max().z();
+      bits |= (is_within ? 1u : 0u) << z;
+    }
+    return bits;
+  }
+
   /// The values of the leaf at `origin`; null where they are constant.
   template <typename Accessor, typename Value>
   static const Value* data_of(const Accessor& values, const Coord& origin, Value least, bool& is_light) {
@@ -155,6 +172,7 @@ class LeafFinder {
   }
 
   openvdb::FloatGrid::ConstAccessor fields_;
+  std::optional<openvdb::CoordBBox> region_;
   std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
   std::optional<WeightCodeGrid::ConstAccessor> codes_;
   float min_weight_;

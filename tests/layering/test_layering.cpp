@@ -21,7 +21,7 @@ struct Include {
   bool is_quoted;
 };
 
-const std::set<std::string> kRooms = {"core", "acquire", "fusion", "extract", "export", "app"};
+const std::set<std::string> kRooms = {"core", "acquire", "fusion", "extract", "export", "view", "app"};
 
 std::vector<Include> all_includes() {
   const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
@@ -70,13 +70,14 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"opencv2", {"acquire", "fusion", "extract", "export"}},
     {"pcl", {"acquire"}},
     {"openvdb", {"fusion", "extract", "app"}},
-    {"boost", {"extract"}},
+    {"boost", {"extract", "view"}},
+    {"qrcodegen", {"view"}},
     {"hwy", {"acquire", "fusion", "extract"}},
     {"zlib.h", {"acquire", "extract"}},
     {"gdcmReader.h", {"extract"}},
     {"NrrdIO.h", {"extract"}},
     {"tiny_gltf.h", {"export"}},
-    {"nlohmann", {"acquire", "export", "app"}},
+    {"nlohmann", {"acquire", "export", "view", "app"}},
     {"yaml-cpp", {"app"}},
     {"CLI", {"app"}},
     {"spdlog", {"app"}},

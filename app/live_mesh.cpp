@@ -1,0 +1,110 @@
+#include "app/live_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/voxel_codes.h"
+#include "view/mesh_chunk.h"
+
+namespace scanknit {
+namespace {
+
+constexpr int kLeafVoxels = 8;
+constexpr int kChunkVoxels = 4 * kLeafVoxels;
+
+Eigen::Vector3i chunk_of(const Eigen::Vector3i& leaf) {
+  constexpr int kWithinChunk = kChunkVoxels - 1;  // two's complement: rounds towards minus infinity
+  return {leaf.x() & ~kWithinChunk, leaf.y() & ~kWithinChunk, leaf.z() & ~kWithinChunk};
+}
+
+FieldView view_of(const TsdfVolume& volume) {
+  FieldView view;
+  view.field = &volume.tsdf();
+  view.weight_codes = &volume.weight();
+  view.colour_codes = &volume.colour();
+  return view;
+}
+
+/// How well each vertex of a patch was seen, by the voxel next to it: 255 from ten good views on.
+std::vector<std::uint8_t> coverage_of(const TsdfVolume& volume, const MeshPatch& patch) {
+  constexpr float kWellSeen = 10;  // a good view weighs 1
+  std::vector<std::uint8_t> coverage(patch.mesh.positions_m.size());
+  const auto block = volume.index().find({patch.origin.x(), patch.origin.y(), patch.origin.z()});
+  if (block == BlockIndex::kNone) return coverage;
+  const WeightCode* const weights = volume.index().blocks()[block].weight->buffer().data();
+  const auto per_metre = static_cast<float>(1 / volume.config().voxel_size_m);
+  for (std::size_t i = 0; i < coverage.size(); ++i) {
+    const Eigen::Vector3f at = patch.mesh.positions_m[i] * per_metre - patch.origin.cast<float>();
+    const Eigen::Array3i voxel = at.array().round().cast<int>().max(0).min(kLeafVoxels - 1);
+    const float weight = decode_weight(weights[(voxel.x() * kLeafVoxels + voxel.y()) * kLeafVoxels + voxel.z()]);
+    coverage[i] = static_cast<std::uint8_t>(std::lrint(255 * std::sqrt(std::min(1.0f, weight / kWellSeen))));
+  }
+  return coverage;
+}
+
+}  // namespace
+
+LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher) : mesher_(std::move(mesher)) {
+  for (const VolumeBlock& block : volume.index().blocks())
+    changed_.emplace(block.origin.x(), block.origin.y(), block.origin.z());
+}
+
+Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config) {
+  ExtractConfig live = config;
+  if (is_tetrahedral(live.decider)) live.decider = Decider::kTrilinear;  // those have no incremental mesher
+  auto mesher = IncrementalMesher::create(view_of(volume), live);
+  if (!mesher) return mesher.error();
+  return LiveMesh(volume, *std::move(mesher));
+}
+
+std::vector<Eigen::Vector3i> LiveMesh::take_some(std::size_t most_leaves) {
+  auto from = changed_.upper_bound(last_);
+  std::vector<Eigen::Vector3i> taken;
+  while (taken.size() < most_leaves && taken.size() < changed_.size()) {
+    if (from == changed_.end()) from = changed_.begin();
+    taken.push_back(*from++);
+  }
+  return taken;
+}
+
+Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish) {
+  for (const openvdb::Coord& origin : volume.take_changed_blocks())
+    changed_.emplace(origin.x(), origin.y(), origin.z());
+  const std::vector<Eigen::Vector3i> some = take_some(most_leaves);
+  const auto different = mesher_.update(some);
+  if (!different) return different.error();
+  for (const Eigen::Vector3i& leaf : some) changed_.erase(leaf);
+  if (!some.empty()) last_ = some.back();
+
+  std::set<Eigen::Vector3i, BlockOrder> chunks;
+  for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));
+  for (const Eigen::Vector3i& at : chunks) {
+    const auto [chunk, is_new] = chunks_.try_emplace(at);
+    if (is_new) chunk->second.number = static_cast<std::uint32_t>(chunks_.size());
+    triangles_ -= chunk->second.triangles;
+    publish(chunk->second.number, message_of(volume, at, chunk->second));
+    triangles_ += chunk->second.triangles;
+  }
+  return {};
+}
+
+std::string LiveMesh::message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const {
+  std::vector<ChunkPart> parts;
+  chunk.triangles = 0;
+  for (int x = 0; x < kChunkVoxels; x += kLeafVoxels) {
+    for (int y = 0; y < kChunkVoxels; y += kLeafVoxels) {
+      for (int z = 0; z < kChunkVoxels; z += kLeafVoxels) {
+        const auto patch = mesher_.patches().find(at + Eigen::Vector3i(x, y, z));
+        if (patch == mesher_.patches().end()) continue;
+        chunk.triangles += patch->second.mesh.triangles.size();
+        parts.push_back({&patch->second.mesh, coverage_of(volume, patch->second)});
+      }
+    }
+  }
+  const auto revision = static_cast<std::uint32_t>(mesher_.revision());
+  return parts.empty() ? chunk_gone_message(chunk.number, revision) : chunk_message(chunk.number, revision, parts);
+}
+
+}  // namespace scanknit

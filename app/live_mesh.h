@@ -1,0 +1,51 @@
+// LiveMesh: the mesh of a volume while it is fused, in chunks for the live view.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+
+#include "core/result.h"
+#include "extract/incremental_mesher.h"
+#include "fusion/tsdf_volume.h"
+
+namespace scanknit {
+
+/// Chunks are cubes of 4^3 leaves of 8^3 voxels: large enough for a browser to draw hundreds of thousands of triangles
+/// in a few hundred pieces, small enough that little is sent again when one leaf changes.
+class LiveMesh {
+ public:
+  /// `volume` outlives it and stays where it is. Errors: those of IncrementalMesher::create().
+  [[nodiscard]] static Result<LiveMesh> create(const TsdfVolume& volume, const ExtractConfig& config);
+
+  /// Takes the chunk's number and its message (view/mesh_chunk.h).
+  using Publish = std::function<void(std::uint32_t, std::string)>;
+
+  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels, in the order in
+  /// which they lie, going on from where the last call ended) and publishes the chunks that are different now.
+  [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
+
+  [[nodiscard]] std::size_t triangles() const { return triangles_; }
+  [[nodiscard]] bool is_up_to_date() const { return changed_.empty(); }
+
+ private:
+  struct Chunk {
+    std::uint32_t number = 0;
+    std::size_t triangles = 0;
+  };
+
+  LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher);
+  [[nodiscard]] std::vector<Eigen::Vector3i> take_some(std::size_t most_leaves);
+  [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
+
+  IncrementalMesher mesher_;
+  std::set<Eigen::Vector3i, BlockOrder> changed_;        ///< leaves that are still to be meshed
+  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();       ///< of the leaves meshed by the last update
+  std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
+  std::size_t triangles_ = 0;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,95 @@
+#include "app/reconstruction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "acquire/depth_filter.h"
+#include "app/mesh_output.h"
+#include "app/stage_timer.h"
+#include "core/atomic_file.h"
+#include "extract/extract_surface.h"
+#include "fusion/integrate.h"
+
+namespace scanknit {
+namespace {
+
+/// The samples within the box.
+openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m) {
+  const auto index = [&](double metres, double (*round)(double)) {
+    constexpr double kFarthest = 1e9;  // a box may reach far beyond any volume
+    return static_cast<int>(std::clamp(round(metres / voxel_size_m), -kFarthest, kFarthest));
+  };
+  const auto first = [&](int axis) { return index(box.min()[axis], std::ceil); };
+  const auto last = [&](int axis) { return index(box.max()[axis], std::floor); };
+  return {{first(0), first(1), first(2)}, {last(0), last(1), last(2)}};
+}
+
+FieldView field_view(const TsdfVolume& volume, const std::optional<Eigen::AlignedBox3d>& crop) {
+  FieldView view;
+  view.field = &volume.tsdf();
+  view.weight_codes = &volume.weight();
+  view.colour_codes = &volume.colour();
+  if (crop) view.region = index_box(*crop, volume.config().voxel_size_m);
+  return view;
+}
+
+}  // namespace
+
+Result<Reconstruction> Reconstruction::create(const Job& job, const RecordingInfo& info, FrameIntake& intake,
+                                              RunReport& report) {
+  auto volume = TsdfVolume::create(job.config.fusion);
+  if (!volume) return volume.error();
+  return Reconstruction(job, info, intake, report, *std::move(volume));
+}
+
+Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
+  timed(report_, "filter", [&] { filter_frame(frame, job_.config.acquire, job_.config.fusion.noise); });
+  const std::optional<Pose> T_world_camera = poses_.find(frame, volume_, report_);
+  if (!T_world_camera) return T_world_camera;
+  const auto fused = timed(report_, "integrate", [&] { return integrate(frame, *T_world_camera, volume_); });
+  if (!fused && fused.error().code == ErrorCode::kInput) {
+    intake_.note_refused(frame, fused.error());
+    return std::optional<Pose>();
+  }
+  if (!fused) return fused.error();
+  intake_.note_fused(frame, *T_world_camera, fused->is_budget_reached);
+  return T_world_camera;
+}
+
+Result<void> Reconstruction::start_over() {
+  auto volume = TsdfVolume::create(job_.config.fusion);
+  if (!volume) return volume.error();
+  volume_ = *std::move(volume);
+  poses_ = PoseFinder(info_.poses);
+  intake_.start_over();
+  return {};
+}
+
+Result<void> Reconstruction::write_mesh(RunReport& report) const {
+  const auto& trajectory = intake_.trajectory();
+  if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
+  // Seen from where the scanner stood half way through the scan.
+  const MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
+  report.extract.isovalue = job_.config.extract.isovalue;
+  report.extract.isovalue_source = "config";
+  const auto surface =
+      timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop_), job_.config.extract); });
+  if (!surface) return surface.error();
+  return write_surface(*surface, frame, job_, report);
+}
+
+Result<void> Reconstruction::write_volume() {
+  if (!job_.outputs.volume) return {};
+  report_.files["volume"] = job_.outputs.volume->string();
+  return timed(report_, "write", [&] { return volume_.save(*job_.outputs.volume); });
+}
+
+Result<void> Reconstruction::write_trajectory() {
+  if (!job_.outputs.trajectory) return {};
+  report_.files["trajectory"] = job_.outputs.trajectory->string();
+  const std::string text = to_tum_trajectory(intake_.trajectory());
+  return timed(report_, "write", [&] { return write_file_atomically(*job_.outputs.trajectory, text); });
+}
+
+}  // namespace scanknit

@@ -1,0 +1,245 @@
+#include "app/scan_view.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "app/frame_count.h"
+#include "app/tracking_advice.h"
+#include "app/view_links.h"
+#include "export/depth_picture.h"
+#include "export/up_rotation.h"
+#include "view/mesh_chunk.h"
+
+namespace scanknit {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kShare = 0.05;            // of the scan's time
+constexpr std::size_t kMostLeaves = 1024;  // meshed between two frames
+constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+constexpr auto kStateEvery = 100ms;
+constexpr auto kPictureEvery = 250ms;
+constexpr auto kRateWindow = 2s;
+
+/// Adds the time between its making and its end.
+class Spending {
+ public:
+  explicit Spending(std::chrono::steady_clock::duration& sum) : sum_(sum) {}
+  ~Spending() { sum_ += std::chrono::steady_clock::now() - begin_; }
+  Spending(const Spending&) = delete;
+  Spending& operator=(const Spending&) = delete;
+
+ private:
+  std::chrono::steady_clock::duration& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+double seconds(std::chrono::steady_clock::duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+std::string why_not(const Result<void>& result) {
+  return result ? "" : result.error().text();
+}
+
+}  // namespace
+
+ScanView::ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop,
+                   Console& console)
+    : arguments_(arguments),
+      job_(job),
+      mode_(std::move(mode)),
+      is_paced_(mode_ == "capture" || job.pace == Pace::kRealtime),
+      stop_(std::move(stop)),
+      console_(console) {}
+
+Result<void> ScanView::open(UpAxis world_up) {
+  if (!arguments_.is_wanted) return {};
+  ViewHello hello;
+  hello.title = job_.input.empty() ? "scanner" : job_.input.filename().string();
+  hello.mode = mode_;
+  hello.up = direction(job_.config.output.world_up.value_or(world_up)).cast<double>();
+  hello.is_orbit = arguments_.is_orbit;
+  hello.voxel_size_m = job_.config.fusion.voxel_size_m;
+  hello.actions = {ViewAction::kStart, ViewAction::kPause,  ViewAction::kReset,
+                   ViewAction::kCrop,  ViewAction::kExport, ViewAction::kFinish};
+  auto server = LiveView::start(arguments_.server, hello);
+  if (!server) return server.error();
+  server_ = *std::move(server);
+  announce(server_->links(), console_);
+  publish_state(/*is_urgent=*/true);
+  return {};
+}
+
+Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info) {
+  if (server_ == nullptr) return {};
+  auto mesh = LiveMesh::create(volume, job_.config.extract);
+  if (!mesh) return mesh.error();
+  mesh_ = *std::move(mesh);
+  state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
+  begun_at_ = Clock::now();
+  return {};
+}
+
+bool ScanView::may_spend() const {
+  return seconds(spent_) <= kShare * seconds(Clock::now() - begun_at_);
+}
+
+void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
+                    const RunReport& report) {
+  if (server_ == nullptr) return;
+  const Spending spending(spent_);
+  note(frame, T_world_camera, report);
+  state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
+  if (may_spend()) update_mesh(volume, kMostLeaves);
+  if (may_spend() && server_->clients() > 0 && Clock::now() - picture_at_ >= kPictureEvery) {
+    picture_at_ = Clock::now();
+    server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
+  }
+  publish_state(/*is_urgent=*/false);
+}
+
+void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
+  const auto now = Clock::now();
+  if (T_world_camera) {
+    T_world_camera_ = T_world_camera;
+    fused_at_.push_back(now);
+  }
+  while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
+  const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
+  state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
+  state_.phase = ViewPhase::kScanning;
+  state_.frame = report.frames.read;
+  state_.fused = report.frames.fused;
+  state_.dropped = report.frames.dropped;
+  state_.lost = report.frames.lost;
+  if (report.tracking && !report.tracking->frames.empty()) {
+    const RunReport::TrackedFrame& tracked = report.tracking->frames.back();
+    const bool is_news = tracked.state != state_.tracking;
+    state_.tracking = tracked.state;
+    state_.reason = tracked.reason;
+    state_.advice = tracking_advice(tracked.reason);
+    if (is_news) state_at_ = {};
+  }
+  if (!T_world_camera_) return;
+  const CameraIntrinsics& camera = frame.intrinsics;
+  server_->publish(ViewPose{*T_world_camera_,
+                            {0.5 * camera.width / std::abs(camera.fx), 0.5 * camera.height / std::abs(camera.fy)},
+                            !T_world_camera.has_value()});
+}
+
+void ScanView::publish_state(bool is_urgent) {
+  const auto now = Clock::now();
+  if (!is_urgent && now - state_at_ < kStateEvery) return;
+  state_at_ = now;
+  state_.triangles = mesh_ ? mesh_->triangles() : 0;
+  const double elapsed = seconds(now - begun_at_);
+  state_.view_share = elapsed > 0 ? seconds(spent_) / elapsed : 0;
+  server_->publish(state_);
+}
+
+void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
+  const auto updated = mesh_->update(volume, most_leaves, [&](std::uint32_t chunk, std::string message) {
+    server_->publish_chunk(chunk, std::move(message));
+  });
+  // What cannot be shown is not worth ending a scan for; the mesh of the files tells what is wrong.
+  if (!updated) state_.message = updated.error().text();
+}
+
+Wish ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
+  if (server_ == nullptr) return Wish::kGoOn;
+  while (auto command = server_->next_command(stop_, 0ns)) obey_one(*command, scan, report);
+  if (state_.phase == ViewPhase::kPaused) wait_while_paused(scan, intake, report);
+  return wish_;
+}
+
+void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
+  show_all(scan.volume());
+  while (state_.phase == ViewPhase::kPaused && wish_ == Wish::kGoOn && !stop_.stop_requested()) {
+    const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
+    if (command) obey_one(*command, scan, report);
+    if (!command && is_paced_ && !intake.pass_over("paused")) return;
+    state_.frame = report.frames.read;
+    state_.dropped = report.frames.dropped;
+    publish_state(/*is_urgent=*/false);
+  }
+}
+
+void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report) {
+  std::string error;
+  switch (command.action) {
+    case ViewAction::kStart: state_.phase = ViewPhase::kScanning; break;
+    case ViewAction::kPause: state_.phase = ViewPhase::kPaused; break;
+    case ViewAction::kReset: error = why_not(start_over(scan, report)); break;
+    case ViewAction::kExport: error = why_not(export_now(scan, report)); break;
+    case ViewAction::kFinish: wish_ = Wish::kFinish; break;
+    case ViewAction::kCrop:
+      scan.crop(command.box);
+      server_->publish(command.box);
+      break;
+  }
+  server_->answer(command, error);
+  publish_state(/*is_urgent=*/true);
+}
+
+Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
+  mesh_.reset();
+  if (auto begun = scan.start_over(); !begun) return begun;
+  report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
+  server_->clear(0);
+  T_world_camera_.reset();
+  state_.tracking = "none";
+  state_.reason.clear();
+  state_.advice.clear();
+  state_.fused = state_.lost = 0;
+  state_.dropped = report.frames.dropped;
+  auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
+  if (!mesh) return mesh.error();
+  mesh_ = *std::move(mesh);
+  return {};
+}
+
+Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& report) {
+  const ViewPhase before = state_.phase;
+  state_.phase = ViewPhase::kExporting;
+  publish_state(/*is_urgent=*/true);
+  RunReport of_now = report;
+  auto written = scan.write_mesh(of_now);
+  if (written) publish_files(of_now);
+  state_.phase = before;
+  return written;
+}
+
+void ScanView::show_all(TsdfVolume& volume) {
+  if (server_ == nullptr) return;
+  update_mesh(volume, kAll);
+  publish_state(/*is_urgent=*/true);
+}
+
+void ScanView::publish_files(const RunReport& report) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& [kind, path] : report.files) {
+    if (kind == "glb" || kind == "stl" || kind == "ply" || kind == "obj") files.emplace_back(path);
+  }
+  server_->publish_files(files);
+}
+
+void ScanView::linger(const RunReport& report) {
+  if (server_ == nullptr) return;
+  state_.phase = report.exit_code == 0 ? ViewPhase::kFinished : ViewPhase::kFailed;
+  state_.message = report.status;
+  publish_files(report);
+  publish_state(/*is_urgent=*/true);
+  if (stop_.stop_requested()) return;
+  console_.info("the live view stays open until Ctrl-C");
+  while (!stop_.stop_requested()) {
+    if (const auto command = server_->next_command(stop_, 1s)) server_->answer(*command, "the scan is over");
+  }
+}
+
+}  // namespace scanknit

@@ -1,0 +1,81 @@
+// ScanView: a scan's live view, served between two frames in a small share of their time.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "acquire/frame_source.h"
+#include "app/commands.h"
+#include "app/console.h"
+#include "app/frame_intake.h"
+#include "app/live_mesh.h"
+#include "app/pipeline.h"
+#include "app/reconstruction.h"
+#include "view/live_view.h"
+
+namespace scanknit {
+
+/// What follows from the commands of those who look on.
+enum class Wish { kGoOn, kFinish };
+
+class ScanView {
+ public:
+  /// All references outlive it. Unless a view is wanted, nothing happens in any of the functions. `mode`: "run" or
+  /// "capture".
+  ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop, Console& console);
+
+  /// Listens, and says where on the console. Errors: LiveView::start().
+  [[nodiscard]] Result<void> open(UpAxis world_up);
+
+  /// `volume`, empty still, is what grows from now on; it keeps its address. Errors: IncrementalMesher::create().
+  [[nodiscard]] Result<void> begin(const TsdfVolume& volume, const RecordingInfo& info);
+
+  /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes into it.
+  void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, const RunReport& report);
+
+  /// Does what was asked for since the last frame, and waits while the scan is paused (a scanner's frames pass by).
+  [[nodiscard]] Wish obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
+
+  /// The scan is over: the whole mesh, however long it takes.
+  void show_all(TsdfVolume& volume);
+
+  /// How it ended, and what can be downloaded. Then serves the page until stopped, at once if that was asked for.
+  void linger(const RunReport& report);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
+  void publish_state(bool is_urgent);
+  void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
+  [[nodiscard]] bool may_spend() const;
+  void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
+  void obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report);
+  [[nodiscard]] Result<void> start_over(Reconstruction& scan, RunReport& report);
+  [[nodiscard]] Result<void> export_now(const Reconstruction& scan, const RunReport& report);
+  void publish_files(const RunReport& report);
+
+  const ViewArguments& arguments_;
+  const Job& job_;
+  std::string mode_;
+  bool is_paced_;  ///< frames come whether they are taken or not
+  std::stop_token stop_;
+  Console& console_;
+  std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
+  std::optional<LiveMesh> mesh_;
+  ViewState state_;
+  std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
+  std::deque<Clock::time_point> fused_at_;
+  Clock::time_point begun_at_ = Clock::now(), state_at_{}, picture_at_{};
+  Clock::duration spent_{};
+  std::uint32_t pictures_ = 0;
+  Wish wish_ = Wish::kGoOn;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,146 @@
+#include "view/mesh_chunk.h"
+
+#include <Eigen/Geometry>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <type_traits>
+
+#include "core/check.h"
+
+namespace scanknit {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the protocol is little endian");
+
+constexpr std::uint32_t kChunk = 1, kGone = 2, kPicture = 3;
+constexpr std::uint32_t kHasColours = 1, kHasWideIndices = 2;
+constexpr float kSteps = 65535;
+constexpr Rgb8 kGrey{188, 188, 188};
+
+/// A vertex as it is sent.
+struct PackedVertex {
+  std::uint16_t q[3];
+  std::uint16_t zero_q;
+  std::uint8_t colour[3];
+  std::uint8_t coverage;
+  std::int8_t normal[3];
+  std::int8_t zero_normal;
+};
+static_assert(sizeof(PackedVertex) == 16);
+
+template <typename T>
+void append(std::string& message, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  message.append(bytes, sizeof(T));
+}
+
+void append_header(std::string& message, std::uint32_t kind, std::uint32_t chunk, std::uint32_t revision) {
+  message += "SKM1";
+  append(message, kind);
+  append(message, chunk);
+  append(message, revision);
+}
+
+struct Extent {
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  float scale = 1;
+};
+
+Extent extent_of(std::span<const ChunkPart> parts) {
+  Eigen::AlignedBox3f box;
+  for (const ChunkPart& part : parts) {
+    for (const Eigen::Vector3f& position : part.mesh->positions_m) box.extend(position);
+  }
+  if (box.isEmpty()) return {};
+  const float longest = box.sizes().maxCoeff();
+  return {box.min(), longest > 0 ? longest / kSteps : 1};
+}
+
+std::uint16_t quantised(float offset, float scale) {
+  return static_cast<std::uint16_t>(std::lrint(std::fmin(std::fmax(offset / scale, 0.0f), kSteps)));
+}
+
+PackedVertex packed(const ChunkPart& part, std::size_t i, const Extent& extent) {
+  const Mesh& mesh = *part.mesh;
+  const Eigen::Vector3f offset = mesh.positions_m[i] - extent.origin;
+  const Rgb8 colour = mesh.colours.empty() ? kGrey : mesh.colours[i];
+  PackedVertex vertex{};
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    vertex.q[axis] = quantised(offset[axis], extent.scale);
+    if (mesh.normals.empty()) continue;
+    const float component = std::fmin(std::fmax(mesh.normals[i][axis], -1.0f), 1.0f);
+    vertex.normal[axis] = static_cast<std::int8_t>(std::lrint(component * 127));
+  }
+  vertex.colour[0] = colour.r;
+  vertex.colour[1] = colour.g;
+  vertex.colour[2] = colour.b;
+  vertex.coverage = part.coverage.empty() ? std::uint8_t{255} : part.coverage[i];
+  return vertex;
+}
+
+template <typename Index>
+void append_indices(std::string& message, std::span<const ChunkPart> parts) {
+  std::uint32_t first = 0;
+  for (const ChunkPart& part : parts) {
+    for (const Triangle& triangle : part.mesh->triangles) {
+      for (const std::uint32_t index : triangle) append(message, static_cast<Index>(first + index));
+    }
+    first += static_cast<std::uint32_t>(part.mesh->positions_m.size());
+  }
+}
+
+}  // namespace
+
+std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span<const ChunkPart> parts) {
+  std::size_t vertices = 0;
+  std::size_t indices = 0;
+  bool has_colours = false;
+  for (const ChunkPart& part : parts) {
+    SCANKNIT_CHECK(part.coverage.empty() || part.coverage.size() == part.mesh->positions_m.size());
+    vertices += part.mesh->positions_m.size();
+    indices += 3 * part.mesh->triangles.size();
+    has_colours = has_colours || !part.mesh->colours.empty();
+  }
+  constexpr std::size_t kMostNarrow = 65535;  // index 65535 begins a new strip in WebGL 2
+  const bool is_wide = vertices > kMostNarrow;
+  const Extent extent = extent_of(parts);
+
+  std::string message;
+  message.reserve(48 + sizeof(PackedVertex) * vertices + (is_wide ? 4 : 2) * indices);
+  append_header(message, kChunk, chunk, revision);
+  append(message, static_cast<std::uint32_t>(vertices));
+  append(message, static_cast<std::uint32_t>(indices));
+  append(message, (has_colours ? kHasColours : 0u) | (is_wide ? kHasWideIndices : 0u));
+  append(message, std::uint32_t{0});
+  for (Eigen::Index axis = 0; axis < 3; ++axis) append(message, extent.origin[axis]);
+  append(message, extent.scale);
+  for (const ChunkPart& part : parts) {
+    for (std::size_t i = 0; i < part.mesh->positions_m.size(); ++i) append(message, packed(part, i, extent));
+  }
+  if (is_wide) {
+    append_indices<std::uint32_t>(message, parts);
+  } else {
+    append_indices<std::uint16_t>(message, parts);
+  }
+  return message;
+}
+
+std::string chunk_gone_message(std::uint32_t chunk, std::uint32_t revision) {
+  std::string message;
+  append_header(message, kGone, chunk, revision);
+  return message;
+}
+
+std::string picture_message(std::uint32_t revision, std::span<const std::uint8_t> jpeg) {
+  std::string message;
+  message.reserve(16 + jpeg.size());
+  append_header(message, kPicture, 0, revision);
+  for (const std::uint8_t byte : jpeg) message.push_back(static_cast<char>(byte));
+  return message;
+}
+
+}  // namespace scanknit

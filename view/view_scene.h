@@ -1,0 +1,54 @@
+// ViewScene: the newest of everything that the pages of a live view show.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "view/view_messages.h"
+
+namespace scanknit {
+
+/// A message, shared by all clients that it is sent to.
+using ViewBytes = std::shared_ptr<const std::string>;
+
+/// For one thread. Every chunk that is set gets a higher serial number than all before: a client that remembers one
+/// number knows all that it has seen, is sent the oldest news first and never an old revision.
+class ViewScene {
+ public:
+  void set_chunk(std::uint32_t chunk, ViewBytes message);
+  /// Every chunk becomes its `gone` message.
+  void clear(std::uint32_t revision);
+
+  struct Chunk {
+    std::uint64_t serial = 0;
+    ViewBytes message;
+  };
+  /// The chunk whose last change is the first after `serial`.
+  [[nodiscard]] std::optional<Chunk> next_after(std::uint64_t serial) const;
+
+  void add_to_trail(const Eigen::Vector3d& position);
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& trail() const { return trail_; }
+
+  ViewBytes hello, state, pose, files, crop, picture;  ///< null: none yet
+  std::uint64_t state_serial = 0, pose_serial = 0, picture_serial = 0;
+
+ private:
+  std::uint64_t serial_ = 0;
+  std::map<std::uint32_t, std::uint64_t> serial_of_;  ///< by chunk
+  struct Numbered {
+    std::uint32_t chunk;
+    ViewBytes message;
+  };
+  std::map<std::uint64_t, Numbered> by_serial_;
+  std::vector<Eigen::Vector3d> trail_;
+  std::size_t trail_step_ = 1;   ///< every so many positions are kept
+  std::size_t trail_count_ = 0;  ///< positions given
+};
+
+}  // namespace scanknit
