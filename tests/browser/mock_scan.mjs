@@ -42,7 +42,7 @@ function vaseVertex(row, column) {
   const round = subtract(vasePoint(row, column + 1), vasePoint(row, column - 1));
   const stripe = 0.5 + 0.5 * Math.sin(0.19 * row + 2 * Math.sin(0.17 * column));
   const glaze = row > 112 ? [226, 222, 205] : [Math.round(40 + 150 * stripe), Math.round(110 + 60 * stripe), Math.round(150 - 60 * stripe)];
-  return { p, normal: unit(cross(along, round)), colour: glaze, coverage: Math.round(255 * (0.5 + 0.5 * Math.cos((2 * Math.PI * column) / kColumns))) };
+  return { p, normal: unit(cross(round, along)), colour: glaze, coverage: Math.round(255 * (0.5 + 0.5 * Math.cos((2 * Math.PI * column) / kColumns))) };
 }
 
 const subtract = (a, b) => a.map((x, i) => x - b[i]);

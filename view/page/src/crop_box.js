@@ -1,7 +1,7 @@
 // The crop box: six sliders and six handles in the picture move the sides of a box along the scan's axes.
 
 import {
-  Box3, Box3Helper, BufferGeometry, Float32BufferAttribute, Group, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  Box3, Box3Helper, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
 import { length } from './quantities.js';
 
@@ -24,7 +24,9 @@ export class CropBox {
     this.group.visible = false;
     this.outline = new Box3Helper(new Box3(), kDrafted);
     this.handles = new Points(new BufferGeometry(),
-      new PointsMaterial({ color: kDrafted, size: 18 * Math.min(devicePixelRatio, 2), sizeAttenuation: false, depthTest: false }));
+      new PointsMaterial({
+        color: kDrafted, map: disc(), size: 20, sizeAttenuation: false, depthTest: false, transparent: true,
+      }));
     this.handles.frustumCulled = false;
     this.handles.geometry.setAttribute('position', new Float32BufferAttribute(new Float32Array(18), 3));
     this.group.add(this.outline, this.handles);
@@ -159,4 +161,18 @@ export class CropBox {
     if (denominator < 1e-3) { return; }  // looked along the axis: anywhere would do
     this.moveSide(axis, end, (along.dot(arm) - cosine * ray.direction.dot(arm)) / denominator);
   }
+}
+
+function disc() {
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = 64;
+  const drawing = canvas.getContext('2d');
+  drawing.fillStyle = '#fff';
+  drawing.beginPath();
+  drawing.arc(32, 32, 27, 0, 2 * Math.PI);
+  drawing.fill();
+  drawing.lineWidth = 6;
+  drawing.strokeStyle = '#5b4a1e';
+  drawing.stroke();
+  return new CanvasTexture(canvas);
 }

@@ -86,7 +86,7 @@ const kTextHandlers = {
     scan.state = message;
     banner.show(scan.link, message);
     commands.update({ phase: message.phase });
-    showNumbers(message, scan.hello, picture?.store.extent() ?? { isEmpty: () => true });
+    showNumbers(message, scan.hello, picture?.store.extent());
     $('empty').hidden = !picture || picture.store.triangles > 0;
   },
   pose(message) { picture?.path.setPose(message); },
@@ -132,6 +132,7 @@ function prepareDrawing(viewer) {
   const { materials, store, path, ring, ringPicture, keeper } = picture;
   keeper.keep();
   const bounds = store.extent();
+  if (scan.state) { showNumbers(scan.state, scan.hello, bounds); }
   // Inside a room the backs of its walls would hide it.
   materials.showsBacks = !path.position || !bounds.containsPoint(path.position);
   const size = bounds.isEmpty() ? 0.3 : bounds.getSize(new Vector3()).length();

@@ -22,7 +22,7 @@ export class ScannerPath {
     this.half = [0.5, 0.4];
     this.spacingM = 0.002;     // positions nearer than this are one
     this.isTrailDrawn = true;  // the line shows all points
-    this.trail = new Line2(new LineGeometry(), new LineMaterial({ color: kTrail, linewidth: 2, transparent: true, opacity: 0.7 }));
+    this.trail = new Line2(new LineGeometry(), new LineMaterial({ color: kTrail, linewidth: 1.8, transparent: true, opacity: 0.5 }));
     this.trail.frustumCulled = false;
     this.trail.visible = false;
     this.pyramid = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ color: kGood, linewidth: 2.5 }));

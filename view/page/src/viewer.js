@@ -108,7 +108,8 @@ export class Viewer {
     if (box.isEmpty()) { return; }
     const { center, radius } = box.getBoundingSphere(new Sphere());
     const target = this.toShown(center);
-    const side = from ?? this.camera.position.clone().sub(this.controls.target).normalize();
+    const { eye, target: seen } = this.goal ?? { eye: this.camera.position, target: this.controls.target };
+    const side = from ?? eye.clone().sub(seen).normalize();
     const half = Math.tan((kFieldOfViewDeg * Math.PI) / 360) * Math.min(1, this.camera.aspect);
     const distance = (1.08 * radius) / Math.sin(Math.atan(half));
     this.setReach(radius, distance);
