@@ -16,6 +16,8 @@ export function openToTests(scan, picture, depth) {
     get triangles() { return store?.triangles ?? 0; },
     get vertices() { return store?.vertices ?? 0; },
     get bounds() { return store && !store.extent().isEmpty() ? [store.extent().min.toArray(), store.extent().max.toArray()] : null; },
+    /// Geometries that the graphics card holds.
+    get geometries() { return viewer?.renderer.info.memory.geometries ?? 0; },
     get picturesDrawn() { return viewer?.drawn ?? 0; },
     get sectorsSeen() { return ring?.seenCount ?? 0; },
     get trailPoints() { return picture?.path.points.length ?? 0; },
@@ -36,6 +38,13 @@ export function openToTests(scan, picture, depth) {
       const bytes = new Uint8Array(4);
       gl.readPixels(Math.floor(x * ratio), gl.drawingBufferHeight - 1 - Math.floor(y * ratio), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
       return [...bytes];
+    },
+    /// Where the crop box's handle of that axis and end ('min', 'max') is on the canvas, CSS pixels.
+    cropHandle(axis, end) {
+      const { draft } = picture.crop;
+      const number = 'XYZ'.indexOf(axis);
+      const p = draft.min.clone().add(draft.max).multiplyScalar(0.5).setComponent(number, draft[end].getComponent(number));
+      return this.place(p.toArray());
     },
     /// Where a point of the scan's world is on the canvas, CSS pixels.
     place(p) {
