@@ -1,0 +1,74 @@
+// The one thing to read from two metres away: how the scan goes, and what to do.
+
+/// {tone, sign, head, advice} for the link's status ('connecting', 'open', 'lost', 'refused') and the newest state.
+export function wordsFor(link, state) {
+  const over = state?.phase === 'finished' || state?.phase === 'failed';
+  if (link === 'refused') {
+    return { tone: 'bad', sign: '✕', head: 'This link is no longer valid', advice: 'Open the link that the program prints now.' };
+  }
+  if (link === 'lost' && !over) {
+    return { tone: 'gone', sign: '⌁', head: 'Connection lost', advice: 'Trying again. The scan goes on without this page.' };
+  }
+  if (link === 'connecting' || !state) {
+    return { tone: 'quiet', sign: '…', head: 'Connecting', advice: '' };
+  }
+  const phase = wordsForPhase(state, link);
+  return phase ?? wordsForTracking(state);
+}
+
+function wordsForPhase({ phase, message }, link) {
+  switch (phase) {
+    case 'waiting':
+      return { tone: 'quiet', sign: '…', head: 'Waiting for the first frame', advice: '' };
+    case 'paused':
+      return { tone: 'quiet', sign: '❚❚', head: 'Paused', advice: 'Start goes on where it stopped.' };
+    case 'exporting':
+      return { tone: 'quiet', sign: '↓', head: 'Writing the mesh', advice: '' };
+    case 'finished':
+      return { tone: 'done', sign: '✓', head: 'Finished', advice: link === 'lost' ? `${message} The program has ended.`.trim() : message };
+    case 'failed':
+      return { tone: 'bad', sign: '✕', head: 'The scan failed', advice: message };
+    default:
+      return null;
+  }
+}
+
+const kTracking = {
+  ok: { tone: 'good', sign: '✓', head: 'Tracking well' },
+  weak: { tone: 'warn', sign: '!', head: 'Weak' },
+  lost: { tone: 'bad', sign: '✕', head: 'Lost' },
+  recovered: { tone: 'good', sign: '↻', head: 'Found again' },
+  none: { tone: 'good', sign: '●', head: 'Scanning' },
+};
+
+function wordsForTracking({ tracking, reason, advice }) {
+  const words = kTracking[tracking] ?? kTracking.none;
+  return { ...words, head: reason ? `${words.head}: ${reason}` : words.head, advice: sentence(advice) };
+}
+
+function sentence(text) {
+  return text ? text[0].toUpperCase() + text.slice(1) : '';
+}
+
+export class Banner {
+  constructor(element) {
+    this.element = element;
+    this.sign = element.querySelector('#banner-sign');
+    this.head = element.querySelector('#banner-head');
+    this.advice = element.querySelector('#banner-advice');
+    this.words = element.querySelector('#banner-words');
+    this.retry = element.querySelector('#retry');
+  }
+
+  show(link, state) {
+    const { tone, sign, head, advice } = wordsFor(link, state);
+    this.retry.hidden = tone !== 'gone';
+    if (this.element.dataset.tone === tone && this.head.textContent === head && this.advice.textContent === advice) { return; }
+    if (tone === 'bad' && this.element.dataset.tone !== 'bad' && navigator.userActivation?.hasBeenActive) { navigator.vibrate?.(150); }
+    this.element.dataset.tone = tone;
+    this.words.setAttribute('aria-live', tone === 'bad' || tone === 'gone' ? 'assertive' : 'polite');
+    this.sign.textContent = sign;
+    this.head.textContent = head;
+    this.advice.textContent = advice;
+  }
+}

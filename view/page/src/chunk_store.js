@@ -1,0 +1,87 @@
+// The mesh as it arrives: one geometry a chunk number, replaced and disposed, and the extent of all of them.
+
+import { Box3, BufferAttribute, BufferGeometry, Mesh, Sphere, Vector3 } from 'three';
+
+export class ChunkStore {
+  /// Meshes become children of `group`; `materials` has one for coloured chunks and one for the others.
+  constructor(group, materials) {
+    this.group = group;
+    this.materials = materials;
+    this.chunks = new Map();  // number -> {mesh, revision, triangles, vertices, box}
+    this.triangles = 0;
+    this.vertices = 0;
+    this.bounds = new Box3();
+    this.areBoundsKnown = true;
+  }
+
+  set(message) {
+    this.remove(message.chunk);
+    if (message.indices.length === 0) { return; }
+    const box = extent(message);
+    const mesh = new Mesh(geometryOf(message, box), message.hasColours ? this.materials.colour : this.materials.clay);
+    mesh.matrixAutoUpdate = false;
+    mesh.matrix.makeScale(message.scale, message.scale, message.scale).setPosition(...message.origin);
+    const chunk = {
+      mesh, box, revision: message.revision, triangles: message.indices.length / 3, vertices: message.vertexBits.length / 4,
+    };
+    this.chunks.set(message.chunk, chunk);
+    this.group.add(mesh);
+    this.triangles += chunk.triangles;
+    this.vertices += chunk.vertices;
+    if (this.areBoundsKnown) { this.bounds.union(box); }
+  }
+
+  remove(number) {
+    const chunk = this.chunks.get(number);
+    if (!chunk) { return; }
+    this.chunks.delete(number);
+    this.group.remove(chunk.mesh);
+    chunk.mesh.geometry.dispose();
+    this.triangles -= chunk.triangles;
+    this.vertices -= chunk.vertices;
+    this.areBoundsKnown = false;  // it may have been the outermost
+  }
+
+  clear() {
+    for (const number of [...this.chunks.keys()]) { this.remove(number); }
+  }
+
+  /// Of all vertices, in the world, metres; empty when there are none.
+  extent() {
+    if (!this.areBoundsKnown) {
+      this.bounds.makeEmpty();
+      for (const { box } of this.chunks.values()) { this.bounds.union(box); }
+      this.areBoundsKnown = true;
+    }
+    return this.bounds;
+  }
+}
+
+function geometryOf({ vertexBits, indices, origin, scale }, box) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('vertexBits', onceOnly(new BufferAttribute(vertexBits, 4)));
+  geometry.setIndex(onceOnly(new BufferAttribute(indices, 1)));
+  // In the chunk's own coordinates, for culling.
+  geometry.boundingBox = new Box3(...[box.min, box.max].map((p) => p.clone().sub(new Vector3(...origin)).divideScalar(scale)));
+  geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
+  return geometry;
+}
+
+/// Lets the computer's copy go once the graphics card has its own: a phone has room for one.
+function onceOnly(attribute) {
+  return attribute.onUpload(function letGo() { this.array = null; });
+}
+
+function extent({ positions, origin, scale }) {
+  const low = [65535, 65535, 65535];
+  const high = [0, 0, 0];
+  for (let v = 0; v < positions.length; v += 8) {
+    for (let axis = 0; axis < 3; ++axis) {
+      const q = positions[v + axis];
+      if (q < low[axis]) { low[axis] = q; }
+      if (q > high[axis]) { high[axis] = q; }
+    }
+  }
+  const corner = (q) => new Vector3(...origin.map((o, axis) => o + scale * q[axis]));
+  return new Box3(corner(low), corner(high));
+}

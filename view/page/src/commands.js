@@ -1,0 +1,70 @@
+// The buttons that steer the scan: only those that the program takes, only when they make sense.
+
+import { ask, note } from './dialogs.js';
+
+const kWhen = {
+  start: ['waiting', 'paused'],
+  pause: ['scanning'],
+  reset: ['scanning', 'paused'],
+  crop: ['waiting', 'scanning', 'paused'],
+  export: ['scanning', 'paused'],
+  finish: ['waiting', 'scanning', 'paused'],
+};
+const kQuestions = {
+  reset: { head: 'Begin anew?', text: 'The mesh so far is thrown away.', yes: 'Reset', no: 'Keep it' },
+  finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
+};
+const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The scan is finished.', crop: 'The crop box is set.' };
+
+export class Commands {
+  /// done(command): after the program has said that it did it; crop(): the crop button was pressed.
+  constructor(bar, connection, { done, crop }) {
+    this.bar = bar;
+    this.connection = connection;
+    this.done = done;
+    this.allowed = new Set();
+    this.phase = 'waiting';
+    this.isOpen = false;
+    this.busy = new Set();
+    this.buttons = new Map([...bar.querySelectorAll('[data-command]')].map((button) => [button.dataset.command, button]));
+    for (const [command, button] of this.buttons) {
+      button.addEventListener('click', () => (command === 'crop' ? crop() : this.ask(command)));
+    }
+  }
+
+  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen }) {
+    Object.assign(this, { allowed, phase, isOpen });
+    const focused = document.activeElement;
+    for (const [command, button] of this.buttons) {
+      const isMeant = allowed.has(command) && !(command === 'start' && phase === 'scanning') && !(command === 'pause' && phase !== 'scanning');
+      button.hidden = !isMeant || phase === 'finished' || phase === 'failed';
+      button.disabled = !isOpen || this.busy.has(command) || !kWhen[command].includes(phase);
+      button.classList.toggle('busy', this.busy.has(command));
+      if (button.hidden && button === focused) { [...this.buttons.values()].find((other) => !other.hidden)?.focus(); }
+    }
+    this.bar.hidden = ![...this.bar.children].some((button) => !button.hidden);
+  }
+
+  async ask(command) {
+    if (kQuestions[command] && !(await ask(kQuestions[command]))) { return; }
+    await this.send(command);
+  }
+
+  /// True when it was done.
+  async send(command, fields = {}) {
+    this.busy.add(command);
+    this.update({});
+    let isDone = false;
+    try {
+      await this.connection.send(command, fields);
+      isDone = true;
+      if (kDone[command]) { note(fields.box === null ? 'The crop box is gone.' : kDone[command]); }
+    } catch (error) {
+      note(`${this.buttons.get(command).firstChild.textContent.trim()}: ${error.message}`, { isBad: true });
+    }
+    this.busy.delete(command);
+    this.update({});
+    if (isDone) { this.done(command); }
+    return isDone;
+  }
+}

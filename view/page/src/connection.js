@@ -1,0 +1,116 @@
+// The one WebSocket to the program: text and binary messages in, commands out, and back again by itself when it breaks.
+
+const kFirstWaitMs = 400;
+const kLongestWaitMs = 8000;
+/// Without a word for so long, the page asks whether the program is still there.
+const kSilenceMs = 8000;
+const kProbeMs = 4000;
+
+export class Connection {
+  /// handlers: text(message), binary(buffer), status('connecting' | 'open' | 'lost' | 'refused').
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.socket = null;
+    this.wait = kFirstWaitMs;
+    this.timer = 0;
+    this.heardAt = 0;
+    this.nextId = 1;
+    this.waiting = new Map();  // id of a command -> what settles its promise
+    document.addEventListener('visibilitychange', () => document.visibilityState === 'visible' && this.retryNow());
+    window.addEventListener('online', () => this.retryNow());
+    setInterval(() => this.checkSilence(), 1000);
+    this.open();
+  }
+
+  open() {
+    clearTimeout(this.timer);
+    this.timer = 0;
+    const address = new URL('api/v1/live', location.href);
+    address.protocol = address.protocol.replace('http', 'ws');
+    const socket = new WebSocket(address, 'scanknit.v1');
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    socket.onopen = () => { this.heardAt = performance.now(); };
+    socket.onmessage = (event) => this.receive(socket, event.data);
+    socket.onclose = () => this.closed(socket);
+  }
+
+  receive(socket, data) {
+    if (socket !== this.socket) { return; }
+    this.heardAt = performance.now();
+    if (typeof data !== 'string') {
+      this.handlers.binary(data);
+      socket.send('{"got":1}');
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.type === 'hello') {
+      this.wait = kFirstWaitMs;
+      this.handlers.status('open');
+    }
+    if (message.type === 'ack') {
+      this.settle(message);
+    } else {
+      this.handlers.text(message);
+    }
+  }
+
+  settle({ id, ok, error }) {
+    const pending = this.waiting.get(id);
+    this.waiting.delete(id);
+    if (!pending) { return; }
+    if (ok) { pending.resolve(); } else { pending.reject(new Error(error || 'refused')); }
+  }
+
+  /// Resolves once the program has done it; rejects with the program's own words.
+  send(command, fields = {}) {
+    if (this.socket?.readyState !== WebSocket.OPEN) { return Promise.reject(new Error('not connected')); }
+    const id = this.nextId++;
+    this.socket.send(JSON.stringify({ cmd: command, id, ...fields }));
+    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+  }
+
+  async closed(socket) {
+    if (socket !== this.socket) { return; }
+    this.socket = null;
+    for (const { reject } of this.waiting.values()) { reject(new Error('the connection was lost; whether it was done is not known')); }
+    this.waiting.clear();
+    this.timer = setTimeout(() => this.open(), this.wait * (0.75 + 0.5 * Math.random()));
+    this.wait = Math.min(2 * this.wait, kLongestWaitMs);
+    this.handlers.status('lost');
+    // A WebSocket does not tell why it was not opened; the same port's HTTP does.
+    const answer = await probe();
+    if (this.timer !== 0 && (answer === 401 || answer === 403)) { this.handlers.status('refused'); }
+  }
+
+  retryNow() {
+    if (this.timer === 0) { return; }
+    this.wait = kFirstWaitMs;
+    this.open();
+  }
+
+  /// Drops the connection and opens another, which brings the whole mesh again.
+  again() {
+    const socket = this.socket;
+    if (!socket) { return; }
+    socket.onmessage = null;
+    socket.close();
+    this.closed(socket);
+  }
+
+  async checkSilence() {
+    const socket = this.socket;
+    if (socket?.readyState !== WebSocket.OPEN || performance.now() - this.heardAt < kSilenceMs) { return; }
+    this.heardAt = performance.now();
+    if (await probe() === 0 && socket === this.socket) { this.again(); }
+  }
+}
+
+/// The HTTP status of the program's state; 0 when nobody answers.
+async function probe() {
+  try {
+    return (await fetch('api/v1/state', { signal: AbortSignal.timeout(kProbeMs), cache: 'no-store' })).status;
+  } catch {
+    return 0;
+  }
+}

@@ -1,0 +1,37 @@
+// What the scanner sees, in a corner; a tap makes it large.
+
+export class DepthPicture {
+  constructor(button) {
+    this.button = button;
+    this.image = button.querySelector('img');
+    this.count = 0;
+    this.waiting = null;  // the newest, while the one before is being decoded
+    this.isBusy = false;
+    button.addEventListener('click', () => {
+      button.setAttribute('aria-expanded', String(button.getAttribute('aria-expanded') !== 'true'));
+    });
+  }
+
+  show(jpeg) {
+    this.waiting = jpeg;
+    if (!this.isBusy) { this.next(); }
+  }
+
+  async next() {
+    this.isBusy = true;
+    while (this.waiting) {
+      const address = URL.createObjectURL(new Blob([this.waiting], { type: 'image/jpeg' }));
+      this.waiting = null;
+      this.image.src = address;
+      try {
+        await this.image.decode();
+        ++this.count;
+        this.button.hidden = false;
+      } catch {
+        // A picture that is none is not shown; the next may be one.
+      }
+      URL.revokeObjectURL(address);
+    }
+    this.isBusy = false;
+  }
+}

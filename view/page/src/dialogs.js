@@ -1,0 +1,29 @@
+// A question that must be answered, and a note that goes by itself.
+
+const kNoteMs = 6000;
+
+/// Resolves to true when the person says yes.
+export function ask({ head, text, yes, no }) {
+  const dialog = document.getElementById('ask');
+  const put = (id, words) => { document.getElementById(id).textContent = words; };
+  put('ask-head', head);
+  put('ask-text', text);
+  put('ask-yes', yes);
+  put('ask-no', no);
+  dialog.returnValue = 'no';
+  dialog.showModal();
+  return new Promise((resolve) => {
+    dialog.addEventListener('close', () => resolve(dialog.returnValue === 'yes'), { once: true });
+  });
+}
+
+let timer = 0;
+
+export function note(text, { isBad = false } = {}) {
+  const element = document.getElementById('note');
+  element.textContent = text;
+  element.classList.toggle('bad', isBad);
+  element.hidden = false;
+  clearTimeout(timer);
+  timer = setTimeout(() => { element.hidden = true; }, kNoteMs);
+}

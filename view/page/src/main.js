@@ -1,0 +1,162 @@
+// The live view's page: joins the connection, the picture and the panels. docs/live_view.md is the protocol.
+
+import { Vector3 } from 'three';
+import { Banner } from './banner.js';
+import { kChunkGone, kDepthPicture, kMeshChunk, readBinaryMessage } from './binary_message.js';
+import { ChunkStore } from './chunk_store.js';
+import { Commands } from './commands.js';
+import { Connection } from './connection.js';
+import { CoverageRing, RingPicture } from './coverage_ring.js';
+import { CropBox } from './crop_box.js';
+import { DepthPicture } from './depth_picture.js';
+import { FilesPanel } from './files_panel.js';
+import { MeshMaterials } from './mesh_material.js';
+import { showNumbers } from './numbers.js';
+import { openToTests } from './test_access.js';
+import { ScannerPath } from './scanner_path.js';
+import { ViewKeeper } from './view_keeper.js';
+import { connectTools } from './tools.js';
+import { Viewer } from './viewer.js';
+
+const $ = (id) => document.getElementById(id);
+
+const query = new URLSearchParams(location.search);
+if (query.has('token')) {
+  // The cookie has it now: it shall not stand in the address, in the history or on a screenshot.
+  query.delete('token');
+  history.replaceState(null, '', location.pathname + (query.size > 0 ? `?${query}` : ''));
+}
+
+const scan = {
+  link: 'connecting', hello: null, state: null,
+  received: { bytes: 0, messages: 0, chunks: 0, gone: 0, pictures: 0 }, firstMeshMs: null, revisions: new Map(),
+};
+const banner = new Banner($('banner'));
+const depth = new DepthPicture($('depth'));
+const files = new FilesPanel({
+  panel: $('files'), list: $('file-list'), open: $('files-open'), close: $('files-close'), count: $('files-count'),
+});
+const picture = makePicture();
+
+/// Everything that needs WebGL; null where there is none.
+function makePicture() {
+  let viewer;
+  try {
+    viewer = new Viewer($('view'), { isTest: query.has('test') });
+  } catch {
+    $('no-webgl').hidden = false;
+    return null;
+  }
+  const materials = new MeshMaterials();
+  const store = new ChunkStore(viewer.world, materials);
+  const path = new ScannerPath(viewer.world);
+  const ring = new CoverageRing();
+  const keeper = new ViewKeeper(viewer, store, path);
+  const crop = new CropBox({ viewer, materials, panel: $('crop'), rows: $('crop-rows'), extent: () => store.extent() });
+  return { viewer, materials, store, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop };
+}
+
+const connection = new Connection({ text: onText, binary: onBinary, status: onStatus });
+const commands = new Commands($('actions'), connection, {
+  done: (command) => (command === 'export' || command === 'finish') && files.show(true),
+  crop: toggleCrop,
+});
+$('retry').addEventListener('click', () => connection.retryNow());
+
+function onStatus(link) {
+  scan.link = link;
+  banner.show(link, scan.state);
+  commands.update({ isOpen: link === 'open' });
+}
+
+const kTextHandlers = {
+  hello(message) {
+    scan.hello = message;
+    scan.revisions.clear();
+    $('input').textContent = message.title;
+    document.title = `${message.title} · ScanKnit`;
+    commands.update({ allowed: new Set(message.commands) });
+    if (!picture) { return; }
+    picture.store.clear();  // all of it comes again, in its newest revision
+    picture.viewer.up = message.up;
+    if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode === 'capture' }); }
+    tools.showRing(message.is_orbit);
+  },
+  state(message) {
+    scan.state = message;
+    banner.show(scan.link, message);
+    commands.update({ phase: message.phase });
+    showNumbers(message, scan.hello, picture?.store.extent());
+    $('empty').hidden = !picture || picture.store.triangles > 0;
+  },
+  pose(message) { picture?.path.setPose(message); },
+  trail(message) { picture?.path.setTrail(message.points); },
+  files(message) { files.set(message.files); },
+  crop(message) { picture?.crop.setInForce(message.box); },
+};
+
+function onText(message) {
+  kTextHandlers[message.type]?.(message);
+  picture?.viewer.redraw();
+}
+
+function onBinary(buffer) {
+  const message = readBinaryMessage(buffer);
+  ++scan.received.messages;
+  scan.received.bytes += buffer.byteLength;
+  if (message.kind === kDepthPicture) {
+    ++scan.received.pictures;
+    depth.show(message.jpeg);
+    return;
+  }
+  if (message.kind === kMeshChunk) {
+    ++scan.received.chunks;
+    scan.firstMeshMs ??= performance.now();
+    scan.revisions.set(message.chunk, (scan.revisions.get(message.chunk) ?? 0) + 1);
+    picture?.store.set(message);
+  } else if (message.kind === kChunkGone) {
+    ++scan.received.gone;
+    picture?.store.remove(message.chunk);
+  }
+  if (picture?.store.triangles > 0) { $('empty').hidden = true; }
+  picture?.viewer.redraw();
+}
+
+function toggleCrop() {
+  const button = $('actions').querySelector('[data-command=crop]');
+  if (picture?.crop.isOpen) { picture.crop.close(); } else { picture?.crop.open(); }
+  button.setAttribute('aria-expanded', String(picture?.crop.isOpen ?? false));
+}
+
+function prepareDrawing(viewer) {
+  const { materials, store, path, ring, ringPicture, keeper } = picture;
+  keeper.keep();
+  const bounds = store.extent();
+  if (scan.state) { showNumbers(scan.state, scan.hello, bounds); }
+  // Inside a room the backs of its walls would hide it.
+  materials.showsBacks = !path.position || !bounds.containsPoint(path.position);
+  const size = bounds.isEmpty() ? 0.3 : bounds.getSize(new Vector3()).length();
+  path.prepare(Math.round(120 * size) / 1000);
+  materials.uniforms.T_scan_shown.value.copy(viewer.T_scan_shown);
+  materials.uniforms.R_eye_scan.value = viewer.R_eye_scan;
+  if ($('ring').hidden || bounds.isEmpty()) { return; }
+  ring.setFrame(bounds.getCenter(new Vector3()), new Vector3(...scan.hello.up));
+  ring.count(path.points);
+  ringPicture.draw(ring, ring.azimuth(viewer.camera.position.clone().applyMatrix4(viewer.T_scan_shown)));
+}
+
+const tools = connectTools(picture);
+if (picture) {
+  picture.viewer.beforeDraw.push(prepareDrawing);
+  picture.viewer.renderer.domElement.addEventListener('webglcontextrestored', () => connection.again());
+  $('crop-close').addEventListener('click', toggleCrop);
+  $('crop-apply').addEventListener('click', () => sendCrop(picture.crop.draft));
+  $('crop-clear').addEventListener('click', () => sendCrop(null));
+}
+
+async function sendCrop(box) {
+  const corners = box && [box.min.toArray(), box.max.toArray()];
+  if (await commands.send('crop', { box: corners }) && picture.crop.isOpen) { toggleCrop(); }
+}
+
+openToTests(scan, picture, depth);

@@ -1,0 +1,33 @@
+// Frame rate, frames, losses, triangles: the newest state in figures.
+
+import { Vector3 } from 'three';
+import { count, extent, many } from './quantities.js';
+
+const put = (id, text) => {
+  const element = document.getElementById(id);
+  if (element.textContent !== text) { element.textContent = text; }
+};
+
+/// `bounds`: of the mesh; none where nothing can be drawn.
+export function showNumbers(state, hello, bounds) {
+  put('fps', state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
+  put('frames', state.frames_total > 0 ? `${count(state.frame)} / ${count(state.frames_total)}` : count(state.frame));
+  const losses = state.lost + state.dropped;
+  put('losses', count(losses));
+  put('losses-by-kind', losses === 0 ? '' : `${count(state.lost)} lost, ${count(state.dropped)} dropped`);
+  document.getElementById('losses').classList.toggle('some', losses > 0);
+  put('triangles', many(state.triangles));
+  put('extent', !bounds || bounds.isEmpty() ? '–' : extent(bounds.getSize(new Vector3()).toArray()));
+  put('volume', [hello?.voxel_size_m > 0 ? `${(1000 * hello.voxel_size_m).toFixed(1)} mm` : '', `${count(state.memory_mib)} MiB`]
+    .filter(Boolean).join(', '));
+  showProgress(state);
+}
+
+function showProgress({ frame, frames_total: total, phase }) {
+  const bar = document.getElementById('progress');
+  bar.hidden = !(total > 0) || phase === 'finished' || phase === 'failed';
+  if (bar.hidden) { return; }
+  const percent = Math.min(100, (100 * frame) / total);
+  bar.setAttribute('aria-valuenow', percent.toFixed(0));
+  bar.firstElementChild.style.transform = `scaleX(${percent / 100})`;
+}

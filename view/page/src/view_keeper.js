@@ -1,0 +1,62 @@
+// Keeps the view useful until the person takes hold of it: the whole mesh while it grows, or the scanner's own view.
+
+import { Vector3 } from 'three';
+
+/// The mesh may outgrow or leave the picture by so much of its extent before the view moves.
+const kSlack = 0.06;
+
+export class ViewKeeper {
+  constructor(viewer, store, path) {
+    Object.assign(this, { viewer, store, path });
+    this.isFitting = true;
+    this.isFollowing = null;   // null: nobody said yet
+    this.fitted = null;        // the box that the view was fitted to
+    this.hasFitted = false;    // ever: the side that the person looks from is kept
+    this.followed = null;      // the pose that the view went to
+    this.onChange = () => {};
+    viewer.onTouched = () => this.set({ isFitting: false, isFollowing: false });
+    viewer.onFit = () => this.fit();
+    viewer.onResized = () => { this.fitted = null; };
+  }
+
+  set({ isFitting = this.isFitting, isFollowing = this.isFollowing }) {
+    Object.assign(this, { isFitting, isFollowing, followed: null });
+    this.onChange();
+    this.viewer.redraw();
+  }
+
+  fit() {
+    this.fitted = null;
+    this.set({ isFitting: true, isFollowing: false });
+  }
+
+  /// Before each picture.
+  keep() {
+    const box = this.store.extent();
+    if (box.isEmpty()) {
+      this.fitted = null;
+      return;
+    }
+    if (this.isFollowing && this.path.T) { this.follow(box); } else if (this.isFitting) { this.fitIfNeeded(box); }
+  }
+
+  follow(box) {
+    if (this.followed === this.path.T || this.path.isLost) { return; }
+    this.followed = this.path.T;
+    const distance = this.path.position.distanceTo(box.getCenter(new Vector3()));
+    this.viewer.followPose(this.path.T, Math.min(Math.max(distance, 0.2), 3));
+  }
+
+  fitIfNeeded(box) {
+    if (this.fitted && isNear(this.fitted, box)) { return; }
+    const from = this.hasFitted || !this.path.position ? null : this.viewer.sideOf(this.path.position, box);
+    this.hasFitted = true;
+    this.fitted = box.clone();
+    this.viewer.fit(box, { from });
+  }
+}
+
+function isNear(a, b) {
+  const slack = kSlack * a.getSize(new Vector3()).length();
+  return a.min.distanceTo(b.min) < slack && a.max.distanceTo(b.max) < slack;
+}

@@ -1,0 +1,179 @@
+// The three.js scene: draws when something changed and not otherwise. Up is up on the screen, whatever the scan's axes are.
+
+import {
+  Group, Matrix3, Matrix4, PerspectiveCamera, Quaternion, Scene, Sphere, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+const kFieldOfViewDeg = 45;
+const kUp = new Vector3(0, 1, 0);
+/// Where the viewer stands first, seen from the mesh.
+const kFirstSide = new Vector3(0.55, 0.45, 1).normalize();
+const kKeyTurnRad = Math.PI / 24;
+
+export class Viewer {
+  /// isTest: the picture stays readable, edges are hard and views change at once. Throws without WebGL 2.
+  constructor(canvas, { isTest }) {
+    this.renderer = new WebGLRenderer({
+      canvas, antialias: !isTest && devicePixelRatio < 2, alpha: true, preserveDrawingBuffer: isTest, powerPreference: 'low-power',
+    });
+    this.renderer.setPixelRatio(isTest ? 1 : Math.min(devicePixelRatio, 2));
+    this.isQuick = isTest || matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.camera = new PerspectiveCamera(kFieldOfViewDeg, 1, 0.01, 100);
+    this.camera.position.copy(kFirstSide);
+    this.scene = new Scene();
+    this.world = new Group();  // the scan's own axes
+    this.scene.add(this.world);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !this.isQuick;
+    this.controls.dampingFactor = 0.12;
+    this.controls.addEventListener('change', () => this.redraw());
+    this.controls.addEventListener('start', () => this.touched());
+    this.beforeDraw = [];      // called with this before each picture
+    this.onTouched = () => {};
+    this.drawn = 0;            // pictures so far
+    this.scheduled = 0;
+    this.goal = null;          // {eye, target} the view glides to
+    canvas.addEventListener('keydown', (event) => this.key(event));
+    new ResizeObserver(() => this.resize(canvas)).observe(canvas);
+    this.resize(canvas);
+  }
+
+  /// `up`: unit, in the scan's world.
+  set up(up) {
+    this.world.quaternion.setFromUnitVectors(new Vector3(...up).normalize(), kUp);
+    this.world.updateMatrixWorld();
+    this.redraw();
+  }
+
+  get T_scan_shown() { return this.world.matrixWorld.clone().invert(); }
+  get T_eye_scan() { return new Matrix4().multiplyMatrices(this.camera.matrixWorldInverse, this.world.matrixWorld); }
+  get R_eye_scan() { return new Matrix3().setFromMatrix4(this.T_eye_scan); }
+  toShown(p_scan) { return p_scan.clone().applyMatrix4(this.world.matrixWorld); }
+
+  resize(canvas) {
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (width === 0 || height === 0) { return; }
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.onResized?.();
+    this.draw();  // at once: a resized canvas is empty
+  }
+
+  redraw() {
+    if (this.scheduled === 0) { this.scheduled = requestAnimationFrame(() => this.frame()); }
+  }
+
+  frame() {
+    this.scheduled = 0;
+    if (this.goal) { this.glide(); }
+    this.controls.update();  // asks for the next frame itself while it is still moving
+    this.draw();
+  }
+
+  draw() {
+    this.camera.updateMatrixWorld();
+    for (const prepare of this.beforeDraw) { prepare(this); }
+    this.renderer.render(this.scene, this.camera);
+    ++this.drawn;
+  }
+
+  /// Moves the view there: `eye` and `target` as shown (up is +y), metres.
+  moveTo(eye, target) {
+    this.goal = { eye: eye.clone(), target: target.clone() };
+    if (this.isQuick) {
+      this.camera.position.copy(eye);
+      this.controls.target.copy(target);
+      this.goal = null;
+    }
+    this.redraw();
+  }
+
+  glide() {
+    const { eye, target } = this.goal;
+    this.camera.position.lerp(eye, 0.14);
+    this.controls.target.lerp(target, 0.14);
+    const left = this.camera.position.distanceTo(eye) + this.controls.target.distanceTo(target);
+    if (left < 0.003 * eye.distanceTo(target)) { this.goal = null; } else { this.redraw(); }
+  }
+
+  touched() {
+    this.goal = null;
+    this.onTouched();
+  }
+
+  /// The whole of a box of the scan, from the side the view is on.
+  fit(box, { from = null } = {}) {
+    if (box.isEmpty()) { return; }
+    const { center, radius } = box.getBoundingSphere(new Sphere());
+    const target = this.toShown(center);
+    const { eye, target: seen } = this.goal ?? { eye: this.camera.position, target: this.controls.target };
+    const side = from ?? eye.clone().sub(seen).normalize();
+    const half = Math.tan((kFieldOfViewDeg * Math.PI) / 360) * Math.min(1, this.camera.aspect);
+    const distance = (1.08 * radius) / Math.sin(Math.atan(half));
+    this.setReach(radius, distance);
+    this.moveTo(target.clone().addScaledVector(side, distance), target);
+  }
+
+  /// Near and far planes for a scene of that radius.
+  setReach(radius, distance) {
+    this.camera.near = Math.max(0.002 * radius, 1e-4);
+    this.camera.far = 60 * radius + 4 * distance;
+    this.camera.updateProjectionMatrix();
+    this.controls.minDistance = 0.05 * radius;
+    this.controls.maxDistance = 20 * radius;
+  }
+
+  /// Where the viewer first stands for a scanner at p_scan round a box: on its side of the mesh, a little above.
+  sideOf(p_scan, box) {
+    const side = this.toShown(p_scan).sub(this.toShown(box.getCenter(new Vector3())));
+    if (side.lengthSq() === 0) { return kFirstSide.clone(); }
+    side.normalize();
+    side.y = Math.max(side.y, 0.35);
+    return side.normalize();
+  }
+
+  /// Looks over the shoulder of a scanner whose pose is T_scan_scanner, at what lies `distance` before it.
+  followPose(T_scan_scanner, distance) {
+    const shown = new Matrix4().multiplyMatrices(this.world.matrixWorld, T_scan_scanner);
+    const right = new Vector3(), down = new Vector3(), ahead = new Vector3(), eye = new Vector3();
+    shown.extractBasis(right, down, ahead);
+    eye.setFromMatrixPosition(shown);
+    const target = eye.clone().addScaledVector(ahead, distance);
+    eye.addScaledVector(ahead, -0.7 * distance).addScaledVector(kUp, 0.3 * distance);
+    this.setReach(distance, distance);
+    this.moveTo(eye, target);
+  }
+
+  /// For the tests: the view from `eye` to `target`, both in the scan's world.
+  look(eye, target) {
+    this.goal = null;
+    this.onTouched();
+    const [p, t] = [eye, target].map((point) => this.toShown(new Vector3(...point)));
+    this.setReach(p.distanceTo(t), p.distanceTo(t));
+    this.camera.position.copy(p);
+    this.controls.target.copy(t);
+    this.controls.update();
+    this.draw();
+  }
+
+  key(event) {
+    const turn = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    const zoom = { '+': 0.9, '=': 0.9, '-': 1 / 0.9 }[event.key];
+    if (event.key.toLowerCase() === 'f') { this.onFit?.(); }
+    if (!turn && !zoom) { return; }
+    event.preventDefault();
+    this.touched();
+    const arm = this.camera.position.clone().sub(this.controls.target);
+    if (zoom) { arm.multiplyScalar(zoom); }
+    if (turn) {
+      arm.applyQuaternion(new Quaternion().setFromAxisAngle(kUp, -turn[0] * kKeyTurnRad));
+      const across = new Vector3().crossVectors(kUp, arm).normalize();
+      const tilted = arm.clone().applyQuaternion(new Quaternion().setFromAxisAngle(across, turn[1] * kKeyTurnRad));
+      if (tilted.angleTo(kUp) > 0.1 && tilted.angleTo(kUp) < Math.PI - 0.1) { arm.copy(tilted); }
+    }
+    this.camera.position.copy(this.controls.target).add(arm);
+    this.redraw();
+  }
+}
