@@ -15,6 +15,7 @@
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/realsense.h"
 #include "acquire/usb/uvc_stream.h"
+#include "acquire/usb/uvc_selection.h"
 
 namespace scanknit {
 namespace {
@@ -33,46 +34,6 @@ constexpr std::uint16_t kAutoExposureMode = 0x0200;
 constexpr std::uint16_t kAutoWhiteBalance = 0x0B00;
 constexpr std::byte kManualExposure{1};
 constexpr std::byte kAperturePriority{8};
-
-StreamKind kind_of(PixelFormat format) {
-  return format == PixelFormat::kZ16 ? StreamKind::kDepth : StreamKind::kColour;
-}
-
-/// Frames a second to a hundredth: 30, not 30.00003.
-double rate_of(std::uint32_t interval_100ns) {
-  return std::round(1e9 / interval_100ns) / 100;
-}
-
-bool has_named_depth(const UvcFunction& function) {
-  return std::any_of(function.streams.begin(), function.streams.end(), [](const UvcStreamingInterface& stream) {
-    return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
-      return format.pixel_format == PixelFormat::kZ16 && !format.is_grey;
-    });
-  });
-}
-
-/// All that can be asked for. The depth function of a RealSense also has its infrared pictures, some of them with the
-/// names of colours: they are left out.
-std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& functions, const CameraQuirk& quirk) {
-  std::vector<UvcSelection> all;
-  for (const UvcFunction& function : functions) {
-    const bool is_stereo = quirk.calibration == CalibrationReader::kRealsense && has_named_depth(function);
-    for (const UvcStreamingInterface& stream : function.streams) {
-      for (const UvcFormat& format : stream.formats) {
-        if (!format.pixel_format) continue;
-        if (is_stereo && (format.is_grey || kind_of(*format.pixel_format) == StreamKind::kColour)) continue;
-        for (const UvcFrameSize& size : format.sizes) {
-          for (const std::uint32_t interval : size.intervals_100ns) {
-            const StreamProfile profile{kind_of(*format.pixel_format), *format.pixel_format, size.width, size.height,
-                                        rate_of(interval)};
-            all.push_back({profile, &function, &stream, &format, &size, interval});
-          }
-        }
-      }
-    }
-  }
-  return all;
-}
 
 const StreamProfile* find_kind(std::span<const StreamProfile> streams, StreamKind kind) {
   const auto found =
@@ -405,7 +366,7 @@ Result<void> UvcCamera::set_colour_automatics(bool is_automatic) {
   for (const UvcFunction& function : functions_) {
     const auto offers_colour = [](const UvcStreamingInterface& stream) {
       return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
-        return format.pixel_format && kind_of(*format.pixel_format) == StreamKind::kColour;
+        return format.pixel_format && *format.pixel_format != PixelFormat::kZ16;
       });
     };
     if (!std::any_of(function.streams.begin(), function.streams.end(), offers_colour)) continue;

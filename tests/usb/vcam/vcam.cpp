@@ -77,6 +77,7 @@ std::optional<std::vector<std::byte>> Vcam::streaming_control(Stream& stream, st
     answer_probe(stream);
     if (value == 0x0200) {
       ++commits;
+      if (&stream == &streams_[0]) depth_format = std::to_integer<int>(stream.probe[2]);
       begin(stream, now_ns);
     }
     return std::vector<std::byte>{};

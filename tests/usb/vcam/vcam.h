@@ -126,6 +126,7 @@ class Vcam final : public UsbModel {
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<std::byte>> written;
   int commits = 0, halts_cleared = 0;
   bool clock_is_frozen = false;
+  int depth_format = 0;  ///< its index, as it was committed
 
  private:
   struct Payload {
