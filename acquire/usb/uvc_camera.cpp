@@ -7,6 +7,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -14,8 +15,8 @@
 #include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/realsense.h"
-#include "acquire/usb/uvc_stream.h"
 #include "acquire/usb/uvc_selection.h"
+#include "acquire/usb/uvc_stream.h"
 
 namespace scanknit {
 namespace {
@@ -47,12 +48,15 @@ std::string link_name(int speed_mbit) {
 
 class UvcCamera final : public DeviceSource {
  public:
-  UvcCamera(std::unique_ptr<UsbHandle> handle, std::vector<UvcFunction> functions, const DeviceOptions& options)
+  UvcCamera(std::unique_ptr<UsbHandle> handle, std::vector<UvcFunction> functions, const DeviceOptions& options,
+            std::stop_token stop)
       : handle_(std::move(handle)),
         functions_(std::move(functions)),
         quirk_(quirk_of(handle_->info().vendor, handle_->info().product)),
         options_(options),
-        info_(describe_camera(handle_->info())) {}
+        info_(describe_camera(handle_->info())),
+        stop_(std::move(stop)),
+        on_stop_(stop_, [this] { handle_->hurry(true); }) {}
   ~UvcCamera() override { stop(); }
 
   [[nodiscard]] const DeviceInfo& info() const override { return info_; }
@@ -91,6 +95,8 @@ class UvcCamera final : public DeviceSource {
   const CameraQuirk quirk_;
   const DeviceOptions options_;
   const DeviceInfo info_;
+  const std::stop_token stop_;
+  const std::stop_callback<std::function<void()>> on_stop_;
   FrameSink frames_;
   EventSink events_;
   std::vector<Watched> streams_;  // empty: not started
@@ -215,6 +221,7 @@ Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t bud
 
 Result<void> UvcCamera::start(std::span<const StreamProfile> streams, FrameSink frames, EventSink events) {
   if (!streams_.empty()) return Error{ErrorCode::kDevice, "the camera streams already", info_.name};
+  handle_->hurry(stop_.stop_requested());
   frames_ = std::move(frames);
   events_ = std::move(events);
   losses_before_ = {};
@@ -243,6 +250,7 @@ Result<void> UvcCamera::start(std::span<const StreamProfile> streams, FrameSink 
 }
 
 void UvcCamera::stop() {
+  handle_->hurry(true);
   if (watcher_.joinable()) {
     watcher_.request_stop();
     watcher_.join();
@@ -427,7 +435,7 @@ DeviceInfo describe_camera(const UsbDeviceInfo& device) {
 }
 
 Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const UsbDeviceInfo& device,
-                                                      const DeviceOptions& options) {
+                                                      const DeviceOptions& options, std::stop_token stop) {
   auto functions = depth_functions_of(device);
   if (functions.empty()) {
     return Error{ErrorCode::kDevice,
@@ -441,7 +449,8 @@ Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const
   for (const UvcFunction& function : functions) {
     if (const auto claimed = (*handle)->claim(function.control_interface); !claimed) return claimed.error();
   }
-  return std::unique_ptr<DeviceSource>(std::make_unique<UvcCamera>(std::move(*handle), std::move(functions), options));
+  return std::unique_ptr<DeviceSource>(
+      std::make_unique<UvcCamera>(std::move(*handle), std::move(functions), options, std::move(stop)));
 }
 
 }  // namespace scanknit

@@ -236,6 +236,40 @@ TEST_F(FaultyCamera, WhoseClockWrapsIsFollowed) {
   EXPECT_EQ(log.count(DeviceEvent::Kind::kClockJump), 0);
 }
 
+void fall_mute(Vcam& camera) {
+  camera.control_faults.is_mute = true;
+}
+
+TEST_F(FaultyCamera, ThatAnswersNothingAnyMoreIsStoppedWithinASecond) {
+  begin(Fault::kSkipped);
+  EXPECT_TRUE(log.wait_for_depth(5));
+  bus.with_camera(address, fall_mute);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSilent)) << "it is being started again now";
+  const auto before = std::chrono::steady_clock::now();
+  source->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST(OpenedCamera, ThatAnswersNothingIsNotWaitedForAfterAStop) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  std::stop_source stop;
+  const auto source = open_camera("usb:", {}, stop.get_token());
+  ASSERT_TRUE(source);
+  bus.with_camera(address, fall_mute);
+  const std::jthread hand([&] {
+    std::this_thread::sleep_for(100ms);
+    stop.request_stop();
+  });
+  const auto before = std::chrono::steady_clock::now();
+  const auto streams = streams_of(**source, 30);
+  (void)(*source)->calibration(streams);
+  EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1100ms);
+}
+
 TEST_F(FaultyCamera, ThatIsUnpluggedEndsCleanly) {
   begin(Fault::kSkipped);
   EXPECT_TRUE(log.wait_for_depth(5));

@@ -114,6 +114,7 @@ void Vcam::begin(Stream& stream, std::int64_t now_ns) {
 }
 
 bool Vcam::ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) const {
+  if (control_faults.is_mute) return true;
   return control_faults.has_mute_calibration && (type & 0x60) == 0x20 && is_hardware_monitor(value, index);
 }
 
@@ -280,6 +281,7 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
 }
 
 std::optional<Delivery> Vcam::fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer, std::int64_t now_ns) {
+  if (control_faults.is_mute) return std::nullopt;
   Stream& stream = stream_of(endpoint);
   make_picture(stream, now_ns);
   if (stream.is_halted) return Delivery{-EPIPE, 0};

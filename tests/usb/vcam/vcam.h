@@ -89,6 +89,7 @@ struct ControlFaults {
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
   bool has_broken_colour = false;       ///< only the colour table has
   bool has_no_advanced_mode = false;    ///< the hardware monitor refuses to tell the depth unit
+  bool is_mute = false;                 ///< no request is answered, and nothing is sent any more
 };
 
 /// Not thread-safe.
@@ -125,8 +126,8 @@ class Vcam final : public UsbModel {
   /// Values of controls that were set, by index and value of the request.
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<std::byte>> written;
   int commits = 0, halts_cleared = 0;
-  bool clock_is_frozen = false;
   int depth_format = 0;  ///< its index, as it was committed
+  bool clock_is_frozen = false;
 
  private:
   struct Payload {
