@@ -86,6 +86,8 @@ void LiveSource::report_events() {
   }
   for (const DeviceEvent& event : events) {
     if (options_.on_event) options_.on_event(event);
+    if (event.kind == DeviceEvent::Kind::kNoColour) pairing_.expect_colour(false);
+    if (event.kind == DeviceEvent::Kind::kReturned) pairing_.expect_colour(info_.has_colour);
     const bool is_gone = event.kind == DeviceEvent::Kind::kLeft && !options_.survives_unplugging;
     if (event.kind == DeviceEvent::Kind::kFailed || is_gone) failure_ = Error{ErrorCode::kDevice, event.text};
   }

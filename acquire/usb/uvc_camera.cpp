@@ -75,6 +75,7 @@ class UvcCamera final : public DeviceSource {
     std::uint64_t frames_at_restart = 0;
     int restarts = 0;
     bool is_recovering = false;
+    bool is_given_up = false;
   };
 
   [[nodiscard]] std::optional<RealsenseUnit> realsense_unit();
@@ -87,6 +88,7 @@ class UvcCamera final : public DeviceSource {
   void watch(const std::stop_token& stop);
   [[nodiscard]] bool look_at(Watched& watched, bool has_overslept);
   [[nodiscard]] bool restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what);
+  [[nodiscard]] bool give_up(Watched& watched, const std::string& what);
   void wake_up();
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
 
@@ -317,12 +319,15 @@ void UvcCamera::watch(const std::stop_token& stop) {
 
 /// False: there is nothing to watch any more.
 bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
+  if (watched.is_given_up) return true;
   UvcStream& stream = *watched.stream;
   if (watched.is_recovering && stream.frames() > watched.frames_at_restart) {
     watched.is_recovering = false;
     watched.restarts = 0;
     tell(DeviceEvent::Kind::kRecovered, "frames come again");
   }
+  const bool is_alone = streams_.size() == 1;
+  const std::string name = is_alone ? "data" : stream.profile().kind == StreamKind::kDepth ? "depth" : "colour";
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   const std::chrono::nanoseconds quiet = now - std::chrono::nanoseconds(stream.last_picture_ns());
   switch (stream.state()) {
@@ -330,7 +335,8 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
       for (Watched& each : streams_) each.stream->stop();
       tell(DeviceEvent::Kind::kLeft, "unplugged");
       return false;
-    case TransferRing::State::kHalted: return restart(watched, DeviceEvent::Kind::kStalled, "it stopped with an error");
+    case TransferRing::State::kHalted:
+      return restart(watched, DeviceEvent::Kind::kStalled, (is_alone ? "it" : name) + " stopped with an error");
     default: break;
   }
   if (has_overslept || quiet <= watched.silence) return true;
@@ -339,21 +345,16 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
   const LossCounters lost = stream.losses_since_picture();
   if (lost.total() == 0) {
     return restart(watched, DeviceEvent::Kind::kSilent,
-                   "no data" + since + link + ". Check the cable and the hub's power");
+                   "no " + name + since + link + ". Check the cable and the hub's power");
   }
   return restart(watched, DeviceEvent::Kind::kDamaged,
-                 "no good picture" + since + link + ", all are damaged: " + std::to_string(lost.transport) +
-                     " incomplete or marked as bad, " + std::to_string(lost.overflow) +
-                     " too long. Check the cable, the hub and its power");
+                 "no good " + (is_alone ? "" : name + " ") + "picture" + since + link +
+                     ", all are damaged: " + std::to_string(lost.transport) + " incomplete or marked as bad, " +
+                     std::to_string(lost.overflow) + " too long. Check the cable, the hub and its power");
 }
 
 bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what) {
-  if (watched.restarts >= kMostRestarts) {
-    for (Watched& each : streams_) each.stream->stop();
-    tell(DeviceEvent::Kind::kFailed, what + "; it was started " + std::to_string(kMostRestarts) +
-                                         " times again without a good picture. Re-plug it");
-    return false;
-  }
+  if (watched.restarts >= kMostRestarts) return give_up(watched, what);
   if (!watched.is_recovering) tell(kind, what);
   ++watched.restarts;
   watched.is_recovering = true;
@@ -366,6 +367,21 @@ bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::str
   }
   for (Watched& each : streams_) each.stream->stop();
   tell(DeviceEvent::Kind::kLeft, "unplugged");
+  return false;
+}
+
+/// Without depth there is nothing to scan; without colour there is.
+bool UvcCamera::give_up(Watched& watched, const std::string& what) {
+  const std::string why =
+      what + "; it was started " + std::to_string(kMostRestarts) + " times again without a good picture. ";
+  if (streams_.size() > 1 && watched.stream->profile().kind == StreamKind::kColour) {
+    watched.stream->stop();
+    watched.is_given_up = true;
+    tell(DeviceEvent::Kind::kNoColour, why + "The scan goes on without colour; re-plug it to have colour again");
+    return true;
+  }
+  for (Watched& each : streams_) each.stream->stop();
+  tell(DeviceEvent::Kind::kFailed, why + "Re-plug it");
   return false;
 }
 

@@ -214,6 +214,52 @@ TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
   EXPECT_TRUE(log.wait_for_depth(13));
 }
 
+/// A camera whose depth is as it should be, and colour is not.
+class FaultyColour : public FaultyCamera {
+ protected:
+  void begin_with(Fault fault) {
+    address = bus.plug({});
+    bus.with_camera(address, [&](Vcam& camera) { camera.colour_faults[kFaultAt] = fault; });
+    auto opened = open_first();
+    ASSERT_TRUE(opened) << opened.error().text();
+    source = std::move(*opened);
+    const auto streams = streams_of(*source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
+    ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
+  }
+};
+
+TEST_F(FaultyColour, ThatIsDamagedOnceIsCountedAndGoesOn) {
+  begin_with(Fault::kErrorBit);
+  EXPECT_TRUE(log.wait_for_colour(kEnough));
+  source->stop();
+  EXPECT_EQ(source->losses(), (LossCounters{0, 1, 0, 0, 0}));
+}
+
+TEST_F(FaultyColour, ThatStallsOnceGoesOn) {
+  begin_with(Fault::kStall);
+  EXPECT_TRUE(log.wait_for_colour(kEnough));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kStalled).find("colour stopped"), std::string::npos);
+}
+
+class LastingFaultOfColour : public FaultyColour, public ::testing::WithParamInterface<Fault> {};
+
+TEST_P(LastingFaultOfColour, LeavesDepthAlone) {
+  begin_with(GetParam());
+  ASSERT_TRUE(log.wait_for(DeviceEvent::Kind::kNoColour));
+  const std::string text = log.text_of(DeviceEvent::Kind::kNoColour);
+  EXPECT_NE(text.find("goes on without colour"), std::string::npos) << text;
+  const std::size_t so_far = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(so_far + 20));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  EXPECT_EQ(log.colour_count(), std::size_t{kFaultAt});
+  source->stop();
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LastingFaultOfColour, ::testing::Values(Fault::kStallForever, Fault::kSilentForever),
+                         [](const auto& test) { return test.param == Fault::kStallForever ? "Stall" : "Silence"; });
+
 TEST_F(FaultyCamera, WhoseClockJumpsIsToldOf) {
   begin(Fault::kClockBack);
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kClockJump));

@@ -220,9 +220,9 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
     stream.payloads.push_back(std::move(payload));
   }
   stream.sent = 0;
+  const auto& faults = faults_of(stream);
+  if (const auto fault = faults.find(stream.number); fault != faults.end()) misbehave(stream, fault->second);
   if (&stream == &streams_[0]) {
-    if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end())
-      misbehave(stream, fault->second);
     if (lasting_fault && stream.number >= lasting_fault->from && commits < lasting_fault->until_commits)
       misbehave(stream, lasting_fault->fault);
   }
@@ -277,7 +277,7 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
     case Fault::kClockAhead: clock_offset_us_ += 5'000'000; break;
   }
   const bool is_for_ever = fault == Fault::kStallForever || fault == Fault::kSilentForever;
-  if (is_for_ever) depth_faults[stream.number + 1] = fault;
+  if (is_for_ever) faults_of(stream)[stream.number + 1] = fault;
 }
 
 std::optional<Delivery> Vcam::fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer, std::int64_t now_ns) {

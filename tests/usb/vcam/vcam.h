@@ -121,6 +121,7 @@ class Vcam final : public UsbModel {
   [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n, std::size_t count);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
+  std::map<std::uint64_t, Fault> colour_faults;
   std::optional<LastingFault> lasting_fault;
   ControlFaults control_faults;
   /// Values of controls that were set, by index and value of the request.
@@ -152,6 +153,9 @@ class Vcam final : public UsbModel {
   }
   [[nodiscard]] std::vector<std::byte> configuration() const;
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kColourEndpoint ? 1 : 0]; }
+  [[nodiscard]] std::map<std::uint64_t, Fault>& faults_of(const Stream& stream) {
+    return &stream == &streams_[0] ? depth_faults : colour_faults;
+  }
   [[nodiscard]] std::optional<std::vector<std::byte>> streaming_control(Stream& stream, std::uint8_t request,
                                                                         std::uint16_t value, std::uint16_t length,
                                                                         std::span<const std::byte> data,
