@@ -78,7 +78,12 @@ std::string sysfs_line(const std::string& port, const char* attribute) {
   std::string line;
   std::getline(file, line);
   constexpr std::size_t kMaxText = 126;  // what a string descriptor can hold
-  return line.substr(0, kMaxText);
+  line = line.substr(0, kMaxText);
+  // Devices say what they like, and people's terminals obey.
+  constexpr char kFirstPrintable = 0x20, kDelete = 0x7F;
+  std::ranges::replace_if(
+      line, [](char c) { return (c >= 0 && c < kFirstPrintable) || c == kDelete; }, '?');
+  return line;
 }
 
 UsbDeviceInfo describe(libusb_device* device) {

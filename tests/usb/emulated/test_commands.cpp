@@ -53,6 +53,12 @@ TEST(DevicesCommand, ListsWhatIsPluggedIn) {
             "device\n");
 }
 
+TEST(DevicesCommand, PrintsNoCommandsToTheTerminal) {
+  EmulatedBus bus;
+  bus.plug({.serial = "a\x1b[2Jb\x7f"});
+  EXPECT_TRUE(contains(scanknit_command({"devices"}).out, "usb:8086:0b07/a?[2Jb?  "));
+}
+
 TEST(DevicesCommand, GivesJson) {
   EmulatedBus bus;
   bus.plug({.serial = ""});
