@@ -245,6 +245,9 @@ UsbHandle::UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* 
     : context_(std::move(context)), handle_(handle), info_(std::move(info)), patience_(std::make_shared<Patience>()) {}
 
 UsbHandle::~UsbHandle() {
+  hurry(true);
+  // The kernel's driver, when it comes back, asks the device many things, and waits for each.
+  if (!claimed_.empty() && !answers()) libusb_set_auto_detach_kernel_driver(handle_, 0);
   // In reverse: the kernel's driver of a control interface wants its streaming interfaces, too, or does not come back.
   for (auto it = claimed_.rbegin(); it != claimed_.rend(); ++it) libusb_release_interface(handle_, *it);
   libusb_close(handle_);
@@ -259,13 +262,13 @@ Result<void> UsbHandle::claim(std::uint8_t interface) {
 }
 
 Result<void> UsbHandle::set_alternate(std::uint8_t interface, std::uint8_t alternate) {
-  const int code = libusb_set_interface_alt_setting(handle_, interface, alternate);
+  const int code = answers() ? libusb_set_interface_alt_setting(handle_, interface, alternate) : LIBUSB_ERROR_TIMEOUT;
   if (code != 0) return usb_error(code, "cannot reserve bandwidth for", info_);
   return {};
 }
 
 Result<void> UsbHandle::clear_halt(std::uint8_t endpoint) {
-  const int code = libusb_clear_halt(handle_, endpoint);
+  const int code = answers() ? libusb_clear_halt(handle_, endpoint) : LIBUSB_ERROR_TIMEOUT;
   if (code != 0) return usb_error(code, "cannot restart", info_);
   return {};
 }
@@ -314,6 +317,12 @@ int UsbHandle::control(std::uint8_t type, std::uint8_t request, std::uint16_t va
   const auto size = std::min(data.size(), static_cast<std::size_t>(std::max(0, transfer.actual_length)));
   std::copy_n(payload.begin(), size, data.begin());
   return static_cast<int>(size);
+}
+
+bool UsbHandle::answers() {
+  constexpr std::uint8_t kFromDevice = 0x80, kGetStatus = 0x00;  // a standard request, which every device knows
+  std::array<std::byte, 2> status{};
+  return control(kFromDevice, kGetStatus, 0, 0, status) != LIBUSB_ERROR_TIMEOUT;
 }
 
 Result<void> UsbHandle::write_class(std::uint8_t request, std::uint16_t value, std::uint16_t index,
