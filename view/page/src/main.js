@@ -159,4 +159,4 @@ async function sendCrop(box) {
   if (await commands.send('crop', { box: corners }) && picture.crop.isOpen) { toggleCrop(); }
 }
 
-openToTests(scan, picture, depth);
+openToTests(scan, picture, depth, connection);
