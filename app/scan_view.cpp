@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/frame_count.h"
+#include "app/stage_timer.h"
 #include "app/tracking_advice.h"
 #include "app/view_links.h"
 #include "export/depth_picture.h"
@@ -91,9 +92,10 @@ bool ScanView::may_spend() const {
 }
 
 void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
-                    const RunReport& report) {
+                    RunReport& report) {
   if (server_ == nullptr) return;
   const Spending spending(spent_);
+  const StageTimer timer(report.stages["view"]);
   note(frame, T_world_camera, report);
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
   if (may_spend()) update_mesh(volume, kMostLeaves);

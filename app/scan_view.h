@@ -36,8 +36,9 @@ class ScanView {
   /// `volume`, empty still, is what grows from now on; it keeps its address. Errors: IncrementalMesher::create().
   [[nodiscard]] Result<void> begin(const TsdfVolume& volume, const RecordingInfo& info);
 
-  /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes into it.
-  void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, const RunReport& report);
+  /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes
+  /// into it: stage "view" of the report.
+  void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, RunReport& report);
 
   /// Does what was asked for since the last frame, and waits while the scan is paused (a scanner's frames pass by).
   [[nodiscard]] Wish obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);

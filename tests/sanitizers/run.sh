@@ -8,8 +8,8 @@ kind="$1"
 build_dir="$2/$kind"
 source_dir="$(cd "$(dirname "$0")/../.." && pwd)"
 
-options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_APP=OFF -DSCANKNIT_BUILD_TESTS=ON)
-targets=(test_usb)
+options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_APP=OFF -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
+targets=(test_usb test_view)
 if command -v umockdev-wrapper >/dev/null; then targets+=(test_usb_emulated); fi
 case "$kind" in
   address)  # warnings are for the compiler that we build with
@@ -33,4 +33,4 @@ fi
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
 too_slow='LeavesTheProcessorAlone|ArrivesWithoutALoss|SlowConsumer'  # they measure what an instrumented program cannot give
-ctest --test-dir "$build_dir" --output-on-failure --no-tests=error -j "$(nproc)" -L '^(acquire|usb|fuzz)$' -E "$too_slow"
+ctest --test-dir "$build_dir" --output-on-failure --no-tests=error -j "$(nproc)" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow"

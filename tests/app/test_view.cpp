@@ -1,0 +1,211 @@
+// --view and view: what somebody who looks on sees and does, and what is left of the scan afterwards.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "tests/app/program.h"
+#include "tests/app/scan.h"
+#include "tests/view/page_client.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using namespace std::chrono_literals;
+using test::PageClient;
+
+/// Waits for a text on stderr; false when the program ended without it.
+bool wait_for(Program& program, const std::string& text) {
+  while (program.err_so_far().find(text) == std::string::npos) {
+    if (!program.is_running()) return program.err_so_far().find(text) != std::string::npos;
+    std::this_thread::sleep_for(5ms);
+  }
+  return true;
+}
+
+/// The port of the link that was printed; 0: there was none.
+std::uint16_t port_of(Program& program) {
+  if (!wait_for(program, "live view: http://127.0.0.1:")) return 0;
+  (void)wait_for(program, "/\n");
+  const std::string err = program.err_so_far();
+  const std::string begin = "http://127.0.0.1:";
+  return static_cast<std::uint16_t>(std::stoi(err.substr(err.find(begin) + begin.size())));
+}
+
+std::vector<std::string> run_with_view(const Scan& scan, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"run",   scan.recording().string(), "-o",     scan.output().string(),
+                                        "--set", "fusion.voxel_size=8mm",   "--view", "--port",
+                                        "0"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+class ViewTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const TempFolder folder;
+    const Outcome outcome = scanknit_command({"view", (folder / "absent.glb").string()});
+    if (outcome.err.find("without the live view") != std::string::npos)
+      GTEST_SKIP() << "SKIPPED: built without the page (npm ci --prefix view/page)";
+  }
+
+  /// A scan of five seconds at the scanner's pace, and somebody who looks on from the beginning.
+  void watch(const std::vector<std::string>& more = {}) {
+    scan.emplace(ScanSize{.frames = 150});
+    std::vector<std::string> arguments = run_with_view(*scan, more);
+    arguments.insert(arguments.end(), {"--pace", "realtime"});
+    program.emplace(arguments);
+    port = port_of(*program);
+    ASSERT_NE(port, 0) << program->err_so_far();
+    client = PageClient::connect(port);
+    ASSERT_NE(client, nullptr);
+    ASSERT_EQ(client->next_of("hello")["mode"], "run");
+  }
+
+  /// "" when it was done.
+  std::string ask(const std::string& command, const std::string& more = "") {
+    client->say(R"({"cmd":")" + command + R"(","id":)" + std::to_string(++id) + more + "}");
+    for (auto answer = client->next_of("ack"); !answer.is_null(); answer = client->next_of("ack")) {
+      if (answer["id"] == id) return answer["error"];
+    }
+    return "no answer";
+  }
+
+  Json state_in_phase(const std::string& phase) {
+    for (auto state = client->next_of("state"); !state.is_null(); state = client->next_of("state")) {
+      if (state["phase"] == phase) return state;
+    }
+    return nullptr;
+  }
+
+  Json report_at_the_end() {
+    EXPECT_TRUE(wait_for(*program, "stays open until Ctrl-C")) << program->err_so_far();
+    program->send(SIGINT);
+    const Outcome outcome = program->wait();
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return scan->report();
+  }
+
+  std::optional<Scan> scan;
+  std::optional<Program> program;
+  std::unique_ptr<PageClient> client;
+  std::uint16_t port = 0;
+  int id = 0;
+};
+
+TEST_F(ViewTest, TheMeshIsTheSameAsWithoutIt) {
+  const Scan plain;
+  const Outcome outcome = plain.run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string expected = read_text(plain.output() / "model.ply");
+
+  Program watched(run_with_view(plain));
+  ASSERT_TRUE(wait_for(watched, "stays open until Ctrl-C")) << watched.err_so_far();
+  watched.send(SIGINT);
+  EXPECT_EQ(watched.wait().exit_code, 0);
+  EXPECT_EQ(read_text(plain.output() / "model.ply"), expected);
+  EXPECT_TRUE(fs::exists(plain.output() / "model.stl"));
+  EXPECT_TRUE(plain.report()["stages"].contains("view"));
+}
+
+TEST_F(ViewTest, PausedFramesAreLeftOutAndCounted) {
+  watch();
+  ASSERT_EQ(ask("pause"), "");
+  for (Json state = state_in_phase("paused"); state["dropped"].get<int>() == 0; state = state_in_phase("paused")) {
+    ASSERT_FALSE(state.is_null());
+  }
+  ASSERT_EQ(ask("start"), "");
+  const Json frames = report_at_the_end()["frames"];
+  EXPECT_GT(frames["dropped_by_reason"]["paused"], 0);
+  EXPECT_EQ(frames["read"], frames["fused"].get<int>() + frames["dropped"].get<int>());
+  EXPECT_GT(frames["fused"], 0);
+}
+
+TEST_F(ViewTest, ExportWritesTheMeshOfNow) {
+  watch();
+  while (client->next_of("state")["fused"].get<int>() == 0) {
+  }
+  ASSERT_EQ(ask("pause"), "");
+  ASSERT_EQ(ask("export"), "");
+  EXPECT_EQ(test::http_request(port, "GET", "/files/model.glb").body.substr(0, 4), "glTF");
+  EXPECT_GT(test::http_request(port, "GET", "/files/model.stl").body.size(), 84u);
+  EXPECT_EQ(test::http_request(port, "GET", "/files/report.json").status, 404);
+  ASSERT_EQ(ask("start"), "");
+  EXPECT_EQ(report_at_the_end()["exit_code"], 0);
+}
+
+TEST_F(ViewTest, ResetBeginsAnew) {
+  watch();
+  while (client->next_of("state")["fused"].get<int>() < 5) {
+  }
+  ASSERT_EQ(ask("reset"), "");
+  const Json report = report_at_the_end();
+  const Json frames = report["frames"];
+  EXPECT_GE(frames["dropped_by_reason"]["reset"], 5);
+  EXPECT_EQ(frames["read"], frames["fused"].get<int>() + frames["dropped"].get<int>());
+  EXPECT_NE(report["warnings"].dump().find("anew"), std::string::npos);
+  EXPECT_GT(report["mesh"]["triangles"], 0);
+}
+
+TEST_F(ViewTest, FinishEndsTheScanWithItsMesh) {
+  watch();
+  while (client->next_of("state")["fused"].get<int>() == 0) {
+  }
+  ASSERT_EQ(ask("finish"), "");
+  EXPECT_FALSE(state_in_phase("finished").is_null());
+  EXPECT_EQ(ask("start"), "the scan is over");
+  const Json report = report_at_the_end();
+  EXPECT_LT(report["frames"]["read"], 150);
+  EXPECT_EQ(report["status"], "ok");
+}
+
+TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
+  watch();
+  ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");  // the sphere's middle is the origin
+  const Json bounds = report_at_the_end()["mesh"]["bounds_m"];
+  EXPECT_GE(bounds[0][2].get<double>(), 0.02 - 1e-6);
+  EXPECT_LT(bounds[0][0].get<double>(), -0.09);
+}
+
+TEST_F(ViewTest, AFinishedMeshIsShown) {
+  const Scan plain;
+  ASSERT_EQ(plain.run().exit_code, 0);
+  for (const char* name : {"", "model.ply", "model.glb"}) {
+    Program shown({"view", (plain.output() / name).string(), "--port", "0"});
+    const std::uint16_t there = port_of(shown);
+    ASSERT_NE(there, 0) << shown.err_so_far();
+    const auto visitor = PageClient::connect(there);
+    ASSERT_NE(visitor, nullptr);
+    EXPECT_TRUE(visitor->next_of("hello")["commands"].empty());
+    EXPECT_EQ(visitor->next_of("state")["triangles"], plain.report()["mesh"]["triangles"]);
+    EXPECT_FALSE(visitor->next_binaries(/*gives_credit=*/true).empty());
+    shown.send(SIGINT);
+    EXPECT_EQ(shown.wait().exit_code, 0);
+  }
+}
+
+TEST_F(ViewTest, WhatIsNoMeshIsSaidToBeNone) {
+  const TempFolder folder;
+  std::ofstream(folder / "text.glb") << "this is no mesh";
+  EXPECT_EQ(scanknit_command({"view", (folder / "text.glb").string()}).exit_code, 4);
+  EXPECT_EQ(scanknit_command({"view", (folder / "absent.ply").string()}).exit_code, 4);
+  const Outcome empty_folder = scanknit_command({"view", folder.path().string()});
+  EXPECT_EQ(empty_folder.exit_code, 4);
+  EXPECT_NE(empty_folder.err.find("--view"), std::string::npos) << "what to do for a recording";
+}
+
+TEST_F(ViewTest, OptionsThatCannotBeAreRefusedBeforeAnyWork) {
+  const Scan plain;
+  EXPECT_EQ(plain.run({"--port", "0"}).exit_code, 2);  // without --view
+  EXPECT_EQ(plain.run({"--view", "--listen", "example.org"}).exit_code, 2);
+  EXPECT_EQ(plain.run({"--view", "--port", "70000"}).exit_code, 2);
+  EXPECT_EQ(plain.run({"--view", "--port", "0", "--listen", "203.0.113.1"}).exit_code, 8);  // of no computer
+  EXPECT_FALSE(fs::exists(plain.output() / "model.glb"));
+}
+
+}  // namespace
+}  // namespace scanknit
