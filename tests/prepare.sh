@@ -12,3 +12,4 @@ fi
 mkdir -p "$npm_dir"
 cp tests/export/package.json tests/export/package-lock.json "$npm_dir/"
 npm ci --prefix "$npm_dir" --no-audit --no-fund --silent || echo "npm could not install gltf-validator: its tests will be skipped."
+npm ci --prefix tests/browser --ignore-scripts --no-audit --no-fund --silent || echo "npm could not install playwright-core: the browser tests will be skipped."

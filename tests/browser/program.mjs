@@ -31,9 +31,9 @@ export function synthesise(folder, scene, { frames, width = 160, height = 120 })
   return folder;
 }
 
-/// With a live view: {url, port, stop(), kill()}; stop() gives the exit code. What is not stopped is killed after the tests.
+/// With a live view: {url, port, stop(), kill(), step(frames) for `--pace stepped`}; stop() gives the exit code. What is not stopped is killed after the tests.
 export async function startProgram(...args) {
-  const child = spawn(kProgram, args, { stdio: ['ignore', 'ignore', 'pipe'] });
+  const child = spawn(kProgram, args, { stdio: ['pipe', 'ignore', 'pipe'] });
   running.add(child);
   let said = '';
   const exited = new Promise((resolve) => child.on('exit', (code) => {
@@ -53,7 +53,7 @@ export async function startProgram(...args) {
     child.kill('SIGINT');
     return exited;
   };
-  return { url, port: Number(new URL(url).port), stop, kill: () => child.kill('SIGKILL') };
+  return { url, port: Number(new URL(url).port), stop, kill: () => child.kill('SIGKILL'), step: (frames) => child.stdin.write('\n'.repeat(frames)) };
 }
 
 export const kRed = [200, 60, 40], kGreen = [60, 180, 75], kBlue = [40, 90, 200];
