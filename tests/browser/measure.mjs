@@ -1,4 +1,5 @@
-// node measure.mjs RECORDING [PRESET ...]: what the live view of a replay costs and gives. SCANKNIT_PROGRAM is the program.
+// node measure.mjs RECORDING [OPTION OF run ...]: what the live view of a replay costs and gives. SCANKNIT_PROGRAM is the
+// program; SCANKNIT_SCREENSHOTS a folder for pictures at two thirds of the way.
 
 import { join } from 'node:path';
 import { test } from 'node:test';
@@ -8,15 +9,14 @@ import { startProgram, temporaryFolder } from './program.mjs';
 process.env.SCANKNIT_CHROMIUM ??= '/usr/bin/chromium';
 useBrowser();
 const folder = temporaryFolder();
-const [recording, ...presets] = process.argv.slice(2);
+const [recording, ...options] = process.argv.slice(2);
 
 test('measure', { timeout: 600_000 }, async () => {
-  const settings = presets.flatMap((preset) => ['--preset', preset]);
-  const program = await startProgram('run', recording, '-o', join(folder, 'out'), ...settings, '--view', '--port', '0', '--pace', 'realtime');
+  const program = await startProgram('run', recording, '-o', join(folder, 'out'), ...options, '--view', '--port', '0');
   const begun = performance.now();
   const page = await openPage(program.url, { size: kDesk, isTest: false });
   const phone = process.env.SCANKNIT_SCREENSHOTS ? await openPage(program.url, { size: kPhone, isTest: false }) : null;
-  await page.waitForFunction(() => window.scanknit.state?.frame > 0.75 * window.scanknit.state.frames_total || window.scanknit.state?.phase === 'finished');
+  await page.waitForFunction(() => window.scanknit.state?.frame > 0.66 * window.scanknit.state.frames_total || window.scanknit.state?.phase === 'finished');
   await keepScreenshot(page, 'live_view_desk');
   if (phone) { await keepScreenshot(phone, 'live_view_phone'); }
   await untilPhase(page, 'finished');

@@ -98,7 +98,7 @@ const kTextHandlers = {
 
 function onText(message) {
   kTextHandlers[message.type]?.(message);
-  picture?.viewer.redraw();
+  picture?.viewer.redrawSoon();
 }
 
 function onBinary(buffer) {
@@ -120,7 +120,7 @@ function onBinary(buffer) {
     picture?.store.remove(message.chunk);
   }
   if (picture?.store.triangles > 0) { $('empty').hidden = true; }
-  picture?.viewer.redraw();
+  picture?.viewer.redrawSoon();
 }
 
 function toggleCrop() {
