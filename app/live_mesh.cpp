@@ -47,8 +47,12 @@ std::vector<std::uint8_t> coverage_of(const TsdfVolume& volume, const MeshPatch&
 }  // namespace
 
 LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher) : mesher_(std::move(mesher)) {
-  for (const VolumeBlock& block : volume.index().blocks())
-    changed_.emplace(block.origin.x(), block.origin.y(), block.origin.z());
+  for (const VolumeBlock& block : volume.index().blocks()) note(block.origin);
+}
+
+void LiveMesh::note(const openvdb::Coord& leaf) {
+  const Eigen::Vector3i origin(leaf.x(), leaf.y(), leaf.z());
+  (meshed_.contains(origin) ? changed_ : new_).insert(origin);
 }
 
 Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config) {
@@ -59,24 +63,26 @@ Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig&
   return LiveMesh(volume, *std::move(mesher));
 }
 
-std::vector<Eigen::Vector3i> LiveMesh::take_some(std::size_t most_leaves) {
-  auto from = changed_.upper_bound(last_);
-  std::vector<Eigen::Vector3i> taken;
-  while (taken.size() < most_leaves && taken.size() < changed_.size()) {
-    if (from == changed_.end()) from = changed_.begin();
-    taken.push_back(*from++);
+std::vector<Eigen::Vector3i> LiveMesh::some_of_what_changed(std::size_t most_leaves) const {
+  std::vector<Eigen::Vector3i> some;
+  for (auto leaf = new_.begin(); leaf != new_.end() && some.size() < most_leaves; ++leaf) some.push_back(*leaf);
+  auto leaf = changed_.upper_bound(last_);
+  for (std::size_t i = 0; i < changed_.size() && some.size() < most_leaves; ++i) {
+    if (leaf == changed_.end()) leaf = changed_.begin();
+    some.push_back(*leaf++);
   }
-  return taken;
+  return some;
 }
 
 Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish) {
-  for (const openvdb::Coord& origin : volume.take_changed_blocks())
-    changed_.emplace(origin.x(), origin.y(), origin.z());
-  const std::vector<Eigen::Vector3i> some = take_some(most_leaves);
+  for (const openvdb::Coord& origin : volume.take_changed_blocks()) note(origin);
+  const std::vector<Eigen::Vector3i> some = some_of_what_changed(most_leaves);
   const auto different = mesher_.update(some);
   if (!different) return different.error();
-  for (const Eigen::Vector3i& leaf : some) changed_.erase(leaf);
-  if (!some.empty()) last_ = some.back();
+  for (const Eigen::Vector3i& leaf : some) {
+    if (changed_.erase(leaf) > 0) last_ = leaf;
+    if (new_.erase(leaf) > 0) meshed_.insert(leaf);
+  }
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
   for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));

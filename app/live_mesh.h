@@ -24,12 +24,13 @@ class LiveMesh {
   /// Takes the chunk's number and its message (view/mesh_chunk.h).
   using Publish = std::function<void(std::uint32_t, std::string)>;
 
-  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels, in the order in
-  /// which they lie, going on from where the last call ended) and publishes the chunks that are different now.
+  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: those that never
+  /// were meshed first, then in the order in which they lie, going on from where the last call ended) and publishes the
+  /// chunks that are different now.
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
-  [[nodiscard]] bool is_up_to_date() const { return changed_.empty(); }
+  [[nodiscard]] bool is_up_to_date() const { return new_.empty() && changed_.empty(); }
 
  private:
   struct Chunk {
@@ -37,13 +38,17 @@ class LiveMesh {
     std::size_t triangles = 0;
   };
 
+  using Leaves = std::set<Eigen::Vector3i, BlockOrder>;
+
   LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher);
-  [[nodiscard]] std::vector<Eigen::Vector3i> take_some(std::size_t most_leaves);
+  void note(const openvdb::Coord& leaf);
+  [[nodiscard]] std::vector<Eigen::Vector3i> some_of_what_changed(std::size_t most_leaves) const;
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
-  std::set<Eigen::Vector3i, BlockOrder> changed_;        ///< leaves that are still to be meshed
-  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();       ///< of the leaves meshed by the last update
+  Leaves meshed_;                                        ///< once at least
+  Leaves new_, changed_;                                 ///< to be meshed: for the first time, and again
+  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();       ///< of the leaves that were meshed again, the last
   std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
   std::size_t triangles_ = 0;
 };

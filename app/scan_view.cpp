@@ -21,8 +21,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kShare = 0.05;            // of the scan's time
-constexpr std::size_t kMostLeaves = 1024;  // meshed between two frames
+constexpr double kShare = 0.05;           // of the scan's time
+constexpr std::size_t kMostLeaves = 256;  // meshed between two frames
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;

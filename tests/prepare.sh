@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 npm_dir="$1/npm"
 
 if ! command -v npm >/dev/null; then
-  echo "npm is not installed: the GLB validation tests will be skipped."
+  echo "npm is not installed: the GLB validation and browser tests will be skipped."
   exit 0
 fi
 mkdir -p "$npm_dir"
