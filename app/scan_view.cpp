@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/exit_codes.h"
 #include "app/frame_count.h"
 #include "app/stage_timer.h"
 #include "app/tracking_advice.h"
@@ -233,8 +234,9 @@ void ScanView::publish_files(const RunReport& report) {
 
 void ScanView::linger(const RunReport& report) {
   if (server_ == nullptr) return;
-  state_.phase = report.exit_code == 0 ? ViewPhase::kFinished : ViewPhase::kFailed;
-  state_.message = report.status;
+  const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
+  state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
+  state_.message = report.exit_code == kExitOk ? "" : report.status;
   publish_files(report);
   publish_state(/*is_urgent=*/true);
   if (stop_.stop_requested()) return;

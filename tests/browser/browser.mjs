@@ -19,8 +19,8 @@ export function useBrowser() {
   after(() => browser.close());
 }
 
-/// The page at `url`, opened for tests, and `problems`: what the console and the policy complained about.
-export async function openPage(url, { size = kDesk } = {}) {
+/// The page at `url`, opened for tests unless it is to look as people see it, and `problems`: what the console and the policy complained about.
+export async function openPage(url, { size = kDesk, isTest = true } = {}) {
   const context = await browser.newContext(size);
   const page = await context.newPage();
   page.setDefaultTimeout(kPatienceMs);
@@ -36,7 +36,7 @@ export async function openPage(url, { size = kDesk } = {}) {
     });
   });
   const address = new URL(url);
-  address.searchParams.set('test', '');
+  if (isTest) { address.searchParams.set('test', ''); }
   page.answer = await page.goto(address.href);
   await page.waitForFunction(() => window.scanknit !== undefined);
   return page;

@@ -10,6 +10,9 @@ import { after } from 'node:test';
 
 const kProgram = process.env.SCANKNIT_PROGRAM;
 
+const running = new Set();
+after(() => running.forEach((child) => child.kill('SIGKILL')));
+
 /// A folder that is gone after the tests.
 export function temporaryFolder() {
   const folder = mkdtempSync(join(tmpdir(), 'scanknit_browser_'));
@@ -28,12 +31,15 @@ export function synthesise(folder, scene, { frames, width = 160, height = 120 })
   return folder;
 }
 
-/// With a live view: {url, port, stop(), exited}. It is ended after the tests if stop() was not called.
+/// With a live view: {url, port, stop(), kill(), step(frames) for `--pace stepped`}; stop() gives the exit code. What is not stopped is killed after the tests.
 export async function startProgram(...args) {
-  const child = spawn(kProgram, args, { stdio: ['ignore', 'ignore', 'pipe'] });
-  after(() => child.kill('SIGKILL'));
+  const child = spawn(kProgram, args, { stdio: ['pipe', 'ignore', 'pipe'] });
+  running.add(child);
   let said = '';
-  const exited = new Promise((resolve) => child.on('exit', (code) => resolve(code)));
+  const exited = new Promise((resolve) => child.on('exit', (code) => {
+    running.delete(child);
+    resolve(code);
+  }));
   const url = await new Promise((resolve, reject) => {
     child.stderr.setEncoding('utf8');
     child.stderr.on('data', (text) => {
@@ -47,7 +53,7 @@ export async function startProgram(...args) {
     child.kill('SIGINT');
     return exited;
   };
-  return { url, port: Number(new URL(url).port), stop, exited, said: () => said };
+  return { url, port: Number(new URL(url).port), stop, kill: () => child.kill('SIGKILL'), step: (frames) => child.stdin.write('\n'.repeat(frames)) };
 }
 
 export const kRed = [200, 60, 40], kGreen = [60, 180, 75], kBlue = [40, 90, 200];

@@ -129,7 +129,7 @@ test('the banner says in words, colour and sign how it goes and what to do', asy
     [{ tracking: 'recovered', reason: '', advice: '' }, { tone: 'good', head: 'Found again', advice: '' }],
     [{ tracking: 'none' }, { tone: 'good', head: 'Scanning', advice: '' }],
     [{ phase: 'paused' }, { tone: 'quiet', head: 'Paused', advice: 'Start goes on where it stopped.' }],
-    [{ phase: 'failed', message: 'the disk is full' }, { tone: 'bad', head: 'The scan failed', advice: 'the disk is full' }],
+    [{ phase: 'failed', message: 'the disk is full' }, { tone: 'bad', head: 'The scan failed', advice: 'The disk is full' }],
   ];
   const signs = new Set();
   for (const [state, words] of cases) {

@@ -1,7 +1,7 @@
 // The one thing to read from two metres away: how the scan goes, and what to do.
 
-/// {tone, sign, head, advice} for the link's status ('connecting', 'open', 'lost', 'refused') and the newest state.
-export function wordsFor(link, state) {
+/// {tone, sign, head, advice} for the link's status ('connecting', 'open', 'lost', 'refused'), the newest state and hello.
+export function wordsFor(link, state, hello) {
   const over = state?.phase === 'finished' || state?.phase === 'failed';
   if (link === 'refused') {
     return { tone: 'bad', sign: '✕', head: 'This link is no longer valid', advice: 'Open the link that the program prints now.' };
@@ -11,6 +11,9 @@ export function wordsFor(link, state) {
   }
   if (link === 'connecting' || !state) {
     return { tone: 'quiet', sign: '…', head: 'Connecting', advice: '' };
+  }
+  if (hello?.mode === 'file' && state.phase === 'finished') {
+    return { tone: 'quiet', sign: '◆', head: hello.title, advice: link === 'lost' ? 'The program has ended.' : '' };
   }
   const phase = wordsForPhase(state, link);
   return phase ?? wordsForTracking(state);
@@ -25,9 +28,9 @@ function wordsForPhase({ phase, message }, link) {
     case 'exporting':
       return { tone: 'quiet', sign: '↓', head: 'Writing the mesh', advice: '' };
     case 'finished':
-      return { tone: 'done', sign: '✓', head: 'Finished', advice: link === 'lost' ? `${message} The program has ended.`.trim() : message };
+      return { tone: 'done', sign: '✓', head: 'Finished', advice: sentence(message) || (link === 'lost' ? 'The program has ended.' : '') };
     case 'failed':
-      return { tone: 'bad', sign: '✕', head: 'The scan failed', advice: message };
+      return { tone: 'bad', sign: '✕', head: 'The scan failed', advice: sentence(message) };
     default:
       return null;
   }
@@ -60,8 +63,8 @@ export class Banner {
     this.retry = element.querySelector('#retry');
   }
 
-  show(link, state) {
-    const { tone, sign, head, advice } = wordsFor(link, state);
+  show(link, state, hello) {
+    const { tone, sign, head, advice } = wordsFor(link, state, hello);
     this.retry.hidden = tone !== 'gone';
     if (this.element.dataset.tone === tone && this.head.textContent === head && this.advice.textContent === advice) { return; }
     if (tone === 'bad' && this.element.dataset.tone !== 'bad' && navigator.userActivation?.hasBeenActive) { navigator.vibrate?.(150); }

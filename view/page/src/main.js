@@ -65,7 +65,7 @@ $('retry').addEventListener('click', () => connection.retryNow());
 
 function onStatus(link) {
   scan.link = link;
-  banner.show(link, scan.state);
+  banner.show(link, scan.state, scan.hello);
   commands.update({ isOpen: link === 'open' });
 }
 
@@ -74,17 +74,18 @@ const kTextHandlers = {
     scan.hello = message;
     scan.revisions.clear();
     $('input').textContent = message.title;
+    document.body.dataset.mode = message.mode;
     document.title = `${message.title} · ScanKnit`;
     commands.update({ allowed: new Set(message.commands) });
     if (!picture) { return; }
     picture.store.clear();  // all of it comes again, in its newest revision
     picture.viewer.up = message.up;
-    if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode === 'capture' }); }
+    if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode !== 'file' }); }
     tools.showRing(message.is_orbit);
   },
   state(message) {
     scan.state = message;
-    banner.show(scan.link, message);
+    banner.show(scan.link, message, scan.hello);
     commands.update({ phase: message.phase });
     showNumbers(message, scan.hello, picture?.store.extent());
     $('empty').hidden = !picture || picture.store.triangles > 0;
@@ -97,7 +98,7 @@ const kTextHandlers = {
 
 function onText(message) {
   kTextHandlers[message.type]?.(message);
-  picture?.viewer.redraw();
+  picture?.viewer.redrawSoon();
 }
 
 function onBinary(buffer) {
@@ -119,7 +120,7 @@ function onBinary(buffer) {
     picture?.store.remove(message.chunk);
   }
   if (picture?.store.triangles > 0) { $('empty').hidden = true; }
-  picture?.viewer.redraw();
+  picture?.viewer.redrawSoon();
 }
 
 function toggleCrop() {
@@ -159,4 +160,4 @@ async function sendCrop(box) {
   if (await commands.send('crop', { box: corners }) && picture.crop.isOpen) { toggleCrop(); }
 }
 
-openToTests(scan, picture, depth);
+openToTests(scan, picture, depth, connection);

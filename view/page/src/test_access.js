@@ -1,6 +1,6 @@
 // window.scanknit: what a test, or a curious person at the console, may read; and views set exactly.
 
-export function openToTests(scan, picture, depth) {
+export function openToTests(scan, picture, depth, connection) {
   const { viewer, store, materials, ring, keeper } = picture ?? {};
   window.scanknit = Object.freeze({
     get link() { return scan.link; },
@@ -25,6 +25,8 @@ export function openToTests(scan, picture, depth) {
     set shading(name) {
       document.querySelector(`[data-shading="${name}"]`).click();
     },
+    /// As when the connection breaks.
+    reconnect() { connection.again(); },
     /// Eye and target in the scan's world, metres; the view stays there.
     look(eye, target) {
       keeper.set({ isFitting: false, isFollowing: false });

@@ -10,6 +10,8 @@ const kUp = new Vector3(0, 1, 0);
 /// Where the viewer stands first, seen from the mesh.
 const kFirstSide = new Vector3(0.55, 0.45, 1).normalize();
 const kKeyTurnRad = Math.PI / 24;
+/// Between two pictures that nobody's hand asked for; longer where a picture takes longer: what arrives must be read, too.
+const kNewsGapMs = 80;
 
 export class Viewer {
   /// isTest: the picture stays readable, edges are hard and views change at once. Throws without WebGL 2.
@@ -32,7 +34,10 @@ export class Viewer {
     this.beforeDraw = [];      // called with this before each picture
     this.onTouched = () => {};
     this.drawn = 0;            // pictures so far
-    this.scheduled = 0;
+    this.scheduled = 0;        // the frame that will draw; 0: none
+    this.newsTimer = 0;
+    this.drawnAt = 0;
+    this.pictureMs = 0;        // that the last one took, until the browser was free again
     this.goal = null;          // {eye, target} the view glides to
     canvas.addEventListener('keydown', (event) => this.key(event));
     new ResizeObserver(() => this.resize(canvas)).observe(canvas);
@@ -65,11 +70,26 @@ export class Viewer {
     if (this.scheduled === 0) { this.scheduled = requestAnimationFrame(() => this.frame()); }
   }
 
+  /// Something arrived that will be seen.
+  redrawSoon() {
+    if (this.scheduled !== 0 || this.newsTimer !== 0) { return; }
+    const wait = Math.max(kNewsGapMs, this.pictureMs) - (performance.now() - this.drawnAt);
+    this.newsTimer = setTimeout(() => {
+      this.newsTimer = 0;
+      this.redraw();
+    }, Math.max(0, wait));
+  }
+
   frame() {
     this.scheduled = 0;
+    const begun = performance.now();
     if (this.goal) { this.glide(); }
     this.controls.update();  // asks for the next frame itself while it is still moving
     this.draw();
+    requestAnimationFrame(() => {
+      this.drawnAt = performance.now();
+      this.pictureMs = this.drawnAt - begun;
+    });
   }
 
   draw() {
