@@ -76,7 +76,7 @@ class UsbContext : public std::enable_shared_from_this<UsbContext> {
 class UsbHandle {
  public:
   static constexpr std::chrono::milliseconds kControlTimeout{1000};
-  static constexpr std::chrono::milliseconds kHurriedTimeout{150};
+  static constexpr std::chrono::milliseconds kHurriedTimeout{400};
 
   UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* handle, UsbDeviceInfo info);
   ~UsbHandle();  ///< releases what was claimed; transfers must have ended
