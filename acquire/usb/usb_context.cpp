@@ -275,7 +275,7 @@ Result<void> UsbHandle::clear_halt(std::uint8_t endpoint) {
 
 void UsbHandle::hurry(bool is_hurried) {
   const std::lock_guard lock(patience_->mutex);
-  if (!is_hurried) patience_->is_over = false;
+  patience_->is_over = false;
   patience_->is_hurried = is_hurried;
   patience_->changed.notify_all();
 }

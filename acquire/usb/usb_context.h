@@ -76,7 +76,7 @@ class UsbContext : public std::enable_shared_from_this<UsbContext> {
 class UsbHandle {
  public:
   static constexpr std::chrono::milliseconds kControlTimeout{1000};
-  static constexpr std::chrono::milliseconds kHurriedTimeout{400};
+  static constexpr std::chrono::milliseconds kHurriedTimeout{300};
 
   UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* handle, UsbDeviceInfo info);
   ~UsbHandle();  ///< releases what was claimed; transfers must have ended
@@ -102,8 +102,8 @@ class UsbHandle {
   [[nodiscard]] Result<std::vector<std::byte>> read_class(std::uint8_t request, std::uint16_t value,
                                                           std::uint16_t index, std::uint16_t bytes);
 
-  /// True: from now on requests end within kHurriedTimeout, the one under way too, since somebody waits for us to stop.
-  /// Any thread.
+  /// True: from now on requests end within kHurriedTimeout, the one under way too, since somebody waits for us to stop;
+  /// after one that was not answered no other is made until this is called again. Any thread.
   void hurry(bool is_hurried);
 
  private:

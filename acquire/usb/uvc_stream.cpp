@@ -119,11 +119,15 @@ Result<void> UvcStream::start() {
   return {};
 }
 
-void UvcStream::stop() {
+void UvcStream::take_back() {
   if (ring_ && !ring_->stop()) {
     // Transfers are still out there and would call us: leaked on purpose, as their memory.
     (void)ring_.release();
   }
+}
+
+void UvcStream::stop() {
+  take_back();
   const bool is_gone = ring_ && ring_->state() == TransferRing::State::kGone;
   if (ring_ && !is_gone) {
     // So that the handle knows whether the camera still answers, before the system waits for it.
