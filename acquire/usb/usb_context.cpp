@@ -222,6 +222,7 @@ struct UsbHandle::Patience {
   std::mutex mutex;
   std::condition_variable changed;
   bool is_hurried = false;
+  bool is_over = false;  // a hurried request was not answered: no other is made in this hurry
 };
 
 /// libusb's own blocking requests cannot be cut short.
@@ -245,9 +246,8 @@ UsbHandle::UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* 
     : context_(std::move(context)), handle_(handle), info_(std::move(info)), patience_(std::make_shared<Patience>()) {}
 
 UsbHandle::~UsbHandle() {
-  hurry(true);
   // The kernel's driver, when it comes back, asks the device many things, and waits for each.
-  if (!claimed_.empty() && !answers()) libusb_set_auto_detach_kernel_driver(handle_, 0);
+  if (is_mute_) libusb_set_auto_detach_kernel_driver(handle_, 0);
   // In reverse: the kernel's driver of a control interface wants its streaming interfaces, too, or does not come back.
   for (auto it = claimed_.rbegin(); it != claimed_.rend(); ++it) libusb_release_interface(handle_, *it);
   libusb_close(handle_);
@@ -262,25 +262,33 @@ Result<void> UsbHandle::claim(std::uint8_t interface) {
 }
 
 Result<void> UsbHandle::set_alternate(std::uint8_t interface, std::uint8_t alternate) {
-  const int code = answers() ? libusb_set_interface_alt_setting(handle_, interface, alternate) : LIBUSB_ERROR_TIMEOUT;
+  const int code = is_mute_ ? LIBUSB_ERROR_TIMEOUT : libusb_set_interface_alt_setting(handle_, interface, alternate);
   if (code != 0) return usb_error(code, "cannot reserve bandwidth for", info_);
   return {};
 }
 
 Result<void> UsbHandle::clear_halt(std::uint8_t endpoint) {
-  const int code = answers() ? libusb_clear_halt(handle_, endpoint) : LIBUSB_ERROR_TIMEOUT;
+  const int code = is_mute_ ? LIBUSB_ERROR_TIMEOUT : libusb_clear_halt(handle_, endpoint);
   if (code != 0) return usb_error(code, "cannot restart", info_);
   return {};
 }
 
 void UsbHandle::hurry(bool is_hurried) {
   const std::lock_guard lock(patience_->mutex);
+  patience_->is_over = false;
   patience_->is_hurried = is_hurried;
   patience_->changed.notify_all();
 }
 
 int UsbHandle::control(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                        std::span<std::byte> data) {
+  const int code = send(type, request, value, index, data);
+  is_mute_ = code == LIBUSB_ERROR_TIMEOUT;
+  return code;
+}
+
+int UsbHandle::send(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                    std::span<std::byte> data) {
   constexpr std::chrono::milliseconds kLongestReturn{200};
   auto own = std::make_unique<Request>();
   if (own->transfer == nullptr) return LIBUSB_ERROR_NO_MEM;
@@ -292,12 +300,14 @@ int UsbHandle::control(std::uint8_t type, std::uint8_t request, std::uint16_t va
   libusb_fill_control_transfer(own->transfer, handle_, own->buffer.data(), Request::on_done, own.get(), 0);
 
   std::unique_lock lock(patience_->mutex);
+  if (patience_->is_over) return LIBUSB_ERROR_TIMEOUT;
   if (const int code = libusb_submit_transfer(own->transfer); code != 0) return code;
   std::condition_variable& changed = patience_->changed;
   const auto is_done = [&] { return own->is_done; };
   changed.wait_for(lock, kControlTimeout, [&] { return own->is_done || patience_->is_hurried; });
   if (patience_->is_hurried) changed.wait_for(lock, kHurriedTimeout, is_done);
   if (!own->is_done) {
+    patience_->is_over = patience_->is_hurried;
     libusb_cancel_transfer(own->transfer);
     if (!changed.wait_for(lock, kLongestReturn, is_done)) {
       (void)own.release();  // the system may still write into it: leaked on purpose
@@ -317,12 +327,6 @@ int UsbHandle::control(std::uint8_t type, std::uint8_t request, std::uint16_t va
   const auto size = std::min(data.size(), static_cast<std::size_t>(std::max(0, transfer.actual_length)));
   std::copy_n(payload.begin(), size, data.begin());
   return static_cast<int>(size);
-}
-
-bool UsbHandle::answers() {
-  constexpr std::uint8_t kFromDevice = 0x80, kGetStatus = 0x00;  // a standard request, which every device knows
-  std::array<std::byte, 2> status{};
-  return control(kFromDevice, kGetStatus, 0, 0, status) != LIBUSB_ERROR_TIMEOUT;
 }
 
 Result<void> UsbHandle::write_class(std::uint8_t request, std::uint16_t value, std::uint16_t index,

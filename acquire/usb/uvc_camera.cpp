@@ -257,6 +257,9 @@ void UvcCamera::stop() {
     watcher_.request_stop();
     watcher_.join();
   }
+  // Answers end on the thread `usb`, which a slow sink may have kept busy until now.
+  for (Watched& watched : streams_) watched.stream->take_back();
+  handle_->hurry(true);
   for (Watched& watched : streams_) watched.stream->stop();
   if (std::exchange(is_holding_, false)) (void)set_colour_automatics(true);
   losses_before_ = losses();

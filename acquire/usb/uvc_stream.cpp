@@ -119,13 +119,20 @@ Result<void> UvcStream::start() {
   return {};
 }
 
-void UvcStream::stop() {
+void UvcStream::take_back() {
   if (ring_ && !ring_->stop()) {
     // Transfers are still out there and would call us: leaked on purpose, as their memory.
     (void)ring_.release();
   }
+}
+
+void UvcStream::stop() {
+  take_back();
   const bool is_gone = ring_ && ring_->state() == TransferRing::State::kGone;
   if (ring_ && !is_gone) {
+    // So that the handle knows whether the camera still answers, before the system waits for it.
+    const auto bytes = static_cast<std::uint16_t>(probe_bytes(selection_.function->version));
+    (void)device_.read_class(kGetCurrent, kProbe, selection_.stream->number, bytes);
     if (is_alternate_set_) {
       (void)device_.set_alternate(selection_.stream->number, 0);
     } else {

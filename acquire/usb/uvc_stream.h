@@ -36,6 +36,8 @@ class UvcStream final : public PayloadReceiver {
   /// Negotiates, reserves bandwidth and streams. Errors (kDevice), with the camera stopped.
   [[nodiscard]] Result<void> start();
   void stop();
+  /// The first half of stop(): takes the transfers back, and asks the camera nothing.
+  void take_back();
 
   /// After a stall or silence: stops, clears the halt and starts again; frame numbers and times go on.
   [[nodiscard]] Result<void> restart();

@@ -215,7 +215,7 @@ TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
 }
 
 /// A camera whose depth is as it should be, and colour is not. Two streams are a lot for a program with instruments:
-/// few pictures.
+/// few pictures, 15 a second.
 class FaultyColour : public FaultyCamera {
  protected:
   static constexpr std::size_t kGoodAtFirst = 3;
@@ -225,7 +225,7 @@ class FaultyColour : public FaultyCamera {
     auto opened = open_first();
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
-    const auto streams = streams_of(*source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
+    const auto streams = streams_of(*source, 15, PixelFormat::kYuyv);
     ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
   }
 };
