@@ -36,6 +36,7 @@ struct DeviceEvent {
     kClockJump,  ///< the camera's clock jumped; time goes on by this computer's
     kLeft,       ///< unplugged
     kReturned,   ///< plugged in again, and streaming
+    kNoColour,   ///< colour was given up; depth goes on
     kFailed,     ///< given up: no frame will come any more
   };
   Kind kind;

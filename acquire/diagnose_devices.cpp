@@ -11,6 +11,7 @@
 
 #include "acquire/device_rules.h"
 #include "acquire/kinect1/kinect1_camera.h"
+#include "acquire/openni2/openni2_plugin.h"
 #include "acquire/usb/device_holders.h"
 #include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
@@ -27,6 +28,8 @@ constexpr const char* kUsbMemory = "/sys/module/usbcore/parameters/usbfs_memory_
 constexpr int kUsualUsbMemoryMb = 16;
 // Depth and colour as YUYV, 640x480 at 30 frames a second: what capture asks for unless told otherwise.
 constexpr double kUsualBytesPerSecond = 2 * 640 * 480 * 2 * 30;
+
+constexpr std::uint16_t kPrimeSense = 0x1d27;  // of Carmine and Xtion: cameras for the OpenNI2 module
 
 bool is_known(const UsbDeviceInfo& device) {
   return quirk_of(device.vendor, device.product).vendor != 0;
@@ -81,8 +84,29 @@ Finding link_of(const UsbDeviceInfo& device) {
           "use a USB 3 port (blue) and a USB 3 cable, and plug it in quickly: a slow hand makes it fall back to USB 2"};
 }
 
+DeviceInfo describe_primesense(const UsbDeviceInfo& device) {
+  DeviceInfo info;
+  info.uri = kOpenNi2Prefix;
+  info.name = "PrimeSense camera (Carmine, Xtion)";
+  info.bus = device.bus;
+  info.address = device.address;
+  info.speed_mbit = device.speed_mbit;
+  info.support = "should work";
+  return info;
+}
+
+Finding module_of() {
+  if (const auto module = load_openni2(); !module) {
+    return {Grade::kProblem, "OpenNI2: " + module.error().message, "see docs/devices.md, OpenNI2"};
+  }
+  return {Grade::kGood, "OpenNI2: its module is there", ""};
+}
+
 std::vector<Finding> findings_of(const UsbDeviceInfo& device) {
   std::vector<Finding> findings;
+  if (device.vendor == kPrimeSense) {  // made for USB 2, as a Kinect is
+    return {permission_of(device), driver_of(device), use_of(device), module_of()};
+  }
   const bool is_kinect = is_kinect1(device);
   if (!is_kinect && depth_functions_of(device).empty()) {
     findings.push_back({Grade::kProblem,
@@ -128,6 +152,10 @@ Result<Diagnosis> diagnose_devices() {
   for (const UsbDeviceInfo& device : devices) {
     if (is_kinect1(device)) {
       diagnosis.devices.push_back({describe_kinect1(device, kinects++), findings_of(device)});
+      continue;
+    }
+    if (device.vendor == kPrimeSense) {
+      diagnosis.devices.push_back({describe_primesense(device), findings_of(device)});
       continue;
     }
     if (!is_known(device) && depth_functions_of(device).empty()) continue;

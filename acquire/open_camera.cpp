@@ -89,8 +89,8 @@ std::vector<FoundCamera> find_cameras(const UsbContext& context) {
 }
 
 Result<std::unique_ptr<DeviceSource>> open_found(UsbContext& context, const FoundCamera& camera,
-                                                 const DeviceOptions& options) {
-  if (camera.driver == Driver::kUvc) return open_uvc_camera(context, camera.usb, options);
+                                                 const DeviceOptions& options, const std::stop_token& stop) {
+  if (camera.driver == Driver::kUvc) return open_uvc_camera(context, camera.usb, options, stop);
   return open_kinect1(camera.usb, camera.info, options);
 }
 
@@ -108,7 +108,7 @@ Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const W
     Result<std::unique_ptr<DeviceSource>> opened = Error{
         ErrorCode::kDevice, cameras.empty() ? "no depth camera is plugged in. scanknit doctor tells more"
                                             : "no such camera is plugged in, but " + cameras.front().info.uri + " is"};
-    if (found != cameras.end()) opened = open_found(context, *found, options);
+    if (found != cameras.end()) opened = open_found(context, *found, options, stop);
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
     if (opened || left <= milliseconds(0) || stop.stop_requested()) return opened;
     const milliseconds most = found != cameras.end() ? kAgain : milliseconds(1000);

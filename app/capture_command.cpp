@@ -33,6 +33,16 @@ Result<std::unique_ptr<Recorder>> open_recorder(const CaptureArguments& argument
   return recorder;
 }
 
+/// The scanner gave up: that is told together with what came of the pictures until then.
+Error result_of_failed_scan(const Error& failure, const Result<void>& meshed) {
+  if (meshed) {
+    return {ErrorCode::kDevice, fmt::format("{}; what was scanned until then has been meshed", failure.message)};
+  }
+  // Without a picture there is nothing else to blame.
+  const ErrorCode code = meshed.error().code == ErrorCode::kInput ? ErrorCode::kDevice : meshed.error().code;
+  return {code, fmt::format("{}; of what was scanned until then: {}", failure.message, meshed.error().text())};
+}
+
 Result<void> capture(const CaptureArguments& arguments, const Job& job, std::stop_token stop, Console& console,
                      RunReport& report, ScanView& view) {
   const PoseMode poses = job.config.acquire.poses;
@@ -69,9 +79,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   }
   report.losses = named(losses);
   warn_of_losses(losses, console);
-  if (!meshed || !(*source)->failure()) return meshed;
-  return Error{ErrorCode::kDevice,
-               fmt::format("{}; what was scanned until then has been meshed", (*source)->failure()->message)};
+  return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;
 }
 
 }  // namespace

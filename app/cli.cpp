@@ -187,7 +187,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
   add_choice(*command, "--pace", run.pace,
              {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}},
-             "fast; realtime: by the recording's clock, dropping what comes too late; stepped: a frame for each Enter")
+             "fast; realtime: by the recording's clock; stepped: a frame for each Enter; the mesh is the same")
       ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--poses", "acquire.poses",

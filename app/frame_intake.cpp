@@ -23,7 +23,7 @@ std::string reasons_text(const RunReport::Frames& frames) {
 }
 
 Error no_usable_frame_error(const RunReport::Frames& frames) {
-  std::string why = "the frames asked for by --from, --to and --every are not there";
+  std::string why = "there is none, or none that --from, --to and --every ask for";
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
   const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
   if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {

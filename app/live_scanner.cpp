@@ -31,6 +31,18 @@ void settle_colour(LiveScanner& scanner, ScannerColour wanted, const Warn& warn)
   leave_out_colour(scanner.streams);
 }
 
+/// Intrinsics of another size would make every picture useless, which is better known before the scan than after it.
+Result<void> check_size(const LiveScanner& scanner) {
+  const StreamProfile& depth = scanner.streams.front();
+  const CameraIntrinsics& camera = scanner.calibration.depth.intrinsics;
+  if (camera.width == 0 || (camera.width == depth.width && camera.height == depth.height)) return {};
+  return Error{ErrorCode::kConfig,
+               fmt::format("acquire.intrinsics is for pictures of {} x {}, but the camera sends {} x {}; --width and "
+                           "--height choose another size",
+                           camera.width, camera.height, depth.width, depth.height),
+               scanner.device->info().name};
+}
+
 Result<void> settle_depth(const LiveScanner& scanner, Calibration need, const Warn& warn) {
   const std::string& why = scanner.calibration.depth_unknown;
   if (why.empty()) return {};
@@ -83,6 +95,7 @@ Result<LiveScanner> open_scanner(const ScannerArguments& arguments, const Config
   console.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
   for (const std::string& warning : scanner.calibration.warnings) warn(warning);
   if (auto usable = settle_depth(scanner, need, warn); !usable) return usable.error();
+  if (auto fits = check_size(scanner); !fits) return fits.error();
   settle_colour(scanner, config.acquire.colour, warn);
   apply(config.scanner, *scanner.device, warn);
   for (const StreamProfile& stream : scanner.streams) console.info(stream_text(stream));

@@ -31,6 +31,8 @@ void wait_for_signals(std::stop_source source) {
 }  // namespace
 
 StopOnSignal::StopOnSignal() {
+  // Ctrl-C ends a `tee` that reads what we say as well: that is no reason to throw the scan away.
+  ::signal(SIGPIPE, SIG_IGN);
   const sigset_t signals = awaited_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   waiter_ = std::jthread([source = source_] { wait_for_signals(source); });

@@ -32,6 +32,9 @@ class FramePairing {
   /// Without a colour stream every depth picture is settled at once.
   explicit FramePairing(bool has_colour) : has_colour_(has_colour) {}
 
+  /// Whether colour is to be waited for from now on: its stream may end before that of depth, and come back.
+  void expect_colour(bool is_expected) { has_colour_ = is_expected; }
+
   void add(RawFrame frame);
 
   /// The next depth picture whose colour is settled: a colour picture at or after its time has come, or none is to be

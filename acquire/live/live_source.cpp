@@ -65,7 +65,10 @@ LiveSource::~LiveSource() {
 }
 
 void LiveSource::take(RawFrame frame) {
-  if (recorder_ != nullptr) recorder_->record(frame);
+  // A recording of so many pictures has no more, although some come before the scanner has stopped.
+  const bool is_depth = frame.profile.kind == StreamKind::kDepth;
+  const bool is_one_too_many = is_depth && options_.frames && depth_taken_++ >= *options_.frames;
+  if (recorder_ != nullptr && !is_one_too_many) recorder_->record(frame);
   if (!queue_.try_push(std::move(frame))) ++lost_in_queue_;
 }
 
@@ -83,6 +86,8 @@ void LiveSource::report_events() {
   }
   for (const DeviceEvent& event : events) {
     if (options_.on_event) options_.on_event(event);
+    if (event.kind == DeviceEvent::Kind::kNoColour) pairing_.expect_colour(false);
+    if (event.kind == DeviceEvent::Kind::kReturned) pairing_.expect_colour(info_.has_colour);
     const bool is_gone = event.kind == DeviceEvent::Kind::kLeft && !options_.survives_unplugging;
     if (event.kind == DeviceEvent::Kind::kFailed || is_gone) failure_ = Error{ErrorCode::kDevice, event.text};
   }

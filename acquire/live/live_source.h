@@ -77,6 +77,7 @@ class LiveSource final : public FrameSource {
   // Shared with the scanner's threads.
   BoundedQueue<RawFrame> queue_;
   std::atomic<std::uint64_t> lost_in_queue_ = 0;
+  std::size_t depth_taken_ = 0;  // only the scanner's threads touch it, one at a time
   std::mutex events_mutex_;
   std::vector<DeviceEvent> events_;
 

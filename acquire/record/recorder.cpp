@@ -23,7 +23,11 @@ Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& 
   auto file = AppendFile::create(path);
   if (!file) return file.error();
   std::unique_ptr<Recorder> recorder(new Recorder(*std::move(file), path, calibration, config));
-  if (auto begun = recorder->writer_.begin(); !begun) return begun.error();
+  if (auto begun = recorder->writer_.begin(); !begun) {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);  // there is nothing in it, and it would be in the way of the next one
+    return begun.error();
+  }
   Recorder* self = recorder.get();
   recorder->thread_ = std::jthread([self](std::stop_token stop) { self->write_frames(std::move(stop)); });
   ::pthread_setname_np(recorder->thread_.native_handle(), "record");

@@ -37,22 +37,9 @@ class RealtimeSource final : public FrameSource {
   [[nodiscard]] const RecordingInfo& info() const override { return source_->info(); }
 
   [[nodiscard]] FrameEvent next(std::stop_token stop) override {
-    if (!ahead_) ahead_ = source_->next(stop);
-    FrameEvent event = *std::exchange(ahead_, std::nullopt);
-    auto* frame = std::get_if<Frame>(&event);
-    if (frame == nullptr) return event;
-    const Clock::time_point due = due_at(*frame);
-    if (control_.now() < due) {
-      control_.wait_until(due, stop);
-      return event;
-    }
-    ahead_ = source_->next(stop);
-    const auto* successor = std::get_if<Frame>(&*ahead_);
-    if (successor == nullptr || due_at(*successor) > control_.now()) return event;
-    return FrameDropped{
-        frame->sequence,
-        DropReason::kQueue,
-        {ErrorCode::kInput, "came too late: the frame after it is due already", info().folder.string()}};
+    FrameEvent event = source_->next(stop);
+    if (const auto* frame = std::get_if<Frame>(&event)) control_.wait_until(due_at(*frame), stop);
+    return event;
   }
 
  private:
@@ -73,7 +60,6 @@ class RealtimeSource final : public FrameSource {
   std::unique_ptr<FrameSource> source_;
   PaceControl control_;
   std::optional<Begin> begin_;
-  std::optional<FrameEvent> ahead_;
 };
 
 }  // namespace

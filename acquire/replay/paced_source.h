@@ -13,7 +13,7 @@ namespace scanknit {
 
 enum class Pace {
   kFast,      ///< as fast as frames are asked for
-  kRealtime,  ///< by the recording's clock, as a scanner would: a frame whose successor is due already is dropped
+  kRealtime,  ///< by the recording's clock, no frame before its time; a slow reader gets all of them, later
   kStepped,   ///< one frame for each call of PaceControl::wait_for_step
 };
 
@@ -29,8 +29,8 @@ struct PaceControl {
 /// The steady clock; steps that come at once.
 [[nodiscard]] PaceControl steady_pace_control();
 
-/// `source` at that pace. Realtime: the first frame sets both clocks; thirty frames a second where the recording has no
-/// clock; frames that come too late are dropped with DropReason::kQueue.
+/// `source` at that pace: the same frames at any of them, so that what is made of them is the same. Realtime: the first
+/// frame sets both clocks; thirty frames a second where the recording has no clock.
 [[nodiscard]] std::unique_ptr<FrameSource> paced(std::unique_ptr<FrameSource> source, Pace pace, PaceControl control);
 
 }  // namespace scanknit

@@ -78,7 +78,12 @@ std::string sysfs_line(const std::string& port, const char* attribute) {
   std::string line;
   std::getline(file, line);
   constexpr std::size_t kMaxText = 126;  // what a string descriptor can hold
-  return line.substr(0, kMaxText);
+  line = line.substr(0, kMaxText);
+  // Devices say what they like, and people's terminals obey.
+  constexpr char kFirstPrintable = 0x20, kDelete = 0x7F;
+  std::ranges::replace_if(
+      line, [](char c) { return (c >= 0 && c < kFirstPrintable) || c == kDelete; }, '?');
+  return line;
 }
 
 UsbDeviceInfo describe(libusb_device* device) {
@@ -212,10 +217,37 @@ void UsbContext::device_came_or_went() {
   changed_.notify_all();
 }
 
+/// How long requests are waited for; they keep it alive when one of them has to be left behind.
+struct UsbHandle::Patience {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool is_hurried = false;
+};
+
+/// libusb's own blocking requests cannot be cut short.
+struct UsbHandle::Request {
+  std::shared_ptr<Patience> patience;
+  libusb_transfer* transfer = libusb_alloc_transfer(0);
+  std::vector<unsigned char> buffer;
+  bool is_done = false;
+
+  ~Request() { libusb_free_transfer(transfer); }
+
+  static void on_done(libusb_transfer* transfer) {
+    auto* request = static_cast<Request*>(transfer->user_data);
+    const std::lock_guard lock(request->patience->mutex);  // its owner may free it as soon as it is released
+    request->is_done = true;
+    request->patience->changed.notify_all();
+  }
+};
+
 UsbHandle::UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* handle, UsbDeviceInfo info)
-    : context_(std::move(context)), handle_(handle), info_(std::move(info)) {}
+    : context_(std::move(context)), handle_(handle), info_(std::move(info)), patience_(std::make_shared<Patience>()) {}
 
 UsbHandle::~UsbHandle() {
+  hurry(true);
+  // The kernel's driver, when it comes back, asks the device many things, and waits for each.
+  if (!claimed_.empty() && !answers()) libusb_set_auto_detach_kernel_driver(handle_, 0);
   // In reverse: the kernel's driver of a control interface wants its streaming interfaces, too, or does not come back.
   for (auto it = claimed_.rbegin(); it != claimed_.rend(); ++it) libusb_release_interface(handle_, *it);
   libusb_close(handle_);
@@ -230,25 +262,74 @@ Result<void> UsbHandle::claim(std::uint8_t interface) {
 }
 
 Result<void> UsbHandle::set_alternate(std::uint8_t interface, std::uint8_t alternate) {
-  const int code = libusb_set_interface_alt_setting(handle_, interface, alternate);
+  const int code = answers() ? libusb_set_interface_alt_setting(handle_, interface, alternate) : LIBUSB_ERROR_TIMEOUT;
   if (code != 0) return usb_error(code, "cannot reserve bandwidth for", info_);
   return {};
 }
 
 Result<void> UsbHandle::clear_halt(std::uint8_t endpoint) {
-  const int code = libusb_clear_halt(handle_, endpoint);
+  const int code = answers() ? libusb_clear_halt(handle_, endpoint) : LIBUSB_ERROR_TIMEOUT;
   if (code != 0) return usb_error(code, "cannot restart", info_);
   return {};
+}
+
+void UsbHandle::hurry(bool is_hurried) {
+  const std::lock_guard lock(patience_->mutex);
+  patience_->is_hurried = is_hurried;
+  patience_->changed.notify_all();
+}
+
+int UsbHandle::control(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                       std::span<std::byte> data) {
+  constexpr std::chrono::milliseconds kLongestReturn{200};
+  auto own = std::make_unique<Request>();
+  if (own->transfer == nullptr) return LIBUSB_ERROR_NO_MEM;
+  own->patience = patience_;
+  own->buffer.resize(LIBUSB_CONTROL_SETUP_SIZE + data.size());
+  libusb_fill_control_setup(own->buffer.data(), type, request, value, index, static_cast<std::uint16_t>(data.size()));
+  const auto payload = std::as_writable_bytes(std::span(own->buffer)).subspan(LIBUSB_CONTROL_SETUP_SIZE);
+  std::copy(data.begin(), data.end(), payload.begin());
+  libusb_fill_control_transfer(own->transfer, handle_, own->buffer.data(), Request::on_done, own.get(), 0);
+
+  std::unique_lock lock(patience_->mutex);
+  if (const int code = libusb_submit_transfer(own->transfer); code != 0) return code;
+  std::condition_variable& changed = patience_->changed;
+  const auto is_done = [&] { return own->is_done; };
+  changed.wait_for(lock, kControlTimeout, [&] { return own->is_done || patience_->is_hurried; });
+  if (patience_->is_hurried) changed.wait_for(lock, kHurriedTimeout, is_done);
+  if (!own->is_done) {
+    libusb_cancel_transfer(own->transfer);
+    if (!changed.wait_for(lock, kLongestReturn, is_done)) {
+      (void)own.release();  // the system may still write into it: leaked on purpose
+      return LIBUSB_ERROR_TIMEOUT;
+    }
+  }
+  const libusb_transfer& transfer = *own->transfer;
+  switch (transfer.status) {
+    case LIBUSB_TRANSFER_COMPLETED: break;
+    case LIBUSB_TRANSFER_STALL: return LIBUSB_ERROR_PIPE;
+    case LIBUSB_TRANSFER_NO_DEVICE: return LIBUSB_ERROR_NO_DEVICE;
+    case LIBUSB_TRANSFER_OVERFLOW: return LIBUSB_ERROR_OVERFLOW;
+    case LIBUSB_TRANSFER_CANCELLED:
+    case LIBUSB_TRANSFER_TIMED_OUT: return LIBUSB_ERROR_TIMEOUT;
+    default: return LIBUSB_ERROR_IO;
+  }
+  const auto size = std::min(data.size(), static_cast<std::size_t>(std::max(0, transfer.actual_length)));
+  std::copy_n(payload.begin(), size, data.begin());
+  return static_cast<int>(size);
+}
+
+bool UsbHandle::answers() {
+  constexpr std::uint8_t kFromDevice = 0x80, kGetStatus = 0x00;  // a standard request, which every device knows
+  std::array<std::byte, 2> status{};
+  return control(kFromDevice, kGetStatus, 0, 0, status) != LIBUSB_ERROR_TIMEOUT;
 }
 
 Result<void> UsbHandle::write_class(std::uint8_t request, std::uint16_t value, std::uint16_t index,
                                     std::span<const std::byte> data) {
   constexpr std::uint8_t kToInterface = 0x21;  // class request
-  std::vector<unsigned char> bytes(data.size());
-  std::transform(data.begin(), data.end(), bytes.begin(),
-                 [](std::byte b) { return std::to_integer<unsigned char>(b); });
-  const int code = libusb_control_transfer(handle_, kToInterface, request, value, index, bytes.data(),
-                                           static_cast<std::uint16_t>(bytes.size()), kControlTimeout.count());
+  std::vector<std::byte> bytes(data.begin(), data.end());
+  const int code = control(kToInterface, request, value, index, bytes);
   if (code < 0) return usb_error(code, "a request was not answered by", info_);
   return {};
 }
@@ -256,12 +337,11 @@ Result<void> UsbHandle::write_class(std::uint8_t request, std::uint16_t value, s
 Result<std::vector<std::byte>> UsbHandle::read_class(std::uint8_t request, std::uint16_t value, std::uint16_t index,
                                                      std::uint16_t bytes) {
   constexpr std::uint8_t kFromInterface = 0xA1;  // class request
-  std::vector<unsigned char> data(bytes);
-  const int code = libusb_control_transfer(handle_, kFromInterface, request, value, index, data.data(), bytes,
-                                           kControlTimeout.count());
+  std::vector<std::byte> data(bytes);
+  const int code = control(kFromInterface, request, value, index, data);
   if (code < 0) return usb_error(code, "a request was not answered by", info_);
-  const auto came = std::as_bytes(std::span(data).first(static_cast<std::size_t>(code)));
-  return std::vector<std::byte>(came.begin(), came.end());
+  data.resize(static_cast<std::size_t>(code));
+  return data;
 }
 
 namespace {

@@ -72,10 +72,11 @@ class UsbContext : public std::enable_shared_from_this<UsbContext> {
   std::jthread events_;
 };
 
-/// An opened device. Every request ends within kControlTimeout. One thread, other than `usb`.
+/// An opened device. Every request ends within kControlTimeout. One thread, other than `usb`, except hurry().
 class UsbHandle {
  public:
   static constexpr std::chrono::milliseconds kControlTimeout{1000};
+  static constexpr std::chrono::milliseconds kHurriedTimeout{150};
 
   UsbHandle(std::shared_ptr<UsbContext> context, libusb_device_handle* handle, UsbDeviceInfo info);
   ~UsbHandle();  ///< releases what was claimed; transfers must have ended
@@ -88,6 +89,8 @@ class UsbHandle {
   /// The kernel's driver is put aside and comes back on release. Errors (kDevice): held by another program (named where
   /// it can be found), unplugged ...
   [[nodiscard]] Result<void> claim(std::uint8_t interface);
+  /// These two are the system's to ask of the device, and it would wait for five seconds: a device that does not answer
+  /// is not asked.
   [[nodiscard]] Result<void> set_alternate(std::uint8_t interface, std::uint8_t alternate);
   [[nodiscard]] Result<void> clear_halt(std::uint8_t endpoint);
 
@@ -99,11 +102,24 @@ class UsbHandle {
   [[nodiscard]] Result<std::vector<std::byte>> read_class(std::uint8_t request, std::uint16_t value,
                                                           std::uint16_t index, std::uint16_t bytes);
 
+  /// True: from now on requests end within kHurriedTimeout, the one under way too, since somebody waits for us to stop.
+  /// Any thread.
+  void hurry(bool is_hurried);
+
  private:
+  struct Patience;
+  struct Request;
+  /// As libusb_control_transfer(): the bytes that came or went, or an error of libusb's.
+  [[nodiscard]] int control(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                            std::span<std::byte> data);
+  /// False: it is asked how it is, and says nothing.
+  [[nodiscard]] bool answers();
+
   std::shared_ptr<UsbContext> context_;
   libusb_device_handle* handle_;
   UsbDeviceInfo info_;
   std::vector<std::uint8_t> claimed_;
+  std::shared_ptr<Patience> patience_;
 };
 
 /// The last error of libusb's numbering in words, with the remedy: "cannot open 8086:0b07 at bus 2 address 4: ...".

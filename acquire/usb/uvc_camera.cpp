@@ -7,6 +7,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/realsense.h"
+#include "acquire/usb/uvc_selection.h"
 #include "acquire/usb/uvc_stream.h"
 
 namespace scanknit {
@@ -34,46 +36,6 @@ constexpr std::uint16_t kAutoWhiteBalance = 0x0B00;
 constexpr std::byte kManualExposure{1};
 constexpr std::byte kAperturePriority{8};
 
-StreamKind kind_of(PixelFormat format) {
-  return format == PixelFormat::kZ16 ? StreamKind::kDepth : StreamKind::kColour;
-}
-
-/// Frames a second to a hundredth: 30, not 30.00003.
-double rate_of(std::uint32_t interval_100ns) {
-  return std::round(1e9 / interval_100ns) / 100;
-}
-
-bool has_named_depth(const UvcFunction& function) {
-  return std::any_of(function.streams.begin(), function.streams.end(), [](const UvcStreamingInterface& stream) {
-    return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
-      return format.pixel_format == PixelFormat::kZ16 && !format.is_grey;
-    });
-  });
-}
-
-/// All that can be asked for. The depth function of a RealSense also has its infrared pictures, some of them with the
-/// names of colours: they are left out.
-std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& functions, const CameraQuirk& quirk) {
-  std::vector<UvcSelection> all;
-  for (const UvcFunction& function : functions) {
-    const bool is_stereo = quirk.calibration == CalibrationReader::kRealsense && has_named_depth(function);
-    for (const UvcStreamingInterface& stream : function.streams) {
-      for (const UvcFormat& format : stream.formats) {
-        if (!format.pixel_format) continue;
-        if (is_stereo && (format.is_grey || kind_of(*format.pixel_format) == StreamKind::kColour)) continue;
-        for (const UvcFrameSize& size : format.sizes) {
-          for (const std::uint32_t interval : size.intervals_100ns) {
-            const StreamProfile profile{kind_of(*format.pixel_format), *format.pixel_format, size.width, size.height,
-                                        rate_of(interval)};
-            all.push_back({profile, &function, &stream, &format, &size, interval});
-          }
-        }
-      }
-    }
-  }
-  return all;
-}
-
 const StreamProfile* find_kind(std::span<const StreamProfile> streams, StreamKind kind) {
   const auto found =
       std::find_if(streams.begin(), streams.end(), [&](const StreamProfile& p) { return p.kind == kind; });
@@ -86,12 +48,15 @@ std::string link_name(int speed_mbit) {
 
 class UvcCamera final : public DeviceSource {
  public:
-  UvcCamera(std::unique_ptr<UsbHandle> handle, std::vector<UvcFunction> functions, const DeviceOptions& options)
+  UvcCamera(std::unique_ptr<UsbHandle> handle, std::vector<UvcFunction> functions, const DeviceOptions& options,
+            std::stop_token stop)
       : handle_(std::move(handle)),
         functions_(std::move(functions)),
         quirk_(quirk_of(handle_->info().vendor, handle_->info().product)),
         options_(options),
-        info_(describe_camera(handle_->info())) {}
+        info_(describe_camera(handle_->info())),
+        stop_(std::move(stop)),
+        on_stop_(stop_, [this] { handle_->hurry(true); }) {}
   ~UvcCamera() override { stop(); }
 
   [[nodiscard]] const DeviceInfo& info() const override { return info_; }
@@ -110,6 +75,7 @@ class UvcCamera final : public DeviceSource {
     std::uint64_t frames_at_restart = 0;
     int restarts = 0;
     bool is_recovering = false;
+    bool is_given_up = false;
   };
 
   [[nodiscard]] std::optional<RealsenseUnit> realsense_unit();
@@ -122,6 +88,7 @@ class UvcCamera final : public DeviceSource {
   void watch(const std::stop_token& stop);
   [[nodiscard]] bool look_at(Watched& watched, bool has_overslept);
   [[nodiscard]] bool restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what);
+  [[nodiscard]] bool give_up(Watched& watched, const std::string& what);
   void wake_up();
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
 
@@ -130,6 +97,8 @@ class UvcCamera final : public DeviceSource {
   const CameraQuirk quirk_;
   const DeviceOptions options_;
   const DeviceInfo info_;
+  const std::stop_token stop_;
+  const std::stop_callback<std::function<void()>> on_stop_;
   FrameSink frames_;
   EventSink events_;
   std::vector<Watched> streams_;  // empty: not started
@@ -254,6 +223,7 @@ Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t bud
 
 Result<void> UvcCamera::start(std::span<const StreamProfile> streams, FrameSink frames, EventSink events) {
   if (!streams_.empty()) return Error{ErrorCode::kDevice, "the camera streams already", info_.name};
+  handle_->hurry(stop_.stop_requested());
   frames_ = std::move(frames);
   events_ = std::move(events);
   losses_before_ = {};
@@ -282,6 +252,7 @@ Result<void> UvcCamera::start(std::span<const StreamProfile> streams, FrameSink 
 }
 
 void UvcCamera::stop() {
+  handle_->hurry(true);
   if (watcher_.joinable()) {
     watcher_.request_stop();
     watcher_.join();
@@ -348,12 +319,15 @@ void UvcCamera::watch(const std::stop_token& stop) {
 
 /// False: there is nothing to watch any more.
 bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
+  if (watched.is_given_up) return true;
   UvcStream& stream = *watched.stream;
   if (watched.is_recovering && stream.frames() > watched.frames_at_restart) {
     watched.is_recovering = false;
     watched.restarts = 0;
     tell(DeviceEvent::Kind::kRecovered, "frames come again");
   }
+  const bool is_alone = streams_.size() == 1;
+  const std::string name = is_alone ? "data" : stream.profile().kind == StreamKind::kDepth ? "depth" : "colour";
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   const std::chrono::nanoseconds quiet = now - std::chrono::nanoseconds(stream.last_picture_ns());
   switch (stream.state()) {
@@ -361,7 +335,8 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
       for (Watched& each : streams_) each.stream->stop();
       tell(DeviceEvent::Kind::kLeft, "unplugged");
       return false;
-    case TransferRing::State::kHalted: return restart(watched, DeviceEvent::Kind::kStalled, "it stopped with an error");
+    case TransferRing::State::kHalted:
+      return restart(watched, DeviceEvent::Kind::kStalled, (is_alone ? "it" : name) + " stopped with an error");
     default: break;
   }
   if (has_overslept || quiet <= watched.silence) return true;
@@ -370,21 +345,16 @@ bool UvcCamera::look_at(Watched& watched, bool has_overslept) {
   const LossCounters lost = stream.losses_since_picture();
   if (lost.total() == 0) {
     return restart(watched, DeviceEvent::Kind::kSilent,
-                   "no data" + since + link + ". Check the cable and the hub's power");
+                   "no " + name + since + link + ". Check the cable and the hub's power");
   }
   return restart(watched, DeviceEvent::Kind::kDamaged,
-                 "no good picture" + since + link + ", all are damaged: " + std::to_string(lost.transport) +
-                     " incomplete or marked as bad, " + std::to_string(lost.overflow) +
-                     " too long. Check the cable, the hub and its power");
+                 "no good " + (is_alone ? "" : name + " ") + "picture" + since + link +
+                     ", all are damaged: " + std::to_string(lost.transport) + " incomplete or marked as bad, " +
+                     std::to_string(lost.overflow) + " too long. Check the cable, the hub and its power");
 }
 
 bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::string& what) {
-  if (watched.restarts >= kMostRestarts) {
-    for (Watched& each : streams_) each.stream->stop();
-    tell(DeviceEvent::Kind::kFailed, what + "; it was started " + std::to_string(kMostRestarts) +
-                                         " times again without a good picture. Re-plug it");
-    return false;
-  }
+  if (watched.restarts >= kMostRestarts) return give_up(watched, what);
   if (!watched.is_recovering) tell(kind, what);
   ++watched.restarts;
   watched.is_recovering = true;
@@ -400,12 +370,27 @@ bool UvcCamera::restart(Watched& watched, DeviceEvent::Kind kind, const std::str
   return false;
 }
 
+/// Without depth there is nothing to scan; without colour there is.
+bool UvcCamera::give_up(Watched& watched, const std::string& what) {
+  const std::string why =
+      what + "; it was started " + std::to_string(kMostRestarts) + " times again without a good picture. ";
+  if (streams_.size() > 1 && watched.stream->profile().kind == StreamKind::kColour) {
+    watched.stream->stop();
+    watched.is_given_up = true;
+    tell(DeviceEvent::Kind::kNoColour, why + "The scan goes on without colour; re-plug it to have colour again");
+    return true;
+  }
+  for (Watched& each : streams_) each.stream->stop();
+  tell(DeviceEvent::Kind::kFailed, why + "Re-plug it");
+  return false;
+}
+
 Result<void> UvcCamera::set_colour_automatics(bool is_automatic) {
   Result<void> done = Error{ErrorCode::kDevice, "the camera has no colour exposure or white balance", info_.name};
   for (const UvcFunction& function : functions_) {
     const auto offers_colour = [](const UvcStreamingInterface& stream) {
       return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
-        return format.pixel_format && kind_of(*format.pixel_format) == StreamKind::kColour;
+        return format.pixel_format && *format.pixel_format != PixelFormat::kZ16;
       });
     };
     if (!std::any_of(function.streams.begin(), function.streams.end(), offers_colour)) continue;
@@ -466,7 +451,7 @@ DeviceInfo describe_camera(const UsbDeviceInfo& device) {
 }
 
 Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const UsbDeviceInfo& device,
-                                                      const DeviceOptions& options) {
+                                                      const DeviceOptions& options, std::stop_token stop) {
   auto functions = depth_functions_of(device);
   if (functions.empty()) {
     return Error{ErrorCode::kDevice,
@@ -480,7 +465,8 @@ Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const
   for (const UvcFunction& function : functions) {
     if (const auto claimed = (*handle)->claim(function.control_interface); !claimed) return claimed.error();
   }
-  return std::unique_ptr<DeviceSource>(std::make_unique<UvcCamera>(std::move(*handle), std::move(functions), options));
+  return std::unique_ptr<DeviceSource>(
+      std::make_unique<UvcCamera>(std::move(*handle), std::move(functions), options, std::move(stop)));
 }
 
 }  // namespace scanknit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 
 #include "acquire/device_source.h"
 #include "acquire/usb/usb_context.h"
@@ -15,8 +16,9 @@ namespace scanknit {
 /// As list_cameras() names it.
 [[nodiscard]] DeviceInfo describe_camera(const UsbDeviceInfo& device);
 
-/// Opens and claims it. Errors (kDevice): no depth camera, forbidden, in use, unplugged.
+/// Opens and claims it. Errors (kDevice): no depth camera, forbidden, in use, unplugged. A stop, also later, lets a
+/// camera that does not answer be waited for more shortly.
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const UsbDeviceInfo& device,
-                                                                    const DeviceOptions& options);
+                                                                    const DeviceOptions& options, std::stop_token stop);
 
 }  // namespace scanknit

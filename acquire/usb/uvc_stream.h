@@ -14,18 +14,9 @@
 #include "acquire/usb/uvc_assembler.h"
 #include "acquire/usb/uvc_descriptors.h"
 #include "acquire/usb/uvc_probe.h"
+#include "acquire/usb/uvc_selection.h"
 
 namespace scanknit {
-
-/// Where a profile is found in a camera's descriptors.
-struct UvcSelection {
-  StreamProfile profile;
-  const UvcFunction* function = nullptr;
-  const UvcStreamingInterface* stream = nullptr;
-  const UvcFormat* format = nullptr;
-  const UvcFrameSize* size = nullptr;
-  std::uint32_t interval_100ns = 0;
-};
 
 /// One thread other than `usb` calls it, except what says otherwise.
 class UvcStream final : public PayloadReceiver {

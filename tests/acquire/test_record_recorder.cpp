@@ -194,6 +194,24 @@ TEST_F(Recording, KilledAtAnyMomentLosesAtMostItsLastSecond) {
   }
 }
 
+// In a process of its own, since the limit cannot be taken back.
+TEST_F(Recording, OnADiskThatIsFullFromTheStartLeavesNoFile) {
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{0, 0};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(2);
+    const auto recorder = Recorder::create(path_, raw_calibration(), kRoomy);
+    ::_exit(recorder || recorder.error().code != ErrorCode::kOutput ? 3 : 0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_FALSE(fs::exists(path_));
+}
+
 // In a process of its own, since the limit cannot be taken back: a file may have 300 kB.
 TEST_F(Recording, OnAFullDiskKeepsEveryWholeChunkAndSaysSo) {
   const pid_t child = ::fork();

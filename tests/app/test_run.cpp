@@ -34,6 +34,16 @@ TEST(Run, PrintsAFewReadableLines) {
   EXPECT_LT(std::count(out.begin(), out.end(), '\n'), 20);
 }
 
+// Ctrl-C ends `scanknit capture ... 2>&1 | tee log` on both sides.
+TEST(Run, GoesOnWhenNobodyListensAnyMore) {
+  const Scan scan;
+  const std::string command = std::string(SCANKNIT_PROGRAM) + " run '" + scan.recording().string() + "' -o '" +
+                              scan.output().string() + "' --set fusion.voxel_size=8mm 2>&1 | true";
+  EXPECT_EQ(std::system(command.c_str()), 0) << "of `true`";
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
+  EXPECT_TRUE(fs::exists(scan.output() / "report.json"));
+}
+
 TEST(Run, ASphereComesOutClosedManifoldAndOfTheRightSize) {
   const Scan scan;
   ASSERT_EQ(scan.run().exit_code, 0);

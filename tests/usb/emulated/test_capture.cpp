@@ -76,7 +76,7 @@ TEST(CaptureCommand, EndsInAMeshOfWhatTheCameraSaw) {
   config.poses = PoseMode::kTrack;
   const auto recording = open_recording(out / "desk.mcap", config);
   ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_GE((*recording)->info().frames, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ((*recording)->info().frames, static_cast<std::size_t>(kPictures)) << "as many as were asked for";
   const auto fuse = [&](const char* name) {
     EXPECT_EQ(scanknit({"run", (out / "desk.mcap").string(), "-o", (out / name).string(), "--to", "20", "--set",
                         "fusion.voxel_size=8mm"}),
@@ -275,6 +275,47 @@ TEST(CaptureCommand, WithoutACalibrationNeedsTheUsers) {
   ASSERT_EQ(scanknit(calibrated), 0);
   const json report = json::parse(read_text(out / "report.json"));
   EXPECT_LT(mean_error_m(out / "desk.ply", report.at("tracking").at("frames").at(0).at("frame")), kQuarterVoxel_m);
+}
+
+TEST(CaptureCommand, WithIntrinsicsOfAnotherSizeDoesNotBegin) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  TempFolder out;
+  const std::string intrinsics = "acquire.intrinsics={width: 320, height: 240, fx: 190, fy: 190, cx: 160, cy: 120}";
+  EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--frames", "5", "--set", intrinsics}), 3);
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_EQ(camera.commits, 0); });
+}
+
+/// A camera that is given up before its first picture, or after pictures that do not fit together.
+json report_of_failed_scan(const VcamOptions& options, Fault fault, std::uint64_t from) {
+  EmulatedBus bus;
+  const int address = bus.plug(options);
+  bus.with_camera(address, [&](Vcam& camera) { camera.lasting_fault = {fault, from}; });
+  TempFolder out;
+  const int exit_code = scanknit({"capture", "-o", (out / "desk.ply").string(), "--report",
+                                  (out / "report.json").string(), "--fps", kRate, "--set", "fusion.voxel_size=2cm"});
+  const json report = json::parse(read_text(out / "report.json"));
+  EXPECT_EQ(report.at("exit_code"), exit_code);
+  return report;
+}
+
+TEST(CaptureCommand, WhoseScannerFailsAtOnceSaysSo) {
+  const json report = report_of_failed_scan({.has_colour = false}, Fault::kSilentForever, 0);
+  EXPECT_EQ(report.at("exit_code"), 5);
+  const std::string status = report.at("status");
+  EXPECT_NE(status.find("no data for"), std::string::npos) << status;
+}
+
+TEST(CaptureCommand, WhoseScannerFailsWhileTrackingIsLostSaysBoth) {
+  (void)desk_view();
+  static const DeskView other_side(600, 1, 200);
+  VcamOptions options = camera_at(desk_view());
+  options.depth_picture = [](std::uint64_t n) { return n < 3 ? desk_view().picture(n) : other_side.picture(0); };
+  const json report = report_of_failed_scan(options, Fault::kSilentForever, 30);
+  EXPECT_EQ(report.at("exit_code"), 6);
+  const std::string status = report.at("status");
+  EXPECT_NE(status.find("Re-plug it"), std::string::npos) << status;
+  EXPECT_NE(status.find("lost"), std::string::npos) << status;
 }
 
 TEST(CaptureCommand, UnpluggedForGoodKeepsWhatWasScanned) {

@@ -11,6 +11,7 @@
 #include "export/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/emulated_bus.h"
+#include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {
 namespace {
@@ -52,6 +53,12 @@ TEST(DevicesCommand, ListsWhatIsPluggedIn) {
             "device\n");
 }
 
+TEST(DevicesCommand, PrintsNoCommandsToTheTerminal) {
+  EmulatedBus bus;
+  bus.plug({.serial = "a\x1b[2Jb\x7f"});
+  EXPECT_TRUE(contains(scanknit_command({"devices"}).out, "usb:8086:0b07/a?[2Jb?  "));
+}
+
 TEST(DevicesCommand, GivesJson) {
   EmulatedBus bus;
   bus.plug({.serial = ""});
@@ -77,6 +84,44 @@ TEST(DoctorCommand, WithoutACameraExitsWith5AndARemedy) {
   EXPECT_EQ(outcome.exit_code, 5);
   EXPECT_TRUE(contains(outcome.out, "problem  no depth camera among 0 USB devices")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, "-> plug the camera in")) << outcome.out;
+}
+
+/// A device of which only the numbers matter: none of our drivers streams from it.
+class PlainDevice final : public UsbModel {
+ public:
+  PlainDevice(std::uint16_t vendor, std::uint16_t product) : vendor_(vendor), product_(product) {}
+  [[nodiscard]] UsbIdentity identity() const override { return {vendor_, product_, "", 480}; }
+  [[nodiscard]] std::vector<ModelEndpoint> endpoints() const override { return {}; }
+  [[nodiscard]] std::vector<std::byte> descriptors() const override {
+    Bytes bytes{18, 1, 0, 2, 0, 0, 0, 64};
+    bytes.u16(vendor_).u16(product_).u16(1).add({0, 0, 0, 1}).add({9, 2, 18, 0, 1, 1, 0, 0x80, 250});
+    return bytes.add({9, 4, 0, 0, 0, 0xFF, 0, 0, 0}).vector();
+  }
+  [[nodiscard]] std::optional<std::vector<std::byte>> control(std::uint8_t, std::uint8_t, std::uint16_t, std::uint16_t,
+                                                              std::uint16_t, std::span<const std::byte>,
+                                                              std::int64_t) override {
+    return std::nullopt;
+  }
+  void set_alternate(std::uint8_t, std::uint8_t, std::int64_t) override {}
+  void clear_halt(std::uint8_t) override {}
+  [[nodiscard]] std::optional<Delivery> fill_transfer(std::uint8_t, std::span<std::byte>, std::int64_t) override {
+    return std::nullopt;
+  }
+  void nobody_asked(std::uint8_t, std::int64_t) override {}
+  [[nodiscard]] Delivery fill_packet(std::uint8_t, std::span<std::byte>, std::int64_t) override { return {}; }
+
+ private:
+  std::uint16_t vendor_, product_;
+};
+
+TEST(DoctorCommand, KnowsACameraForOpenNi2) {
+  EmulatedBus bus;
+  bus.plug_model(std::make_unique<PlainDevice>(0x1d27, 0x0601));
+  const Outcome outcome = scanknit_command({"doctor"});
+  EXPECT_TRUE(contains(outcome.out, "PrimeSense camera")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "ok       permission: ")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "OpenNI2: ")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "no depth camera")) << outcome.out;
 }
 
 TEST(DoctorCommand, SaysThatAUsb2LinkIsNarrow) {

@@ -214,6 +214,54 @@ TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
   EXPECT_TRUE(log.wait_for_depth(13));
 }
 
+/// A camera whose depth is as it should be, and colour is not. Two streams are a lot for a program with instruments:
+/// few pictures.
+class FaultyColour : public FaultyCamera {
+ protected:
+  static constexpr std::size_t kGoodAtFirst = 3;
+  void begin_with(Fault fault) {
+    address = bus.plug({});
+    bus.with_camera(address, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; });
+    auto opened = open_first();
+    ASSERT_TRUE(opened) << opened.error().text();
+    source = std::move(*opened);
+    const auto streams = streams_of(*source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
+    ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
+  }
+};
+
+TEST_F(FaultyColour, ThatIsDamagedOnceIsCountedAndGoesOn) {
+  begin_with(Fault::kErrorBit);
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
+  source->stop();
+  EXPECT_EQ(source->losses(), (LossCounters{0, 1, 0, 0, 0}));
+}
+
+TEST_F(FaultyColour, ThatStallsOnceGoesOn) {
+  begin_with(Fault::kStall);
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kStalled).find("colour stopped"), std::string::npos);
+}
+
+class LastingFaultOfColour : public FaultyColour, public ::testing::WithParamInterface<Fault> {};
+
+TEST_P(LastingFaultOfColour, LeavesDepthAlone) {
+  begin_with(GetParam());
+  ASSERT_TRUE(log.wait_for(DeviceEvent::Kind::kNoColour));
+  const std::string text = log.text_of(DeviceEvent::Kind::kNoColour);
+  EXPECT_NE(text.find("goes on without colour"), std::string::npos) << text;
+  const std::size_t so_far = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(so_far + 10));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
+  EXPECT_LE(log.colour_count(), kGoodAtFirst);
+  source->stop();
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LastingFaultOfColour, ::testing::Values(Fault::kStallForever, Fault::kSilentForever),
+                         [](const auto& test) { return test.param == Fault::kStallForever ? "Stall" : "Silence"; });
+
 TEST_F(FaultyCamera, WhoseClockJumpsIsToldOf) {
   begin(Fault::kClockBack);
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kClockJump));
@@ -234,6 +282,40 @@ TEST_F(FaultyCamera, WhoseClockWrapsIsFollowed) {
   begin(Fault::kSkipped, {.clock_start_us = start});
   EXPECT_TRUE(log.wait_for_depth(40));
   EXPECT_EQ(log.count(DeviceEvent::Kind::kClockJump), 0);
+}
+
+void fall_mute(Vcam& camera) {
+  camera.control_faults.is_mute = true;
+}
+
+TEST_F(FaultyCamera, ThatAnswersNothingAnyMoreIsStoppedWithinASecond) {
+  begin(Fault::kSkipped);
+  EXPECT_TRUE(log.wait_for_depth(5));
+  bus.with_camera(address, fall_mute);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSilent)) << "it is being started again now";
+  const auto before = std::chrono::steady_clock::now();
+  source->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST(OpenedCamera, ThatAnswersNothingIsNotWaitedForAfterAStop) {
+  EmulatedBus bus;
+  FrameLog log;
+  const int address = bus.plug({});
+  std::stop_source stop;
+  const auto source = open_camera("usb:", {}, stop.get_token());
+  ASSERT_TRUE(source);
+  bus.with_camera(address, fall_mute);
+  const std::jthread hand([&] {
+    std::this_thread::sleep_for(100ms);
+    stop.request_stop();
+  });
+  const auto before = std::chrono::steady_clock::now();
+  const auto streams = streams_of(**source, 30);
+  (void)(*source)->calibration(streams);
+  EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink()));
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1100ms);
 }
 
 TEST_F(FaultyCamera, ThatIsUnpluggedEndsCleanly) {

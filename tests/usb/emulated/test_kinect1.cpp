@@ -180,6 +180,25 @@ TEST_F(FaultyKinect, ThatSendsDamagedPicturesOnlyIsGivenUpWithTheirCount) {
   EXPECT_GE(source->losses().transport, 5u);
 }
 
+TEST_F(FaultyKinect, ThatAnswersNothingAnyMoreIsStopped) {
+  begin([](VKinect&) {});
+  EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 3));
+  with_kinect([](VKinect& kinect) { kinect.is_mute = true; });
+  const auto before = std::chrono::steady_clock::now();
+  source->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
+}
+
+TEST_F(FaultyKinect, ThatAnswersNothingIsNotWaitedForForEver) {
+  address = bus.plug_model(std::make_unique<VKinect>());
+  with_kinect([](VKinect& kinect) { kinect.is_mute = true; });
+  const auto opened = open_camera("kinect1:", {}, {});
+  if (opened) {  // libfreenect does not look at all of its requests
+    EXPECT_TRUE((*opened)->start((*opened)->profiles(), frames.frame_sink(), frames.event_sink()));
+    EXPECT_TRUE(frames.wait_for(DeviceEvent::Kind::kFailed));
+  }
+}
+
 TEST(EmulatedKinect, ThatIsUnpluggedEndsCleanly) {
   EmulatedBus bus;
   KeptFrames frames;

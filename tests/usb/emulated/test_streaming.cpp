@@ -264,10 +264,13 @@ TEST(EmulatedCamera, TakesControls) {
   });
 }
 
-TEST(EmulatedCamera, DoesNotTakeInfraredForColourOrDepth) {
+/// A RealSense, and a camera of which nothing is known but its descriptors.
+class InfraredCamera : public ::testing::TestWithParam<int> {};
+
+TEST_P(InfraredCamera, IsNotTakenForColourOrDepth) {
   EmulatedBus bus;
   FrameLog log;
-  bus.plug({.has_infrared = true});
+  const int address = bus.plug({.vendor = static_cast<std::uint16_t>(GetParam()), .has_infrared = true});
   const auto source = open_first();
   ASSERT_TRUE(source);
   EXPECT_EQ(std::ranges::count((*source)->profiles(), PixelFormat::kUyvy, &StreamProfile::format), 0);
@@ -275,7 +278,11 @@ TEST(EmulatedCamera, DoesNotTakeInfraredForColourOrDepth) {
   ASSERT_EQ(streams.size(), 2u);
   ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
   EXPECT_TRUE(log.wait_for_depth(5)) << "FrameLog looks at each pixel";
+  bus.with_camera(address, [](Vcam& camera) { EXPECT_EQ(camera.depth_format, 1) << "Z16, not Y16"; });
 }
+
+INSTANTIATE_TEST_SUITE_P(Vendor, InfraredCamera, ::testing::Values(0x8086, 0x1234),
+                         [](const auto& test) { return test.param == 0x8086 ? "Realsense" : "Unknown"; });
 
 TEST(EmulatedCamera, FreesExposureThatAKilledScanHasLeftHeld) {
   EmulatedBus bus;

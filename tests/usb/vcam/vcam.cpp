@@ -77,6 +77,7 @@ std::optional<std::vector<std::byte>> Vcam::streaming_control(Stream& stream, st
     answer_probe(stream);
     if (value == 0x0200) {
       ++commits;
+      if (&stream == &streams_[0]) depth_format = std::to_integer<int>(stream.probe[2]);
       begin(stream, now_ns);
     }
     return std::vector<std::byte>{};
@@ -113,6 +114,7 @@ void Vcam::begin(Stream& stream, std::int64_t now_ns) {
 }
 
 bool Vcam::ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) const {
+  if (control_faults.is_mute) return true;
   return control_faults.has_mute_calibration && (type & 0x60) == 0x20 && is_hardware_monitor(value, index);
 }
 
@@ -218,9 +220,9 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
     stream.payloads.push_back(std::move(payload));
   }
   stream.sent = 0;
+  const auto& faults = faults_of(stream);
+  if (const auto fault = faults.find(stream.number); fault != faults.end()) misbehave(stream, fault->second);
   if (&stream == &streams_[0]) {
-    if (const auto fault = depth_faults.find(stream.number); fault != depth_faults.end())
-      misbehave(stream, fault->second);
     if (lasting_fault && stream.number >= lasting_fault->from && commits < lasting_fault->until_commits)
       misbehave(stream, lasting_fault->fault);
   }
@@ -275,10 +277,11 @@ void Vcam::misbehave(Stream& stream, Fault fault) {
     case Fault::kClockAhead: clock_offset_us_ += 5'000'000; break;
   }
   const bool is_for_ever = fault == Fault::kStallForever || fault == Fault::kSilentForever;
-  if (is_for_ever) depth_faults[stream.number + 1] = fault;
+  if (is_for_ever) faults_of(stream)[stream.number + 1] = fault;
 }
 
 std::optional<Delivery> Vcam::fill_transfer(std::uint8_t endpoint, std::span<std::byte> buffer, std::int64_t now_ns) {
+  if (control_faults.is_mute) return std::nullopt;
   Stream& stream = stream_of(endpoint);
   make_picture(stream, now_ns);
   if (stream.is_halted) return Delivery{-EPIPE, 0};

@@ -89,6 +89,7 @@ struct ControlFaults {
   bool has_broken_calibration = false;  ///< its tables have wrong checksums
   bool has_broken_colour = false;       ///< only the colour table has
   bool has_no_advanced_mode = false;    ///< the hardware monitor refuses to tell the depth unit
+  bool is_mute = false;                 ///< no request is answered, and nothing is sent any more
 };
 
 /// Not thread-safe.
@@ -120,11 +121,13 @@ class Vcam final : public UsbModel {
   [[nodiscard]] static std::span<const std::uint16_t> depth_pixels(std::uint64_t n, std::size_t count);
 
   std::map<std::uint64_t, Fault> depth_faults;  ///< by picture number, counting from 0 since the camera was made
+  std::map<std::uint64_t, Fault> colour_faults;
   std::optional<LastingFault> lasting_fault;
   ControlFaults control_faults;
   /// Values of controls that were set, by index and value of the request.
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<std::byte>> written;
   int commits = 0, halts_cleared = 0;
+  int depth_format = 0;  ///< its index, as it was committed
   bool clock_is_frozen = false;
 
  private:
@@ -150,6 +153,9 @@ class Vcam final : public UsbModel {
   }
   [[nodiscard]] std::vector<std::byte> configuration() const;
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kColourEndpoint ? 1 : 0]; }
+  [[nodiscard]] std::map<std::uint64_t, Fault>& faults_of(const Stream& stream) {
+    return &stream == &streams_[0] ? depth_faults : colour_faults;
+  }
   [[nodiscard]] std::optional<std::vector<std::byte>> streaming_control(Stream& stream, std::uint8_t request,
                                                                         std::uint16_t value, std::uint16_t length,
                                                                         std::span<const std::byte> data,

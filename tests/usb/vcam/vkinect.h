@@ -34,6 +34,7 @@ class VKinect final : public UsbModel {
                                                               std::uint16_t value, std::uint16_t index,
                                                               std::uint16_t length, std::span<const std::byte> data,
                                                               std::int64_t now_ns) override;
+  [[nodiscard]] bool ignores(std::uint8_t, std::uint16_t, std::uint16_t) const override { return is_mute; }
   void set_alternate(std::uint8_t, std::uint8_t, std::int64_t) override {}
   void clear_halt(std::uint8_t) override {}
   [[nodiscard]] std::optional<Delivery> fill_transfer(std::uint8_t, std::span<std::byte>, std::int64_t) override {
@@ -48,7 +49,8 @@ class VKinect final : public UsbModel {
   int depth_pictures = 0;
   /// From this depth picture on it sends nothing, until depth was started so often.
   int silent_from = kNever, silent_until_starts = kNever;
-  int starts = 0;  ///< of depth
+  int starts = 0;        ///< of depth
+  bool is_mute = false;  ///< no request is answered any more
 
  private:
   struct Stream {
