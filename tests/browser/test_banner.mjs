@@ -20,7 +20,6 @@ test('the banner changes when frames are covered, and back', async () => {
   await untilBanner(page, 'Waiting');
   program.step(kBefore);
   await untilBanner(page, 'Tracking well');
-  await page.waitForFunction(() => window.scanknit.triangles > 0);
   program.step(kCovered);
   await untilBanner(page, 'Lost');
   assert.deepEqual(await banner(page), { tone: 'bad', head: 'Lost: nothing seen', advice: 'Uncover the lens, or move closer' });

@@ -16,13 +16,21 @@ const validator = createRequire(import.meta.url)('gltf-validator');
 /// Of 255: fusing rounds a colour to bytes with each frame. (What the page adds is nothing: test_page.mjs.)
 const kFusedColourError = 2;
 
+const kTurntableFrames = 240;
+
 useBrowser();
 const folder = temporaryFolder();
 const box = synthesise(join(folder, 'box'), writeColouredBox(join(folder, 'box.ply')), { frames: 180 });
-const turntable = synthesise(join(folder, 'turntable'), 'turntable', { frames: 240 });
+const turntable = synthesise(join(folder, 'turntable'), 'turntable', { frames: kTurntableFrames });
 const kScan = ['--preset', 'object', '--set', 'fusion.voxel_size=4mm', '--view', '--port', '0'];
 /// A frame for each step(): however slow the machine is, the scan is where the test thinks.
 const kStepped = [...kScan, '--pace', 'stepped'];
+
+/// Commands are looked at, and the mesh is sent as far as its share of the time allows, between two frames.
+async function stepUntil(program, outcome) {
+  const timer = setInterval(() => program.step(1), 200);
+  await outcome.finally(() => clearInterval(timer));
+}
 
 test('the page loads under its policy, the mesh grows, and its pixels are the colours of the thing', async () => {
   const program = await startProgram('run', box, '-o', join(folder, 'box_out'), ...kStepped);
@@ -30,8 +38,7 @@ test('the page loads under its policy, the mesh grows, and its pixels are the co
   const policy = page.answer.headers()['content-security-policy'];
   assert.match(policy, /default-src 'none'/);
   assert.doesNotMatch(policy, /unsafe/);
-  program.step(30);
-  await untilTriangles(page, 1);
+  await stepUntil(program, untilTriangles(page, 1));
   assert.ok((await look(page, 'firstMeshMs')) > 0);
   assert.equal((await look(page, 'hello')).is_orbit, true);
   const before = await look(page, 'triangles');
@@ -71,12 +78,11 @@ test('with a phone in hand: pause, crop, export and download, reset, start and f
   const program = await startProgram('run', turntable, '-o', out, ...kStepped);
   const page = await openPage(program.url, { size: kPhone });
   await untilBanner(page, 'Waiting');
-  program.step(100);
-  await untilTriangles(page, 1000);
+  program.step(60);
+  await stepUntil(program, untilTriangles(page, 500));
   await keepScreenshot(page, 'scanning_phone');
   await command(page, 'pause').click();
-  program.step(1);  // commands are looked at between two frames
-  await untilBanner(page, 'Paused');
+  await stepUntil(program, untilBanner(page, 'Paused'));
   assert.deepEqual(await smallTargets(page), []);
   assert.equal(await isWiderThanScreen(page), false);
 
@@ -102,14 +108,13 @@ test('with a phone in hand: pause, crop, export and download, reset, start and f
   await page.waitForFunction(() => window.scanknit.triangles === 0 && window.scanknit.trailPoints <= 1);
   await command(page, 'start').click();
   await untilBanner(page, 'Scanning');
-  program.step(100);
-  await untilTriangles(page, 1000);
+  program.step(60);
+  await stepUntil(program, untilTriangles(page, 500));
   await command(page, 'finish').click();
   await page.locator('#ask-yes').click();
-  await page.waitForFunction(() => !document.getElementById('ask').open);
-  program.step(1);
-  await untilBanner(page, 'Finished');
-  await untilTriangles(page, 1000);
+  await stepUntil(program, untilBanner(page, 'Finished'));
+  assert.ok((await look(page, 'state')).frame < kTurntableFrames, 'before its end');
+  await untilTriangles(page, 500);
   assert.deepEqual(page.problems, []);
   assert.equal(await program.stop(), 0);
 });
@@ -127,7 +132,7 @@ test('a replay at the pace of the scanner is shown to its end', async () => {
   const page = await openPage(program.url);
   await untilPhase(page, 'finished');
   const { frame, fused, dropped, triangles } = await look(page, 'state');
-  assert.equal(frame, 240);
+  assert.equal(frame, kTurntableFrames);
   assert.equal(fused + dropped, frame, 'what came too late is counted');
   await page.waitForFunction((n) => window.scanknit.triangles === n, triangles);
   await keepScreenshot(page, 'finished_desk');
@@ -138,8 +143,7 @@ test('a replay at the pace of the scanner is shown to its end', async () => {
 test('a program that is gone is told, and nothing can be pressed', async () => {
   const program = await startProgram('run', turntable, '-o', join(folder, 'ended_out'), ...kStepped);
   const page = await openPage(program.url);
-  program.step(60);
-  await untilTriangles(page, 100);
+  await stepUntil(program, untilTriangles(page, 100));
   program.kill();
   await untilBanner(page, 'Connection lost');
   assert.equal(await command(page, 'pause').isDisabled(), true);
@@ -149,7 +153,7 @@ test('a scan that is ended at the keyboard is told as that', async () => {
   const program = await startProgram('run', turntable, '-o', join(folder, 'interrupted_out'), ...kStepped);
   const page = await openPage(program.url);
   program.step(60);
-  await untilTriangles(page, 100);
+  await stepUntil(program, untilTriangles(page, 500));
   assert.equal(await program.stop(), 130);
   await untilBanner(page, 'Finished');
   assert.match((await banner(page)).advice, /^Interrupted: .*written/);
