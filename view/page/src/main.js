@@ -18,6 +18,9 @@ import { ViewKeeper } from './view_keeper.js';
 import { connectTools } from './tools.js';
 import { Viewer } from './viewer.js';
 
+/// The scanner as it is drawn, in a room; smaller beside an object.
+const kLargestPyramidM = 0.12;
+
 const $ = (id) => document.getElementById(id);
 
 const query = new URLSearchParams(location.search);
@@ -137,7 +140,7 @@ function prepareDrawing(viewer) {
   // Inside a room the backs of its walls would hide it.
   materials.showsBacks = !path.position || !bounds.containsPoint(path.position);
   const size = bounds.isEmpty() ? 0.3 : bounds.getSize(new Vector3()).length();
-  path.prepare(Math.round(120 * size) / 1000);
+  path.prepare(Math.min(Math.round(120 * size) / 1000, kLargestPyramidM));
   materials.uniforms.T_scan_shown.value.copy(viewer.T_scan_shown);
   materials.uniforms.R_eye_scan.value = viewer.R_eye_scan;
   if ($('ring').hidden || bounds.isEmpty()) { return; }
