@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -52,7 +53,11 @@ LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher) : mesher_
 
 void LiveMesh::note(const openvdb::Coord& leaf) {
   const Eigen::Vector3i origin(leaf.x(), leaf.y(), leaf.z());
-  (meshed_.contains(origin) ? changed_ : new_).insert(origin);
+  if (seen_.insert(origin).second) {
+    new_.push_back(origin);
+  } else {
+    changed_.insert(origin);
+  }
 }
 
 Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config) {
@@ -65,9 +70,10 @@ Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig&
 
 std::vector<Eigen::Vector3i> LiveMesh::some_of_what_changed(std::size_t most_leaves) const {
   std::vector<Eigen::Vector3i> some;
-  for (auto leaf = new_.begin(); leaf != new_.end() && some.size() < most_leaves; ++leaf) some.push_back(*leaf);
+  for (auto leaf = new_.rbegin(); leaf != new_.rend() && some.size() < most_leaves; ++leaf) some.push_back(*leaf);
+  const std::size_t all = some.size() + changed_.size();
   auto leaf = changed_.upper_bound(last_);
-  for (std::size_t i = 0; i < changed_.size() && some.size() < most_leaves; ++i) {
+  while (some.size() < std::min(all, most_leaves)) {
     if (leaf == changed_.end()) leaf = changed_.begin();
     some.push_back(*leaf++);
   }
@@ -79,9 +85,11 @@ Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const
   const std::vector<Eigen::Vector3i> some = some_of_what_changed(most_leaves);
   const auto different = mesher_.update(some);
   if (!different) return different.error();
-  for (const Eigen::Vector3i& leaf : some) {
-    if (changed_.erase(leaf) > 0) last_ = leaf;
-    if (new_.erase(leaf) > 0) meshed_.insert(leaf);
+  const std::size_t of_new = std::min(some.size(), new_.size());
+  new_.resize(new_.size() - of_new);
+  for (const Eigen::Vector3i& leaf : std::span(some).subspan(of_new)) {
+    changed_.erase(leaf);
+    last_ = leaf;
   }
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
@@ -110,7 +118,9 @@ std::string LiveMesh::message_of(const TsdfVolume& volume, const Eigen::Vector3i
     }
   }
   const auto revision = static_cast<std::uint32_t>(mesher_.revision());
-  return parts.empty() ? chunk_gone_message(chunk.number, revision) : chunk_message(chunk.number, revision, parts);
+  if (parts.empty()) return chunk_gone_message(chunk.number, revision);
+  const float step_m = step_for(static_cast<float>((kChunkVoxels + 2) * volume.config().voxel_size_m));
+  return chunk_message(chunk.number, revision, parts, step_m);
 }
 
 }  // namespace scanknit

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/result.h"
 #include "extract/incremental_mesher.h"
@@ -24,9 +25,9 @@ class LiveMesh {
   /// Takes the chunk's number and its message (view/mesh_chunk.h).
   using Publish = std::function<void(std::uint32_t, std::string)>;
 
-  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: those that never
-  /// were meshed first, then in the order in which they lie, going on from where the last call ended) and publishes the
-  /// chunks that are different now.
+  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: first those that
+  /// never were meshed, the latest first, then in the order in which they lie, going on from where the last call ended)
+  /// and publishes the chunks that are different now.
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
@@ -46,8 +47,9 @@ class LiveMesh {
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
-  Leaves meshed_;                                        ///< once at least
-  Leaves new_, changed_;                                 ///< to be meshed: for the first time, and again
+  Leaves seen_;                       ///< that were ever to be meshed
+  std::vector<Eigen::Vector3i> new_;  ///< that are to be meshed for the first time, in the order in which they came
+  Leaves changed_;                    ///< that are to be meshed again, or were changed before their first time
   Eigen::Vector3i last_ = Eigen::Vector3i::Zero();       ///< of the leaves that were meshed again, the last
   std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
   std::size_t triangles_ = 0;

@@ -28,16 +28,16 @@ constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
 constexpr auto kRateWindow = 2s;
 
-/// Adds the time between its making and its end.
-class Spending {
+/// Notes how long it lived.
+class Cost {
  public:
-  explicit Spending(std::chrono::steady_clock::duration& sum) : sum_(sum) {}
-  ~Spending() { sum_ += std::chrono::steady_clock::now() - begin_; }
-  Spending(const Spending&) = delete;
-  Spending& operator=(const Spending&) = delete;
+  explicit Cost(std::chrono::steady_clock::duration& cost) : cost_(cost) {}
+  ~Cost() { cost_ = std::chrono::steady_clock::now() - begin_; }
+  Cost(const Cost&) = delete;
+  Cost& operator=(const Cost&) = delete;
 
  private:
-  std::chrono::steady_clock::duration& sum_;
+  std::chrono::steady_clock::duration& cost_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
@@ -88,23 +88,29 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   return {};
 }
 
-bool ScanView::may_spend() const {
-  return seconds(spent_) <= kShare * seconds(Clock::now() - begun_at_);
+bool ScanView::may_spend(Clock::duration expected) const {
+  return seconds(spent_ + expected) <= kShare * seconds(Clock::now() - begun_at_);
 }
 
 void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
                     RunReport& report) {
   if (server_ == nullptr) return;
-  const Spending spending(spent_);
   const StageTimer timer(report.stages["view"]);
+  const auto begin = Clock::now();
   note(frame, T_world_camera, report);
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
-  if (may_spend()) update_mesh(volume, kMostLeaves);
-  if (may_spend() && server_->clients() > 0 && Clock::now() - picture_at_ >= kPictureEvery) {
-    picture_at_ = Clock::now();
+  if (may_spend(mesh_cost_)) {
+    const Cost cost(mesh_cost_);
+    update_mesh(volume, kMostLeaves);
+  }
+  if (server_->clients() > 0 && begin - picture_at_ >= kPictureEvery &&
+      may_spend(Clock::now() - begin + picture_cost_)) {
+    const Cost cost(picture_cost_);
+    picture_at_ = begin;
     server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
   }
   publish_state(/*is_urgent=*/false);
+  spent_ += Clock::now() - begin;
 }
 
 void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {

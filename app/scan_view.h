@@ -55,7 +55,7 @@ class ScanView {
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
   void publish_state(bool is_urgent);
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
-  [[nodiscard]] bool may_spend() const;
+  [[nodiscard]] bool may_spend(Clock::duration expected) const;
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
   void obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report);
   [[nodiscard]] Result<void> start_over(Reconstruction& scan, RunReport& report);
@@ -75,6 +75,7 @@ class ScanView {
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), state_at_{}, picture_at_{};
   Clock::duration spent_{};
+  Clock::duration mesh_cost_{}, picture_cost_{};  ///< of the last time
   std::uint32_t pictures_ = 0;
   Wish wish_ = Wish::kGoOn;
 };

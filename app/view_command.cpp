@@ -1,6 +1,7 @@
 // view: a finished mesh in the browser.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <string>
@@ -56,11 +57,14 @@ UpAxis up_of(const fs::path& path, const ExportConfig& config) {
 
 void publish(const Mesh& mesh, LiveView& view) {
   constexpr std::size_t kTrianglesOfAPiece = 30'000;
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& position : mesh.positions_m) box.extend(position);
+  const float step_m = step_for(box.sizes().maxCoeff());
   std::uint32_t number = 0;
   for (const Mesh& piece : split_mesh(mesh, kTrianglesOfAPiece)) {
     const ChunkPart part{&piece, {}};
     ++number;
-    view.publish_chunk(number, chunk_message(number, 1, {&part, 1}));
+    view.publish_chunk(number, chunk_message(number, 1, {&part, 1}, step_m));
   }
 }
 

@@ -1,6 +1,8 @@
 #include "view/mesh_chunk.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -16,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "the protocol is littl
 
 constexpr std::uint32_t kChunk = 1, kGone = 2, kPicture = 3;
 constexpr std::uint32_t kHasColours = 1, kHasWideIndices = 2;
-constexpr float kSteps = 65535;
+constexpr float kSteps = 65534;  // one less than fits: a chunk begins at the step below its first vertex
 constexpr Rgb8 kGrey{188, 188, 188};
 
 /// A vertex as it is sent.
@@ -45,32 +47,38 @@ void append_header(std::string& message, std::uint32_t kind, std::uint32_t chunk
   append(message, revision);
 }
 
-struct Extent {
-  Eigen::Vector3f origin = Eigen::Vector3f::Zero();
-  float scale = 1;
+/// Where 0 of a chunk's coordinates is, and how far apart they are.
+struct Lattice {
+  std::array<std::int64_t, 3> first{};  ///< in steps from the world's origin
+  float step_m = 1;
 };
 
-Extent extent_of(std::span<const ChunkPart> parts) {
+Lattice lattice_of(std::span<const ChunkPart> parts, float finest_m) {
   Eigen::AlignedBox3f box;
   for (const ChunkPart& part : parts) {
     for (const Eigen::Vector3f& position : part.mesh->positions_m) box.extend(position);
   }
   if (box.isEmpty()) return {};
-  const float longest = box.sizes().maxCoeff();
-  return {box.min(), longest > 0 ? longest / kSteps : 1};
+  Lattice lattice;
+  lattice.step_m = std::max(step_for(box.sizes().maxCoeff()), finest_m);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double least = box.min()[static_cast<Eigen::Index>(axis)];
+    lattice.first[axis] = static_cast<std::int64_t>(std::floor(least / lattice.step_m));
+  }
+  return lattice;
 }
 
-std::uint16_t quantised(float offset, float scale) {
-  return static_cast<std::uint16_t>(std::lrint(std::fmin(std::fmax(offset / scale, 0.0f), kSteps)));
+std::uint16_t quantised(float position_m, const Lattice& lattice, std::size_t axis) {
+  const std::int64_t steps = std::llrint(static_cast<double>(position_m) / lattice.step_m) - lattice.first[axis];
+  return static_cast<std::uint16_t>(std::clamp<std::int64_t>(steps, 0, 65535));
 }
 
-PackedVertex packed(const ChunkPart& part, std::size_t i, const Extent& extent) {
+PackedVertex packed(const ChunkPart& part, std::size_t i, const Lattice& lattice) {
   const Mesh& mesh = *part.mesh;
-  const Eigen::Vector3f offset = mesh.positions_m[i] - extent.origin;
   const Rgb8 colour = mesh.colours.empty() ? kGrey : mesh.colours[i];
   PackedVertex vertex{};
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    vertex.q[axis] = quantised(offset[axis], extent.scale);
+    vertex.q[axis] = quantised(mesh.positions_m[i][axis], lattice, static_cast<std::size_t>(axis));
     if (mesh.normals.empty()) continue;
     const float component = std::fmin(std::fmax(mesh.normals[i][axis], -1.0f), 1.0f);
     vertex.normal[axis] = static_cast<std::int8_t>(std::lrint(component * 127));
@@ -95,7 +103,13 @@ void append_indices(std::string& message, std::span<const ChunkPart> parts) {
 
 }  // namespace
 
-std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span<const ChunkPart> parts) {
+float step_for(float extent_m) {
+  constexpr float kFinest = 1e-9f;
+  return std::exp2(std::ceil(std::log2(std::max(extent_m / kSteps, kFinest))));
+}
+
+std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span<const ChunkPart> parts,
+                          float finest_m) {
   std::size_t vertices = 0;
   std::size_t indices = 0;
   bool has_colours = false;
@@ -107,7 +121,7 @@ std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span
   }
   constexpr std::size_t kMostNarrow = 65535;  // index 65535 begins a new strip in WebGL 2
   const bool is_wide = vertices > kMostNarrow;
-  const Extent extent = extent_of(parts);
+  const Lattice lattice = lattice_of(parts, finest_m);
 
   std::string message;
   message.reserve(48 + sizeof(PackedVertex) * vertices + (is_wide ? 4 : 2) * indices);
@@ -116,10 +130,11 @@ std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span
   append(message, static_cast<std::uint32_t>(indices));
   append(message, (has_colours ? kHasColours : 0u) | (is_wide ? kHasWideIndices : 0u));
   append(message, std::uint32_t{0});
-  for (Eigen::Index axis = 0; axis < 3; ++axis) append(message, extent.origin[axis]);
-  append(message, extent.scale);
+  for (const std::int64_t first : lattice.first)
+    append(message, static_cast<float>(static_cast<double>(first) * lattice.step_m));
+  append(message, lattice.step_m);
   for (const ChunkPart& part : parts) {
-    for (std::size_t i = 0; i < part.mesh->positions_m.size(); ++i) append(message, packed(part, i, extent));
+    for (std::size_t i = 0; i < part.mesh->positions_m.size(); ++i) append(message, packed(part, i, lattice));
   }
   if (is_wide) {
     append_indices<std::uint32_t>(message, parts);
