@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -48,15 +48,19 @@ std::vector<std::uint8_t> coverage_of(const TsdfVolume& volume, const MeshPatch&
 }  // namespace
 
 LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher) : mesher_(std::move(mesher)) {
-  for (const VolumeBlock& block : volume.index().blocks()) note(block.origin);
+  for (const VolumeBlock& block : volume.index().blocks()) note(volume, block.origin);
 }
 
-void LiveMesh::note(const openvdb::Coord& leaf) {
-  const Eigen::Vector3i origin(leaf.x(), leaf.y(), leaf.z());
-  if (seen_.insert(origin).second) {
-    new_.push_back(origin);
+void LiveMesh::note(const TsdfVolume& volume, const openvdb::Coord& leaf) {
+  states_.resize(volume.index().blocks().size());
+  const BlockIndex::Number number = volume.index().find(leaf);
+  BlockState& state = states_[number];
+  if (state.is_waiting) return;
+  state.is_waiting = true;
+  if (!state.was_meshed && volume.index().blocks()[number].has_matter) {
+    new_.push_back(number);
   } else {
-    changed_.insert(origin);
+    changed_.push_back(number);
   }
 }
 
@@ -68,29 +72,29 @@ Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig&
   return LiveMesh(volume, *std::move(mesher));
 }
 
-std::vector<Eigen::Vector3i> LiveMesh::some_of_what_changed(std::size_t most_leaves) const {
-  std::vector<Eigen::Vector3i> some;
-  for (auto leaf = new_.rbegin(); leaf != new_.rend() && some.size() < most_leaves; ++leaf) some.push_back(*leaf);
-  const std::size_t all = some.size() + changed_.size();
-  auto leaf = changed_.upper_bound(last_);
-  while (some.size() < std::min(all, most_leaves)) {
-    if (leaf == changed_.end()) leaf = changed_.begin();
-    some.push_back(*leaf++);
+std::vector<BlockIndex::Number> LiveMesh::take_some(std::size_t most_leaves) {
+  std::vector<BlockIndex::Number> some;
+  while (some.size() < most_leaves && !new_.empty()) {
+    some.push_back(new_.back());
+    new_.pop_back();
+  }
+  while (some.size() < most_leaves && !changed_.empty()) {
+    some.push_back(changed_.front());
+    changed_.pop_front();
   }
   return some;
 }
 
 Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish) {
-  for (const openvdb::Coord& origin : volume.take_changed_blocks()) note(origin);
-  const std::vector<Eigen::Vector3i> some = some_of_what_changed(most_leaves);
-  const auto different = mesher_.update(some);
-  if (!different) return different.error();
-  const std::size_t of_new = std::min(some.size(), new_.size());
-  new_.resize(new_.size() - of_new);
-  for (const Eigen::Vector3i& leaf : std::span(some).subspan(of_new)) {
-    changed_.erase(leaf);
-    last_ = leaf;
+  for (const openvdb::Coord& origin : volume.take_changed_blocks()) note(volume, origin);
+  std::vector<Eigen::Vector3i> leaves;
+  for (const BlockIndex::Number number : take_some(most_leaves)) {
+    states_[number] = {.is_waiting = false, .was_meshed = true};
+    const openvdb::Coord& origin = volume.index().blocks()[number].origin;
+    leaves.emplace_back(origin.x(), origin.y(), origin.z());
   }
+  const auto different = mesher_.update(leaves);
+  if (!different) return different.error();
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
   for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));

@@ -3,9 +3,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -25,9 +25,9 @@ class LiveMesh {
   /// Takes the chunk's number and its message (view/mesh_chunk.h).
   using Publish = std::function<void(std::uint32_t, std::string)>;
 
-  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: first those that
-  /// never were meshed, the latest first, then in the order in which they lie, going on from where the last call ended)
-  /// and publishes the chunks that are different now.
+  /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: first those with
+  /// matter that never were meshed, the latest first, then those that have waited longest) and publishes the chunks
+  /// that are different now.
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
@@ -39,18 +39,19 @@ class LiveMesh {
     std::size_t triangles = 0;
   };
 
-  using Leaves = std::set<Eigen::Vector3i, BlockOrder>;
-
   LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher);
-  void note(const openvdb::Coord& leaf);
-  [[nodiscard]] std::vector<Eigen::Vector3i> some_of_what_changed(std::size_t most_leaves) const;
+  void note(const TsdfVolume& volume, const openvdb::Coord& leaf);
+  [[nodiscard]] std::vector<BlockIndex::Number> take_some(std::size_t most_leaves);
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
-  Leaves seen_;                       ///< that were ever to be meshed
-  std::vector<Eigen::Vector3i> new_;  ///< that are to be meshed for the first time, in the order in which they came
-  Leaves changed_;                    ///< that are to be meshed again, or were changed before their first time
-  Eigen::Vector3i last_ = Eigen::Vector3i::Zero();       ///< of the leaves that were meshed again, the last
+  /// Of each block of the volume: whether it waits to be meshed, and whether it ever was.
+  struct BlockState {
+    bool is_waiting = false, was_meshed = false;
+  };
+  std::vector<BlockState> states_;
+  std::vector<BlockIndex::Number> new_;     ///< waiting for the first time, in the order in which they came
+  std::deque<BlockIndex::Number> changed_;  ///< all others that wait, likewise
   std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
   std::size_t triangles_ = 0;
 };
