@@ -14,14 +14,12 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr milliseconds kOneRequest{250};  // a Kinect answers within a few
-
 thread_local const BoundedRequests* current = nullptr;
 
 }  // namespace
 
-BoundedRequests::BoundedRequests(milliseconds all, std::stop_token stop)
-    : deadline_(Clock::now() + all), stop_(std::move(stop)) {
+BoundedRequests::BoundedRequests(milliseconds all, milliseconds each, std::stop_token stop)
+    : deadline_(Clock::now() + all), each_(each), stop_(std::move(stop)) {
   SCANKNIT_CHECK(current == nullptr);
   current = this;
 }
@@ -34,7 +32,7 @@ std::optional<milliseconds> BoundedRequests::limit() {
   if (current == nullptr) return std::nullopt;
   const auto left = std::chrono::duration_cast<milliseconds>(current->deadline_ - Clock::now());
   const bool is_over = left <= milliseconds(0) || current->stop_.stop_requested();
-  return is_over ? milliseconds(0) : std::min(left, kOneRequest);
+  return is_over ? milliseconds(0) : std::min(left, current->each_);
 }
 
 }  // namespace scanknit
