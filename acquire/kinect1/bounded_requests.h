@@ -22,11 +22,14 @@ class BoundedRequests {
   /// For the request that is about to be made by this thread: nothing, where it is as free as ever; 0, where it must
   /// not be begun.
   [[nodiscard]] static std::optional<std::chrono::milliseconds> limit();
+  /// One was not answered: no other is begun.
+  static void give_up();
 
  private:
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds each_;
   const std::stop_token stop_;
+  bool is_given_up_ = false;
 };
 
 }  // namespace scanknit

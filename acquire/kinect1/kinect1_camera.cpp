@@ -30,8 +30,8 @@ constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
 // For the requests of one step together, some dozens, and for each: a Kinect answers in milliseconds, a virtual machine
 // takes a hundred times as long.
 constexpr std::chrono::milliseconds kToStart(10'000), kEachToStart(1000);
-constexpr std::chrono::milliseconds kToStop(500), kEachToStop(250);
-constexpr std::chrono::milliseconds kEachWhileStreaming(400);  // a stop waits for it
+constexpr std::chrono::milliseconds kToStop(5000), kEachToStop(400);  // the first that is not answered is the last
+constexpr std::chrono::milliseconds kEachWhileStreaming(400);         // a stop waits for it
 
 constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
 constexpr StreamProfile kColourProfile{StreamKind::kColour, PixelFormat::kRgb8, kWidth, kHeight, 30};
