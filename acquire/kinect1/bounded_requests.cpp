@@ -14,14 +14,12 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr milliseconds kOneRequest{250};  // a Kinect answers within a few
-
-thread_local const BoundedRequests* current = nullptr;
+thread_local BoundedRequests* current = nullptr;
 
 }  // namespace
 
-BoundedRequests::BoundedRequests(milliseconds all, std::stop_token stop)
-    : deadline_(Clock::now() + all), stop_(std::move(stop)) {
+BoundedRequests::BoundedRequests(milliseconds all, milliseconds each, std::stop_token stop)
+    : deadline_(Clock::now() + all), each_(each), stop_(std::move(stop)) {
   SCANKNIT_CHECK(current == nullptr);
   current = this;
 }
@@ -33,8 +31,12 @@ BoundedRequests::~BoundedRequests() {
 std::optional<milliseconds> BoundedRequests::limit() {
   if (current == nullptr) return std::nullopt;
   const auto left = std::chrono::duration_cast<milliseconds>(current->deadline_ - Clock::now());
-  const bool is_over = left <= milliseconds(0) || current->stop_.stop_requested();
-  return is_over ? milliseconds(0) : std::min(left, kOneRequest);
+  const bool is_over = left <= milliseconds(0) || current->is_given_up_ || current->stop_.stop_requested();
+  return is_over ? milliseconds(0) : std::min(left, current->each_);
+}
+
+void BoundedRequests::give_up() {
+  if (current != nullptr) current->is_given_up_ = true;
 }
 
 }  // namespace scanknit
@@ -48,6 +50,8 @@ extern "C" int LIBUSB_CALL libusb_control_transfer(libusb_device_handle* device,
   if (next == nullptr) return LIBUSB_ERROR_NOT_SUPPORTED;
   const auto limit = timeout == 0 ? scanknit::BoundedRequests::limit() : std::nullopt;
   if (limit && limit->count() == 0) return LIBUSB_ERROR_TIMEOUT;
-  return next(device, type, request, value, index, data, length,
-              limit ? static_cast<unsigned int>(limit->count()) : timeout);
+  const int code = next(device, type, request, value, index, data, length,
+                        limit ? static_cast<unsigned int>(limit->count()) : timeout);
+  if (limit && code == LIBUSB_ERROR_TIMEOUT) scanknit::BoundedRequests::give_up();
+  return code;
 }

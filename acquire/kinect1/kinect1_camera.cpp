@@ -27,10 +27,11 @@ constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 constexpr std::uint32_t kTicksPerSecond = 60'000'000;
 constexpr double kNominalFocal = 525;  // of the colour camera, pixels; single Kinects differ by a percent
 constexpr auto kBeforeHolding = std::chrono::milliseconds(1000);
-// For the requests of one step together, some dozens: a virtual machine takes more than a second to start.
-constexpr auto kToOpen = std::chrono::milliseconds(5000);
-constexpr auto kToStart = std::chrono::milliseconds(5000);
-constexpr auto kToStop = std::chrono::milliseconds(500);
+// For the requests of one step together, some dozens, and for each: a Kinect answers in milliseconds, a virtual machine
+// takes a hundred times as long.
+constexpr std::chrono::milliseconds kToStart(10'000), kEachToStart(1000);
+constexpr std::chrono::milliseconds kToStop(5000), kEachToStop(400);  // the first that is not answered is the last
+constexpr std::chrono::milliseconds kEachWhileStreaming(400);         // a stop waits for it
 
 constexpr StreamProfile kDepthProfile{StreamKind::kDepth, PixelFormat::kZ16, kWidth, kHeight, 30};
 constexpr StreamProfile kColourProfile{StreamKind::kColour, PixelFormat::kRgb8, kWidth, kHeight, 30};
@@ -76,7 +77,7 @@ class FreenectContext {
     freenect_select_subdevices(context_, FREENECT_DEVICE_CAMERA);
   }
   ~FreenectContext() {
-    const BoundedRequests in_time(kToStop);
+    const BoundedRequests in_time(kToStop, kEachToStop);
     if (context_ != nullptr) freenect_shutdown(context_);
     if (usb_ != nullptr) libusb_exit(usb_);
   }
@@ -89,7 +90,7 @@ class FreenectContext {
   /// and counts wrongly when one of them cannot be opened.
   [[nodiscard]] freenect_device* open(const UsbDeviceInfo& wanted) {
     constexpr int kAttempts = 5;  // another Kinect may come or go at this very moment
-    const BoundedRequests in_time(kToOpen);
+    const BoundedRequests in_time(kToStart, kEachToStart);
     for (int i = 0; i < kAttempts; ++i) {
       const auto before = kinects();
       const auto found = std::find(before.begin(), before.end(), std::pair(wanted.bus, wanted.address));
@@ -147,7 +148,7 @@ class Kinect1Camera final : public DeviceSource {
   }
   ~Kinect1Camera() override {
     stop();
-    const BoundedRequests in_time(kToStop);
+    const BoundedRequests in_time(kToStop, kEachToStop);
     freenect_close_device(device_);
   }
 
@@ -218,7 +219,7 @@ Result<void> Kinect1Camera::start(std::span<const StreamProfile> streams, FrameS
   }
   freenect_set_depth_buffer(device_, depth_.buffer.data());
   freenect_set_video_buffer(device_, colour_.buffer.data());
-  const BoundedRequests in_time(kToStart);
+  const BoundedRequests in_time(kToStart, kEachToStart);
   if (!start_streams()) {
     stop_streams();
     return Error{ErrorCode::kDevice, "the camera does not start. Re-plug it, its power supply too", info_.name};
@@ -235,7 +236,7 @@ void Kinect1Camera::stop() {
   thread_.request_stop();
   thread_.join();
   thread_ = {};
-  const BoundedRequests in_time(kToStop);
+  const BoundedRequests in_time(kToStop, kEachToStop);
   if (std::exchange(is_holding_, false)) hold_automatics(false);
   stop_streams();
 }
@@ -259,7 +260,7 @@ void Kinect1Camera::run(const std::stop_token& stop) {
     if (freenect_process_events_timeout(context_->get(), &at_most) < 0)
       return tell(DeviceEvent::Kind::kLeft, "unplugged");
     const auto now = std::chrono::steady_clock::now();
-    const BoundedRequests in_time(kToStart, stop);
+    const BoundedRequests in_time(kToStart, kEachWhileStreaming, stop);
     if (!look(watch)) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
@@ -328,7 +329,7 @@ Result<void> Kinect1Camera::set_control(DeviceControl control, int value) {
   if (control != DeviceControl::kColourAutomatics) {
     return Error{ErrorCode::kDevice, "the camera has no such control", info_.name};
   }
-  const BoundedRequests in_time(kToStart);
+  const BoundedRequests in_time(kToStart, kEachToStart);
   hold_automatics(value == 0);
   return {};
 }
