@@ -26,12 +26,13 @@ class LiveMesh {
   using Publish = std::function<void(std::uint32_t, std::string)>;
 
   /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: first those with
-  /// matter that never were meshed, the latest first, then those that have waited longest) and publishes the chunks
+  /// matter that never were meshed, the latest first, then others with matter, the one that waited longest first, then
+  /// those without) and publishes the chunks
   /// that are different now.
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
-  [[nodiscard]] bool is_up_to_date() const { return new_.empty() && changed_.empty(); }
+  [[nodiscard]] bool is_up_to_date() const { return new_.empty() && changed_.empty() && free_.empty(); }
 
  private:
   struct Chunk {
@@ -51,7 +52,10 @@ class LiveMesh {
   };
   std::vector<BlockState> states_;
   std::vector<BlockIndex::Number> new_;     ///< waiting for the first time, in the order in which they came
-  std::deque<BlockIndex::Number> changed_;  ///< all others that wait, likewise
+  std::deque<BlockIndex::Number> changed_;  ///< waiting again, likewise
+  /// Waiting, likewise, without any matter: what surface is in their cells belongs to neighbours with matter, and is
+  /// meshed with these.
+  std::deque<BlockIndex::Number> free_;
   std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
   std::size_t triangles_ = 0;
 };

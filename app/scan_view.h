@@ -75,7 +75,7 @@ class ScanView {
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), state_at_{}, picture_at_{};
   Clock::duration spent_{};
-  Clock::duration mesh_cost_{}, picture_cost_{};  ///< of the last time
+  Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
   std::uint32_t pictures_ = 0;
   Wish wish_ = Wish::kGoOn;
 };
