@@ -39,7 +39,8 @@ constexpr std::uint16_t kUsualPort = 8765;
 constexpr std::size_t kMostConnections = 96;
 constexpr std::size_t kMostClients = 32;
 constexpr std::size_t kMostTextsWaiting = 256;
-constexpr std::uint32_t kBinaryInFlight = 2;
+constexpr std::uint32_t kBinaryInFlight =
+    8;  // a page that draws slowly still takes a few chunks for each picture that it draws
 constexpr std::uint32_t kMostHeaderBytes = 8 * 1024;
 constexpr std::size_t kMostMessageBytes = 64 * 1024;
 constexpr std::chrono::seconds kRequestTimeout{15};

@@ -3,7 +3,7 @@
 import { WebSocket } from 'ws';
 
 export class LiveClient {
-  /// credit: gives it back for each binary message (a page does); else it takes two and no more.
+  /// credit: gives it back for each binary message (a page does); else it takes eight and no more.
   constructor(url, { gives = true } = {}) {
     this.triangles = new Map();  // chunk -> count
     this.revisions = new Map();

@@ -83,7 +83,7 @@ export class MockProgram {
   }
 
   welcome(socket) {
-    const client = { socket, credit: 2, queue: [...this.chunks.values()] };
+    const client = { socket, credit: 8, queue: [...this.chunks.values()] };
     this.clients.add(client);
     socket.on('close', () => this.clients.delete(client));
     socket.on('message', (data) => this.receive(client, JSON.parse(data)));

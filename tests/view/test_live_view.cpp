@@ -156,14 +156,15 @@ TEST_F(LiveViewTest, BeginsWithHelloAndTheNewest) {
 
 TEST_F(LiveViewTest, SendsNoMoreThanThereIsCreditFor) {
   start();
-  for (std::uint32_t chunk = 0; chunk < 10; ++chunk) publish_chunk(chunk, 1);
+  constexpr std::uint32_t kChunks = 20, kInFlight = 8;  // docs/live_view.md
+  for (std::uint32_t chunk = 0; chunk < kChunks; ++chunk) publish_chunk(chunk, 1);
   const auto client = PageClient::connect(port);
   ASSERT_NE(client, nullptr);
-  ASSERT_EQ(client->next_binaries(/*gives_credit=*/false).size(), 2u);
-  for (std::uint32_t chunk = 0; chunk < 10; ++chunk) publish_chunk(chunk, 2);
-  client->say(R"({"got":2})");
+  ASSERT_EQ(client->next_binaries(/*gives_credit=*/false).size(), kInFlight);
+  for (std::uint32_t chunk = 0; chunk < kChunks; ++chunk) publish_chunk(chunk, 2);
+  client->say(R"({"got":8})");
   const auto rest = client->next_binaries(/*gives_credit=*/true);
-  ASSERT_EQ(rest.size(), 10u);
+  ASSERT_EQ(rest.size(), kChunks);
   for (const std::string& message : rest) EXPECT_EQ(number_at(message, 12), 2u) << "an old revision";
 }
 
