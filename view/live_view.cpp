@@ -1,513 +1,15 @@
-// Boost.Beast lives in this file alone: HTTP and WebSocket on one port, one thread, every wait bounded.
 #include "view/live_view.h"
 
-#include <fmt/format.h>
-#include <ifaddrs.h>
-#include <net/if.h>
-#include <pthread.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <boost/asio.hpp>
-#include <boost/beast.hpp>
-#include <deque>
-#include <future>
 #include <map>
-#include <thread>
+#include <system_error>
 #include <utility>
 
-#include "core/bounded_queue.h"
-#include "core/version.h"
 #include "view/page_files.h"
-#include "view/view_access.h"
-#include "view/view_scene.h"
+#include "view/view_server.h"
 
 namespace scanknit {
-namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-using Tcp = asio::ip::tcp;
-using ErrorCodeOf = beast::error_code;
-
-constexpr std::uint16_t kUsualPort = 8765;
-constexpr std::size_t kMostConnections = 96;
-constexpr std::size_t kMostClients = 32;
-constexpr std::size_t kMostTextsWaiting = 256;
-constexpr std::uint32_t kBinaryInFlight =
-    8;  // a page that draws slowly still takes a few chunks for each picture that it draws
-constexpr std::uint32_t kMostHeaderBytes = 8 * 1024;
-constexpr std::size_t kMostMessageBytes = 64 * 1024;
-constexpr std::chrono::seconds kRequestTimeout{15};
-constexpr std::chrono::seconds kIdleTimeout{30};
-constexpr const char* kSubprotocol = "scanknit.v1";
-
-std::string_view view_of(beast::string_view text) {
-  return {text.data(), text.size()};
-}
-
-ViewBytes shared_bytes(std::string text) {
-  return std::make_shared<const std::string>(std::move(text));
-}
-
-using Request = http::request<http::string_body>;
-
-/// What all connections share; used on the server's thread only, but for what is atomic or a queue.
-struct Hub {
-  Hub(std::string token_, bool is_public_) : token(std::move(token_)), is_public(is_public_) {}
-
-  const std::string token;  ///< empty: none is asked for
-  const bool is_public;     ///< other computers can reach it
-  std::uint16_t port = 0;
-  ViewScene scene;
-  std::map<std::string, std::filesystem::path> files;
-  std::map<std::uint64_t, class Client*> clients;
-  std::uint64_t last_client = 0;
-  std::size_t connections = 0;
-  BoundedQueue<ViewCommand> commands{64};
-  std::atomic<std::size_t> client_count = 0;
-  std::atomic<std::uint64_t> bytes_sent = 0;
-
-  [[nodiscard]] std::string cookie_name() const { return fmt::format("scanknit_{}", port); }
-
-  [[nodiscard]] bool is_allowed(const Request& request, std::string_view query) const {
-    if (token.empty()) return true;
-    const std::string_view cookies = view_of(request[http::field::cookie]);
-    return is_same_secret(value_of(query, "token", "&"), token) ||
-           is_same_secret(value_of(cookies, cookie_name(), "; "), token);
-  }
-};
-
-/// One page that is looking on.
-class Client : public std::enable_shared_from_this<Client> {
- public:
-  Client(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) {
-    auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
-    timeout.handshake_timeout = kRequestTimeout;
-    timeout.idle_timeout = kIdleTimeout;
-    stream_.set_option(timeout);
-    stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-      response.set(http::field::server, std::string("scanknit ") + kVersion);
-      response.set(http::field::sec_websocket_protocol, kSubprotocol);
-    }));
-    stream_.read_message_max(kMostMessageBytes);
-    stream_.auto_fragment(false);
-  }
-
-  ~Client() {
-    if (number_ == 0) return;
-    hub_.clients.erase(number_);
-    hub_.client_count = hub_.clients.size();
-  }
-
-  void run(Request request) {
-    auto kept = std::make_shared<Request>(std::move(request));
-    stream_.async_accept(*kept, [self = shared_from_this(), kept](ErrorCodeOf error) {
-      if (!error) self->begin();
-    });
-  }
-
-  void say(ViewBytes text) {
-    if (texts_.size() >= kMostTextsWaiting) return close();  // it does not read at all
-    texts_.push_back(std::move(text));
-    pump();
-  }
-
-  /// Sends what the client has not seen yet, if it can take something now.
-  void pump() {
-    if (is_writing_ || is_closed_) return;
-    bool is_text = true;
-    ViewBytes message = next_text();
-    if (message == nullptr) {
-      is_text = false;
-      message = next_binary();
-    }
-    if (message == nullptr) return;
-    is_writing_ = true;
-    stream_.text(is_text);
-    stream_.async_write(asio::buffer(*message), [self = shared_from_this(), message](ErrorCodeOf error, std::size_t n) {
-      self->is_writing_ = false;
-      self->hub_.bytes_sent += n;
-      if (error) return self->close();
-      self->pump();
-    });
-  }
-
-  [[nodiscard]] bool has_seen_all() const { return texts_.empty() && state_seen_ == hub_.scene.state_serial; }
-
-  void close() {
-    is_closed_ = true;
-    beast::get_lowest_layer(stream_).cancel();
-  }
-
- private:
-  void begin() {
-    number_ = ++hub_.last_client;
-    hub_.clients[number_] = this;
-    hub_.client_count = hub_.clients.size();
-    for (const ViewBytes& text : {hub_.scene.hello, hub_.scene.files, hub_.scene.crop}) {
-      if (text != nullptr) texts_.push_back(text);
-    }
-    texts_.push_back(shared_bytes(trail_message(hub_.scene.trail())));
-    pump();
-    read();
-  }
-
-  void read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](ErrorCodeOf error, std::size_t) {
-      if (error || self->is_closed_) return;
-      const std::string text = beast::buffers_to_string(self->buffer_.data());
-      self->buffer_.consume(self->buffer_.size());
-      if (!self->stream_.got_text() || !self->take(text)) {
-        self->is_closed_ = true;
-        return self->stream_.async_close(websocket::close_code::policy_error, [self](ErrorCodeOf) {});
-      }
-      self->read();
-    });
-  }
-
-  bool take(const std::string& text) {
-    auto message = parse_client_message(text);
-    if (!message) return false;
-    if (const auto* credit = std::get_if<ViewCredit>(&*message)) {
-      in_flight_ -= std::min(in_flight_, credit->messages);
-      pump();
-      return true;
-    }
-    ViewCommand& command = std::get<ViewCommand>(*message);
-    command.client = number_;
-    const std::uint64_t id = command.id;
-    if (!hub_.commands.try_push(std::move(command)))
-      say(shared_bytes(ack_message(id, "too many commands are waiting; try again in a moment")));
-    return true;
-  }
-
-  ViewBytes next_text() {
-    if (!texts_.empty()) {
-      ViewBytes text = std::move(texts_.front());
-      texts_.pop_front();
-      return text;
-    }
-    if (state_seen_ != hub_.scene.state_serial) {
-      state_seen_ = hub_.scene.state_serial;
-      return hub_.scene.state;
-    }
-    if (pose_seen_ != hub_.scene.pose_serial) {
-      pose_seen_ = hub_.scene.pose_serial;
-      return hub_.scene.pose;
-    }
-    return nullptr;
-  }
-
-  /// Pictures and chunks take turns.
-  ViewBytes next_binary() {
-    if (in_flight_ >= kBinaryInFlight) return nullptr;
-    const bool has_picture = picture_seen_ != hub_.scene.picture_serial;
-    const auto chunk = hub_.scene.next_after(chunk_seen_);
-    if (!has_picture && !chunk) return nullptr;
-    ++in_flight_;
-    if (has_picture && (!chunk || !was_picture_)) {
-      was_picture_ = true;
-      picture_seen_ = hub_.scene.picture_serial;
-      return hub_.scene.picture;
-    }
-    was_picture_ = false;
-    chunk_seen_ = chunk->serial;
-    return chunk->message;
-  }
-
-  Hub& hub_;
-  websocket::stream<beast::tcp_stream> stream_;
-  beast::flat_buffer buffer_;
-  std::deque<ViewBytes> texts_;
-  std::uint64_t number_ = 0;
-  std::uint64_t state_seen_ = 0, pose_seen_ = 0, picture_seen_ = 0, chunk_seen_ = 0;
-  std::uint32_t in_flight_ = 0;
-  bool is_writing_ = false, is_closed_ = false, was_picture_ = false;
-};
-
-/// One connection until it closes, or becomes a Client.
-class Connection : public std::enable_shared_from_this<Connection> {
- public:
-  Connection(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) { ++hub_.connections; }
-  ~Connection() { --hub_.connections; }
-
-  void read() {
-    parser_.emplace();
-    parser_->header_limit(kMostHeaderBytes);
-    parser_->body_limit(0);
-    stream_.expires_after(kRequestTimeout);
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCodeOf error, std::size_t) {
-      if (error == http::error::body_limit || error == http::error::header_limit)
-        return self->refuse(http::status::payload_too_large, "This request is too large.");
-      if (error) return;
-      self->answer(self->parser_->release());
-    });
-  }
-
- private:
-  void answer(Request request) {
-    const std::string_view target = view_of(request.target());
-    const std::size_t mark = target.find('?');
-    const std::string_view path = target.substr(0, mark);
-    const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
-    const std::string_view host = view_of(request[http::field::host]);
-    keeps_alive_ = request.keep_alive();
-    host_ = std::string(host);
-    if (request.method() != http::verb::get) return refuse(http::status::method_not_allowed, "Only GET is answered.");
-    if (!is_own_host(host))
-      return refuse(http::status::forbidden, "This address does not name the computer that scans.");
-
-    const auto page =
-        std::find_if(page_files().begin(), page_files().end(), [&](const PageFile& file) { return file.path == path; });
-    const bool is_page = page != page_files().end();
-    const bool is_open_to_all = is_page && path != "/";
-    if (!is_open_to_all && !hub_.is_allowed(request, query))
-      return refuse(http::status::unauthorized, "The token is missing or wrong: open the link that the scan printed.");
-    if (is_page) return send_page(*page);
-    if (path == "/api/v1/live") return become_client(std::move(request));
-    if (path == "/api/v1/state" && hub_.scene.state != nullptr)
-      return send_text(http::status::ok, "application/json", *hub_.scene.state);
-    constexpr std::string_view kFiles = "/files/";
-    if (path.substr(0, kFiles.size()) == kFiles) return send_file(percent_decoded(path.substr(kFiles.size())));
-    refuse(http::status::not_found, "There is no such page.");
-  }
-
-  void become_client(Request request) {
-    const std::string_view origin = view_of(request[http::field::origin]);
-    if (!websocket::is_upgrade(request)) return refuse(http::status::upgrade_required, "This is for WebSockets.");
-    if (!is_own_origin(origin, host_)) return refuse(http::status::forbidden, "Another web page asked for this.");
-    if (hub_.clients.size() >= kMostClients)
-      return refuse(http::status::service_unavailable, "Too many pages are looking on already.");
-    stream_.expires_never();  // the WebSocket has its own
-    std::make_shared<Client>(stream_.release_socket(), hub_)->run(std::move(request));
-  }
-
-  template <typename Body>
-  void set_fields(http::response<Body>& response, std::string_view type) {
-    response.set(http::field::server, std::string("scanknit ") + kVersion);
-    response.set(http::field::content_type, std::string(type));
-    response.set(http::field::cache_control, "no-store");
-    response.set("X-Content-Type-Options", "nosniff");
-    response.set("Referrer-Policy", "no-referrer");
-    response.set("Cross-Origin-Resource-Policy", "same-origin");
-    response.keep_alive(keeps_alive_);
-  }
-
-  void send_page(const PageFile& file) {
-    http::response<http::string_body> response(http::status::ok, 11);
-    set_fields(response, file.type);
-    response.set("Content-Security-Policy",
-                 fmt::format("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-                             "connect-src 'self' ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-                             host_));
-    if (file.path == "/" && !hub_.token.empty()) {
-      response.set(http::field::set_cookie,
-                   fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/", hub_.cookie_name(), hub_.token));
-    }
-    response.body() = std::string(file.bytes);
-    send(std::move(response));
-  }
-
-  void send_text(http::status status, std::string_view type, std::string text) {
-    http::response<http::string_body> response(status, 11);
-    set_fields(response, type);
-    response.body() = std::move(text);
-    send(std::move(response));
-  }
-
-  /// The connection ends: what follows an odd request is not worth reading.
-  void refuse(http::status status, const char* why) {
-    keeps_alive_ = false;
-    send_text(status, "text/plain; charset=utf-8", std::string(why) + "\n");
-  }
-
-  void send_file(const std::string& name) {
-    const auto file = hub_.files.find(name);
-    if (file == hub_.files.end()) return refuse(http::status::not_found, "There is no such file.");
-    http::response<http::file_body> response(http::status::ok, 11);
-    ErrorCodeOf error;
-    response.body().open(file->second.c_str(), beast::file_mode::scan, error);
-    if (error) return refuse(http::status::not_found, "The file is not there any more.");
-    set_fields(response, "application/octet-stream");
-    response.set(http::field::content_disposition,
-                 fmt::format("attachment; filename*=UTF-8''{}", percent_encoded(name)));
-    send(std::move(response));
-  }
-
-  template <typename Body>
-  void send(http::response<Body> response) {
-    response.prepare_payload();
-    auto kept = std::make_shared<http::response<Body>>(std::move(response));
-    stream_.expires_after(kIdleTimeout);
-    http::async_write(stream_, *kept, [self = shared_from_this(), kept](ErrorCodeOf error, std::size_t) {
-      if (error) return;
-      if (self->keeps_alive_) return self->read();
-      ErrorCodeOf ignored;
-      self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
-    });
-  }
-
-  Hub& hub_;
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_;
-  std::optional<http::request_parser<http::string_body>> parser_;
-  std::string host_;
-  bool keeps_alive_ = false;
-};
-
-/// The numeric addresses of this computer's network interfaces, without the loopback.
-std::vector<std::string> own_addresses(bool is_v6) {
-  std::vector<std::string> addresses;
-  ifaddrs* first = nullptr;
-  if (getifaddrs(&first) != 0) return addresses;
-  for (const ifaddrs* at = first; at != nullptr; at = at->ifa_next) {
-    const int family = is_v6 ? AF_INET6 : AF_INET;
-    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != family || (at->ifa_flags & IFF_LOOPBACK) != 0) continue;
-    std::array<char, NI_MAXHOST> text{};
-    const socklen_t size = is_v6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
-    if (getnameinfo(at->ifa_addr, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0) continue;
-    if (std::string_view(text.data()).find('%') == std::string_view::npos) addresses.emplace_back(text.data());
-  }
-  freeifaddrs(first);
-  return addresses;
-}
-
-}  // namespace
-
-class LiveView::Server {
- public:
-  Server(const asio::ip::address& address, std::string token)
-      : address_(address), hub_(std::move(token), !address.is_loopback()) {}
-
-  ~Server() {
-    if (!thread_.joinable()) return;
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(250);
-    asio::post(io_, [this, deadline] { say_good_bye(deadline); });
-    thread_.join();
-  }
-
-  Result<void> listen(std::optional<std::uint16_t> port) {
-    ErrorCodeOf error = listen_on(port.value_or(kUsualPort));
-    if (error == asio::error::address_in_use && !port) error = listen_on(0);
-    if (!error) return {};
-    const std::string where = fmt::format("{} port {}", address_.to_string(), port.value_or(kUsualPort));
-    if (error == asio::error::address_in_use)
-      return Error{ErrorCode::kOutput, "another program listens there; --port 0 takes any free port", where};
-    return Error{ErrorCode::kOutput, "the live view cannot listen there: " + error.message(), where};
-  }
-
-  void start(const ViewHello& hello) {
-    hub_.port = acceptor_.local_endpoint().port();
-    hub_.scene.hello = shared_bytes(to_message(hello));
-    accept();
-    thread_ = std::thread([this] {
-      pthread_setname_np(pthread_self(), "view");
-      constexpr int kLowPriority = 10;
-      (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowPriority);  // Linux: of this thread alone
-      io_.run();
-    });
-  }
-
-  [[nodiscard]] std::vector<std::string> links() const {
-    std::vector<std::string> hosts;
-    if (address_.is_unspecified()) hosts = own_addresses(address_.is_v6());
-    if (hosts.empty()) hosts.push_back(address_.is_unspecified() ? "127.0.0.1" : address_.to_string());
-    std::vector<std::string> links;
-    for (const std::string& host : hosts) {
-      const bool is_v6 = host.find(':') != std::string::npos;
-      const std::string token = hub_.token.empty() ? "" : "?token=" + hub_.token;
-      links.push_back(fmt::format("http://{}{}{}:{}/{}", is_v6 ? "[" : "", host, is_v6 ? "]" : "", hub_.port, token));
-    }
-    return links;
-  }
-
-  /// Does `change(server)` on the server's thread, then gives every client its news.
-  template <typename Change>
-  void publish(Change change) {
-    asio::post(io_, [this, change = std::move(change)]() mutable {
-      change(*this);
-      for_each_client([](Client& client) { client.pump(); });
-    });
-  }
-
-  void say_to_all(ViewBytes text) {
-    for_each_client([&](Client& client) { client.say(text); });
-  }
-
-  void say_to(std::uint64_t number, ViewBytes text) {
-    asio::post(io_, [this, number, text = std::move(text)] {
-      const auto client = hub_.clients.find(number);
-      if (client != hub_.clients.end()) client->second->say(text);
-    });
-  }
-
-  [[nodiscard]] Hub& hub() { return hub_; }
-
- private:
-  /// Clients may go while they are visited.
-  template <typename Visit>
-  void for_each_client(const Visit& visit) {
-    std::vector<std::shared_ptr<Client>> clients;
-    for (const auto& [number, client] : hub_.clients) clients.push_back(client->shared_from_this());
-    for (const auto& client : clients) visit(*client);
-  }
-
-  ErrorCodeOf listen_on(std::uint16_t port) {
-    ErrorCodeOf error;
-    const Tcp::endpoint endpoint(address_, port);
-    if (acceptor_.is_open()) acceptor_.close(error);
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
-    if (!error) acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    return error;
-  }
-
-  void accept() {
-    acceptor_.async_accept([this](ErrorCodeOf error, Tcp::socket socket) {
-      if (error == asio::error::operation_aborted) return;
-      if (error) return accept_later();  // out of file descriptors, most likely
-      if (hub_.connections + hub_.clients.size() < kMostConnections) {
-        ErrorCodeOf ignored;
-        socket.set_option(Tcp::no_delay(true), ignored);
-        std::make_shared<Connection>(std::move(socket), hub_)->read();
-      }
-      accept();
-    });
-  }
-
-  void accept_later() {
-    pause_.expires_after(std::chrono::milliseconds(200));
-    pause_.async_wait([this](ErrorCodeOf error) {
-      if (!error) accept();
-    });
-  }
-
-  void say_good_bye(std::chrono::steady_clock::time_point deadline) {
-    ErrorCodeOf ignored;
-    acceptor_.close(ignored);
-    bool has_seen_all = true;
-    for_each_client([&](Client& client) { has_seen_all = has_seen_all && client.has_seen_all(); });
-    if (has_seen_all || std::chrono::steady_clock::now() >= deadline) return io_.stop();
-    pause_.expires_after(std::chrono::milliseconds(10));
-    pause_.async_wait([this, deadline](ErrorCodeOf) { say_good_bye(deadline); });
-  }
-
-  asio::ip::address address_;
-  Hub hub_;
-  asio::io_context io_{1};  // after hub_: the connections that it owns use the hub
-  Tcp::acceptor acceptor_{io_};
-  asio::steady_timer pause_{io_};
-  std::thread thread_;
-};
-
-LiveView::LiveView(std::unique_ptr<Server> server) : server_(std::move(server)) {}
+LiveView::LiveView(std::unique_ptr<ViewServer> server) : server_(std::move(server)) {}
 LiveView::~LiveView() = default;
 
 Result<std::unique_ptr<LiveView>> LiveView::start(const LiveViewOptions& options, const ViewHello& hello) {
@@ -515,19 +17,9 @@ Result<std::unique_ptr<LiveView>> LiveView::start(const LiveViewOptions& options
     return Error{ErrorCode::kUsage,
                  "this program was built without the live view's page; ./quickstart.sh build builds it in"};
   }
-  ErrorCodeOf error;
-  const auto address = asio::ip::make_address(options.address == "localhost" ? "127.0.0.1" : options.address, error);
-  if (error) {
-    return Error{ErrorCode::kUsage,
-                 "expected a numeric address of this computer, such as 192.168.0.7, or 0.0.0.0 for all of them",
-                 "--listen " + options.address};
-  }
-  std::string token = options.token;
-  if (token.empty() && !address.is_loopback()) token = random_token();
-  auto server = std::make_unique<Server>(address, std::move(token));
-  if (auto listening = server->listen(options.port); !listening) return listening.error();
-  server->start(hello);
-  return std::unique_ptr<LiveView>(new LiveView(std::move(server)));
+  auto server = ViewServer::start(options, shared_text(to_message(hello)));
+  if (!server) return server.error();
+  return std::unique_ptr<LiveView>(new LiveView(*std::move(server)));
 }
 
 std::vector<std::string> LiveView::links() const {
@@ -535,37 +27,36 @@ std::vector<std::string> LiveView::links() const {
 }
 
 void LiveView::publish(const ViewState& state) {
-  server_->publish([text = shared_bytes(to_message(state))](Server& server) {
-    server.hub().scene.state = text;
-    ++server.hub().scene.state_serial;
+  server_->change([text = shared_text(to_message(state))](ViewHub& hub) {
+    hub.scene.state = text;
+    ++hub.scene.state_serial;
   });
 }
 
 void LiveView::publish(const ViewPose& pose) {
-  server_->publish([text = shared_bytes(to_message(pose)), pose](Server& server) {
-    server.hub().scene.pose = text;
-    ++server.hub().scene.pose_serial;
-    if (!pose.is_lost) server.hub().scene.add_to_trail(pose.T_world_camera.translation());
+  server_->change([text = shared_text(to_message(pose)), pose](ViewHub& hub) {
+    hub.scene.pose = text;
+    ++hub.scene.pose_serial;
+    if (!pose.is_lost) hub.scene.add_to_trail(pose.T_world_camera.translation());
   });
 }
 
 void LiveView::publish(const CropBox& box) {
-  server_->publish([text = shared_bytes(to_message(box))](Server& server) {
-    server.hub().scene.crop = text;
-    server.say_to_all(text);
+  server_->change([text = shared_text(to_message(box))](ViewHub& hub) {
+    hub.scene.crop = text;
+    hub.announcements.push_back(text);
   });
 }
 
 void LiveView::publish_chunk(std::uint32_t chunk, std::string message) {
-  server_->publish([chunk, bytes = shared_bytes(std::move(message))](Server& server) {
-    server.hub().scene.set_chunk(chunk, bytes);
-  });
+  server_->change(
+      [chunk, bytes = shared_text(std::move(message))](ViewHub& hub) { hub.scene.set_chunk(chunk, bytes); });
 }
 
 void LiveView::publish_picture(std::string message) {
-  server_->publish([bytes = shared_bytes(std::move(message))](Server& server) {
-    server.hub().scene.picture = bytes;
-    ++server.hub().scene.picture_serial;
+  server_->change([bytes = shared_text(std::move(message))](ViewHub& hub) {
+    hub.scene.picture = bytes;
+    ++hub.scene.picture_serial;
   });
 }
 
@@ -578,17 +69,17 @@ void LiveView::publish_files(const std::vector<std::filesystem::path>& paths) {
     if (error || !files.emplace(path.filename().string(), path).second) continue;
     listed.push_back({path.filename().string(), bytes});
   }
-  server_->publish([files = std::move(files), text = shared_bytes(to_message(listed))](Server& server) {
-    server.hub().files = files;
-    server.hub().scene.files = text;
-    server.say_to_all(text);
+  server_->change([files = std::move(files), text = shared_text(to_message(listed))](ViewHub& hub) {
+    hub.files = files;
+    hub.scene.files = text;
+    hub.announcements.push_back(text);
   });
 }
 
 void LiveView::clear(std::uint32_t revision) {
-  server_->publish([revision](Server& server) {
-    server.hub().scene.clear(revision);
-    server.say_to_all(shared_bytes(trail_message({})));
+  server_->change([revision](ViewHub& hub) {
+    hub.scene.clear(revision);
+    hub.announcements.push_back(shared_text(trail_message({})));
   });
 }
 
@@ -597,11 +88,11 @@ std::optional<ViewCommand> LiveView::next_command(std::stop_token stop, std::chr
 }
 
 void LiveView::answer(const ViewCommand& command, std::string_view error) {
-  server_->say_to(command.client, shared_bytes(ack_message(command.id, error)));
+  server_->tell(command.client, shared_text(ack_message(command.id, error)));
 }
 
 std::size_t LiveView::clients() const {
-  return server_->hub().client_count;
+  return server_->hub().clients;
 }
 
 std::uint64_t LiveView::bytes_sent() const {

@@ -22,6 +22,8 @@ struct LiveViewOptions {
   std::string token = {};             ///< empty: a random one where the address can be reached from other computers
 };
 
+class ViewServer;
+
 /// One thread of low priority serves all clients. Every function may be called from any one thread, returns at once and
 /// never waits for a client: what is published replaces what was, and goes out as fast as each client takes it.
 class LiveView {
@@ -59,9 +61,8 @@ class LiveView {
   [[nodiscard]] std::uint64_t bytes_sent() const;
 
  private:
-  class Server;
-  explicit LiveView(std::unique_ptr<Server> server);
-  std::unique_ptr<Server> server_;
+  explicit LiveView(std::unique_ptr<ViewServer> server);
+  std::unique_ptr<ViewServer> server_;
 };
 
 }  // namespace scanknit

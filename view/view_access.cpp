@@ -94,6 +94,12 @@ std::string_view value_of(std::string_view pairs, std::string_view name, std::st
   return {};
 }
 
+std::string link_to(const std::string& host, std::uint16_t port, const std::string& token) {
+  const bool is_v6 = host.find(':') != std::string::npos;
+  const std::string authority = (is_v6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+  return "http://" + authority + "/" + (token.empty() ? "" : "?token=" + token);
+}
+
 std::string percent_decoded(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -1,6 +1,7 @@
 // ViewAccess: who may see the live view.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -22,6 +23,9 @@ namespace scanknit {
 
 /// The value of `name` in "a=1&b=2" (`separator` '&') or in a Cookie header ("; "); empty when it is not there.
 [[nodiscard]] std::string_view value_of(std::string_view pairs, std::string_view name, std::string_view separator);
+
+/// The page's address at a numeric `host`, with the token if there is one.
+[[nodiscard]] std::string link_to(const std::string& host, std::uint16_t port, const std::string& token);
 
 /// "%20" becomes a space; empty where the text is no such encoding.
 [[nodiscard]] std::string percent_decoded(std::string_view text);

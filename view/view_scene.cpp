@@ -17,7 +17,7 @@ void ViewScene::clear(std::uint32_t revision) {
   std::vector<std::uint32_t> chunks;
   for (const auto& [chunk, serial] : serial_of_) chunks.push_back(chunk);
   for (const std::uint32_t chunk : chunks) {
-    set_chunk(chunk, std::make_shared<const std::string>(chunk_gone_message(chunk, revision)));
+    set_chunk(chunk, shared_text(chunk_gone_message(chunk, revision)));
   }
   trail_.clear();
   trail_step_ = 1;

@@ -1,14 +1,15 @@
 // ViewScene: the newest of everything that the pages of a live view show.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "view/view_messages.h"
 
@@ -16,6 +17,9 @@ namespace scanknit {
 
 /// A message, shared by all clients that it is sent to.
 using ViewBytes = std::shared_ptr<const std::string>;
+[[nodiscard]] inline ViewBytes shared_text(std::string text) {
+  return std::make_shared<const std::string>(std::move(text));
+}
 
 /// For one thread. Every chunk that is set gets a higher serial number than all before: a client that remembers one
 /// number knows all that it has seen, is sent the oldest news first and never an old revision.

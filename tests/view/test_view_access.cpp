@@ -56,6 +56,11 @@ TEST(ViewAccess, ValuesAreFoundByTheirWholeName) {
   EXPECT_EQ(value_of("", "token", "&"), "");
 }
 
+TEST(ViewAccess, LinksAreAddressesOfTheWeb) {
+  EXPECT_EQ(link_to("192.168.0.7", 80, ""), "http://192.168.0.7:80/");
+  EXPECT_EQ(link_to("::1", 8765, "abc"), "http://[::1]:8765/?token=abc");
+}
+
 TEST(ViewAccess, NamesOfFilesComeBackFromALink) {
   const std::string name =
       "m\xc3\xb6"
