@@ -245,7 +245,7 @@ void ScanView::linger(const RunReport& report) {
   state_.message = report.exit_code == kExitOk ? "" : report.status;
   publish_files(report);
   publish_state(/*is_urgent=*/true);
-  if (stop_.stop_requested()) return;
+  if (stop_.stop_requested() || report.frames.fused == 0) return;
   console_.info("the live view stays open until Ctrl-C");
   while (!stop_.stop_requested()) {
     if (const auto command = server_->next_command(stop_, 1s)) server_->answer(*command, "the scan is over");

@@ -46,7 +46,8 @@ class ScanView {
   /// The scan is over: the whole mesh, however long it takes.
   void show_all(TsdfVolume& volume);
 
-  /// How it ended, and what can be downloaded. Then serves the page until stopped, at once if that was asked for.
+  /// How it ended, and what can be downloaded. Then serves the page until stopped; returns at once if that was asked
+  /// for already, or if nothing has been fused.
   void linger(const RunReport& report);
 
  private:

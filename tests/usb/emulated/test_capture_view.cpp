@@ -98,5 +98,12 @@ TEST(CaptureView, IsThereWhileTheScannerIsNotYet) {
   EXPECT_EQ(program.wait().exit_code, 5);
 }
 
+TEST(CaptureView, WithoutAScannerDoesNotStayOpen) {
+  EmulatedBus bus;
+  const TempFolder folder;
+  Program program({"capture", "-o", (folder / "out").string(), "--view", "--port", "0"});
+  EXPECT_EQ(program.wait().exit_code, 5);
+}
+
 }  // namespace
 }  // namespace scanknit::test
