@@ -116,10 +116,14 @@ class DoomedRecording {
     program_.send(SIGKILL);
     const Outcome outcome = program_.wait();
     said_ = outcome.err;
+    bus_.unplug(address_);
+    if (has_not_begun()) return;
     EXPECT_EQ(outcome.exit_code, 128 + SIGKILL) << said_;
     EXPECT_GT(delivered(), 0u) << said_;
-    bus_.unplug(address_);
   }
+  /// libusb had no udev: umockdev names its sockets by their descriptors, and of two processes with the same number one
+  /// may find the name taken.
+  [[nodiscard]] bool has_not_begun() const { return said_.find("USB cannot be used") != std::string::npos; }
   /// How many pictures must be in the file: those that came more than a second before the kill.
   [[nodiscard]] std::size_t due() const { return deliveries_->before(killed_ - 1s); }
   [[nodiscard]] std::size_t delivered() const { return deliveries_->before(Clock::time_point::max()); }
@@ -153,9 +157,10 @@ TEST(Killed, RecordLosesAtMostItsLastSecondAt100RandomTimes) {
   TempFolder out;
   std::minstd_rand random(kSeed);
   std::list<DoomedRecording> recordings;
-  int started = 0, kills_with_pictures_due = 0;
-  while (started < kKills || !recordings.empty()) {
-    if (started < kKills && recordings.size() < kAtOnce) {
+  constexpr int kMostNotBegun = kKills / 20;
+  int started = 0, not_begun = 0, kills_with_pictures_due = 0;
+  while (started < kKills + not_begun || !recordings.empty()) {
+    if (started < kKills + not_begun && recordings.size() < kAtOnce) {
       const std::string name = "number" + std::to_string(started++);
       recordings.emplace_back(bus, name, out / (name + ".mcap"),
                               std::chrono::milliseconds(random() % kLongestLife.count()));
@@ -166,6 +171,11 @@ TEST(Killed, RecordLosesAtMostItsLastSecondAt100RandomTimes) {
       continue;
     }
     over->kill();
+    if (over->has_not_begun()) {
+      recordings.erase(over);
+      ASSERT_LE(++not_begun, kMostNotBegun);
+      continue;
+    }
     const std::vector<std::size_t> kept = over->kept();
     if (!over->was_restarted()) {
       std::vector<std::size_t> all(kept.size());
