@@ -76,6 +76,10 @@ Result<void> Reconstruction::write_mesh(RunReport& report) const {
   const auto surface =
       timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop_), job_.config.extract); });
   if (!surface) return surface.error();
+  if (surface->mesh.empty() && crop_) {
+    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
+                 job_.input.string()};
+  }
   return write_surface(*surface, frame, job_, report);
 }
 

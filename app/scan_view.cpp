@@ -162,7 +162,11 @@ void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
 
 Wish ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   if (server_ == nullptr) return Wish::kGoOn;
-  while (auto command = server_->next_command(stop_, 0ns)) obey_one(*command, scan, report);
+  while (wish_ == Wish::kGoOn) {  // what was asked for after Finish is refused by linger()
+    const auto command = server_->next_command(stop_, 0ns);
+    if (!command) break;
+    obey_one(*command, scan, report);
+  }
   if (state_.phase == ViewPhase::kPaused) wait_while_paused(scan, intake, report);
   return wish_;
 }
@@ -199,6 +203,10 @@ void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, RunRep
 Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   mesh_.reset();
   if (auto begun = scan.start_over(); !begun) return begun;
+  if (state_.tracking != "none") {  // another world: the box would be somewhere else
+    scan.crop(std::nullopt);
+    server_->publish(CropBox());
+  }
   report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
   server_->clear(0);
   T_world_camera_.reset();
@@ -243,6 +251,10 @@ void ScanView::linger(const RunReport& report) {
   const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = report.exit_code == kExitOk ? "" : report.status;
+  state_.frame = report.frames.read;
+  state_.fused = report.frames.fused;
+  state_.dropped = report.frames.dropped;
+  state_.lost = report.frames.lost;
   publish_files(report);
   publish_state(/*is_urgent=*/true);
   if (stop_.stop_requested() || report.frames.fused == 0) return;

@@ -163,6 +163,29 @@ TEST_F(ViewTest, FinishEndsTheScanWithItsMesh) {
   EXPECT_EQ(report["status"], "ok");
 }
 
+TEST_F(ViewTest, AResetAfterFinishIsRefused) {
+  watch();
+  while (client->next_of("state")["fused"].get<int>() == 0) {
+  }
+  client->say(R"({"cmd":"finish","id":1})");
+  client->say(R"({"cmd":"reset","id":2})");
+  for (auto answer = client->next_of("ack"); answer["id"] != 2; answer = client->next_of("ack")) {
+    ASSERT_FALSE(answer.is_null());
+  }
+  EXPECT_GT(report_at_the_end()["frames"]["fused"], 0);
+}
+
+TEST_F(ViewTest, ACropBoxThatHoldsNothingIsNamedAndCanBeCleared) {
+  watch();
+  while (client->next_of("state")["fused"].get<int>() == 0) {
+  }
+  ASSERT_EQ(ask("crop", R"(,"box":[[100,100,100],[101,101,101]])"), "");
+  EXPECT_NE(ask("export").find("crop box"), std::string::npos);
+  ASSERT_EQ(ask("crop", R"(,"box":null)"), "");
+  EXPECT_EQ(ask("export"), "");
+  EXPECT_EQ(report_at_the_end()["exit_code"], 0);
+}
+
 TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
   watch();
   ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");  // the sphere's middle is the origin

@@ -95,7 +95,7 @@ export class CropBox {
 
   show() {
     const box = this.draft ?? this.inForce;
-    this.materials.crop = this.draft;
+    this.materials.crop = this.draft ?? this.inForce;
     this.group.visible = box !== null;
     this.handles.visible = this.isOpen;
     if (box) {
