@@ -72,8 +72,11 @@ bool is_same_secret(std::string_view given, std::string_view secret) {
 }
 
 bool is_own_host(std::string_view host) {
+  if (host.empty()) return false;
   const std::string name = lower(without_port(host));
-  if (name.empty()) return false;
+  std::string_view port = host.substr(std::min(host.size(), host.front() == '[' ? name.size() + 2 : name.size()));
+  if (!port.empty() && port.front() == ':') port.remove_prefix(1);
+  if (name.empty() || port.find_first_not_of("0123456789") != std::string_view::npos) return false;
   const std::string own = computer_name();
   return name == "localhost" || is_numeric_address(name) || (!own.empty() && (name == own || name == own + ".local"));
 }

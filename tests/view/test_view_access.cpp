@@ -34,8 +34,9 @@ TEST(ViewAccess, AddressesAndOwnNamesAreOwnHosts) {
 }
 
 TEST(ViewAccess, NamesOfOthersAreNot) {
-  for (const char* host : {"", "evil.example", "evil.example:8765", "localhost.evil.example", "127.0.0.1.evil.example",
-                           "[::1", "[evil]:80", ":8765", "1.2.3"}) {
+  for (const char* host :
+       {"", "evil.example", "evil.example:8765", "localhost.evil.example", "127.0.0.1.evil.example", "[::1",
+        "[evil]:80", ":8765", "1.2.3", "127.0.0.1:1; script-src *", "[::1]evil.example", "localhost:80@evil.example"}) {
     EXPECT_FALSE(is_own_host(host)) << host;
   }
 }
