@@ -109,7 +109,7 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
     picture_at_ = begin;
     server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
   }
-  publish_state(/*is_urgent=*/false);
+  publish_state(/*is_urgent=*/job_.pace == Pace::kStepped);  // no other frame may come for long
   spent_ += Clock::now() - begin;
 }
 
@@ -122,6 +122,7 @@ void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camer
   while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
   const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
   state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
+  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
   state_.phase = ViewPhase::kScanning;
   state_.frame = report.frames.read;
   state_.fused = report.frames.fused;
