@@ -13,7 +13,7 @@
 namespace scanknit {
 namespace {
 
-constexpr int kLeafVoxels = 8;
+constexpr int kLeafVoxels = kBlockCells;
 constexpr int kChunkVoxels = 4 * kLeafVoxels;
 
 Eigen::Vector3i chunk_of(const Eigen::Vector3i& leaf) {
@@ -116,14 +116,17 @@ void LiveMesh::note(const TsdfVolume& volume, const openvdb::Coord& leaf) {
   states_.resize(volume.index().blocks().size());
   const BlockIndex::Number number = volume.index().find(leaf);
   BlockState& state = states_[number];
-  if (state.is_waiting) return;
-  state.is_waiting = true;
-  if (!volume.index().blocks()[number].has_matter) {
+  if (volume.index().blocks()[number].has_matter) {
+    if (state.waiting == Waiting::kMatter) return;
+    state.waiting = Waiting::kMatter;
+    if (state.was_meshed) {
+      changed_.push_back(number);
+    } else {
+      new_.push_back(number);
+    }
+  } else if (state.waiting == Waiting::kNot) {
+    state.waiting = Waiting::kFree;
     free_.push_back(number);
-  } else if (!state.was_meshed) {
-    new_.push_back(number);
-  } else {
-    changed_.push_back(number);
   }
 }
 
@@ -142,25 +145,32 @@ std::vector<BlockIndex::Number> LiveMesh::take_some(std::size_t most_leaves) {
     some.push_back(new_.back());
     new_.pop_back();
   }
-  for (std::deque<BlockIndex::Number>* const waiting : {&changed_, &free_}) {
-    while (some.size() < most_leaves && !waiting->empty()) {
-      some.push_back(waiting->front());
-      waiting->pop_front();
-    }
+  while (some.size() < most_leaves && !changed_.empty()) {
+    some.push_back(changed_.front());
+    changed_.pop_front();
+  }
+  while (some.size() < most_leaves && !free_.empty()) {
+    if (states_[free_.front()].waiting == Waiting::kFree) some.push_back(free_.front());
+    free_.pop_front();
   }
   return some;
 }
 
 Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish) {
   for (const openvdb::Coord& origin : volume.take_changed_blocks()) note(volume, origin);
+  const std::vector<BlockIndex::Number> some = take_some(most_leaves);
   std::vector<Eigen::Vector3i> leaves;
-  for (const BlockIndex::Number number : take_some(most_leaves)) {
-    states_[number] = {.is_waiting = false, .was_meshed = true};
+  for (const BlockIndex::Number number : some) {
     const openvdb::Coord& origin = volume.index().blocks()[number].origin;
     leaves.emplace_back(origin.x(), origin.y(), origin.z());
   }
   const auto different = mesher_.update(leaves);
-  if (!different) return different.error();
+  if (!different) {
+    changed_.insert(changed_.end(), some.begin(), some.end());
+    for (const BlockIndex::Number number : some) states_[number].waiting = Waiting::kMatter;
+    return different.error();
+  }
+  for (const BlockIndex::Number number : some) states_[number] = {Waiting::kNot, /*was_meshed=*/true};
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
   for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));

@@ -27,8 +27,7 @@ class LiveMesh {
 
   /// Meshes some of what changed since it was meshed last (at most `most_leaves` leaves of 8^3 voxels: first those with
   /// matter that never were meshed, the latest first, then others with matter, the one that waited longest first, then
-  /// those without) and publishes the chunks
-  /// that are different now.
+  /// those without) and publishes the chunks that are different now. After an error the same leaves still wait.
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
@@ -46,15 +45,16 @@ class LiveMesh {
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
-  /// Of each block of the volume: whether it waits to be meshed, and whether it ever was.
+  enum class Waiting : std::uint8_t { kNot, kFree, kMatter };
   struct BlockState {
-    bool is_waiting = false, was_meshed = false;
+    Waiting waiting = Waiting::kNot;
+    bool was_meshed = false;
   };
-  std::vector<BlockState> states_;
+  std::vector<BlockState> states_;          ///< of each block of the volume
   std::vector<BlockIndex::Number> new_;     ///< waiting for the first time, in the order in which they came
   std::deque<BlockIndex::Number> changed_;  ///< waiting again, likewise
   /// Waiting, likewise, without any matter: what surface is in their cells belongs to neighbours with matter, and is
-  /// meshed with these.
+  /// meshed with these. Those that have got matter since wait above as well, and are passed over here.
   std::deque<BlockIndex::Number> free_;
   std::map<Eigen::Vector3i, Chunk, BlockOrder> chunks_;  ///< by the chunk's first voxel
   std::size_t triangles_ = 0;

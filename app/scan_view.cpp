@@ -1,7 +1,6 @@
 #include "app/scan_view.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
@@ -154,6 +153,7 @@ void ScanView::publish_state(bool is_urgent) {
 }
 
 void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
+  if (!mesh_) return;  // a reset has failed
   const auto updated = mesh_->update(volume, most_leaves, [&](std::uint32_t chunk, std::string message) {
     server_->publish_chunk(chunk, std::move(message));
   });

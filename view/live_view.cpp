@@ -95,8 +95,4 @@ std::size_t LiveView::clients() const {
   return server_->hub().clients;
 }
 
-std::uint64_t LiveView::bytes_sent() const {
-  return server_->hub().bytes_sent;
-}
-
 }  // namespace scanknit

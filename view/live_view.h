@@ -57,8 +57,6 @@ class LiveView {
 
   /// Clients that are looking on.
   [[nodiscard]] std::size_t clients() const;
-  /// Sent to all of them since the start.
-  [[nodiscard]] std::uint64_t bytes_sent() const;
 
  private:
   explicit LiveView(std::unique_ptr<ViewServer> server);

@@ -115,9 +115,8 @@ class Client : public std::enable_shared_from_this<Client> {
     if (message == nullptr) return;
     is_writing_ = true;
     stream_.text(is_text);
-    stream_.async_write(asio::buffer(*message), [self = shared_from_this(), message](ErrorCodeOf error, std::size_t n) {
+    stream_.async_write(asio::buffer(*message), [self = shared_from_this(), message](ErrorCodeOf error, std::size_t) {
       self->is_writing_ = false;
-      self->hub_.view.bytes_sent += n;
       if (error) return self->close();
       self->pump();
     });

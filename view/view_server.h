@@ -24,7 +24,6 @@ struct ViewHub {
   std::vector<ViewBytes> announcements;                ///< texts that each client is still to be told
   BoundedQueue<ViewCommand> commands{64};
   std::atomic<std::size_t> clients = 0;
-  std::atomic<std::uint64_t> bytes_sent = 0;
 };
 
 class ViewServer {
