@@ -104,6 +104,10 @@ void FrameIntake::start_over() {
   trajectory_.clear();
 }
 
+void FrameIntake::correct(const std::vector<Pose>& T_world_cameras) {
+  for (std::size_t i = 0; i < trajectory_.size(); ++i) trajectory_[i].T_world_camera = T_world_cameras[i];
+}
+
 void FrameIntake::note_dropped(const FrameDropped& dropped) {
   RunReport::Frames& frames = report_.frames;
   ++frames.dropped;

@@ -34,6 +34,9 @@ class FrameIntake {
   /// What was fused, or lost, counts as dropped ("reset"); the trajectory is empty.
   void start_over();
 
+  /// Other poses for the frames that were fused, in their order.
+  void correct(const std::vector<Pose>& T_world_cameras);
+
   /// After the last frame: what was dropped is said on the console. Errors: the source's own; kInput when not one frame
   /// was fused.
   [[nodiscard]] Result<void> result();

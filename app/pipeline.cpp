@@ -30,6 +30,13 @@ Result<void> fuse_frames(FrameIntake& intake, Reconstruction& scan, ScanView& vi
   return tracked ? usable : tracked;
 }
 
+/// What there is beside the mesh.
+Result<void> write_scan(Reconstruction& scan, RunReport& report) {
+  describe_volume(scan.volume(), report);
+  if (auto saved = scan.write_volume(); !saved) return saved;
+  return scan.write_trajectory();
+}
+
 }  // namespace
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report, ScanView& view) {
@@ -40,11 +47,12 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   const auto source = paced(*std::move(opened), job.pace, terminal_pace_control());
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   if (auto opened_view = view.open(source->info().world_up); !opened_view) return opened_view;
-  return mesh_source(*source, job, stop, console, report, view);
+  const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  return mesh_source(*source, job, stop, console, report, view, again);
 }
 
 Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console, RunReport& report,
-                         ScanView& view) {
+                         ScanView& view, const SecondLook& again) {
   warn_of_holes(job.config.extract, console);
   FrameIntake intake(source, job.config.acquire, stop, console, report);
   auto scan = Reconstruction::create(job, source.info(), intake, report);
@@ -52,9 +60,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
-  describe_volume(scan->volume(), report);
-  if (auto saved = scan->write_volume(); !saved) return saved;
-  if (auto saved = scan->write_trajectory(); !saved) return saved;
+  if (auto saved = write_scan(*scan, report); !saved) return saved;
   const auto tracked = check_tracking(report);
   if (!tracked && !is_partial(tracked.error())) return tracked;
   if (const auto warning = tracking_warning(report)) {
@@ -63,7 +69,11 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   }
   auto meshed = scan->write_mesh(report);
   view.show_all(scan->volume());
-  return meshed ? tracked : meshed;
+  if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
+  if (!look_again(*scan, again, console, report)) return {};
+  view.show_anew(scan->volume());
+  if (auto saved = write_scan(*scan, report); !saved) return saved;
+  return scan->write_mesh(report);
 }
 
 }  // namespace scanknit

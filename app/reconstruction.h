@@ -2,13 +2,17 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "acquire/frame_source.h"
 #include "app/frame_intake.h"
+#include "app/fuse_again.h"
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
 #include "core/result.h"
+#include "fusion/loop_closure.h"
 #include "fusion/tsdf_volume.h"
 
 namespace scanknit {
@@ -33,15 +37,35 @@ class Reconstruction {
   /// first frame; kMesh where there is no surface; kOutput.
   [[nodiscard]] Result<void> write_mesh(RunReport& report) const;
 
+  /// Looks for places that the walk came back to; nothing unless poses are tracked and fusion.loop_closure is on.
+  [[nodiscard]] std::optional<LoopClosure> find_loops();
+
+  /// Tracks these frames of `source` again with nothing in the volume but what they show, and takes the walk from there
+  /// along with them; the volume stays as it is. Frames after one at which that is lost keep their steps. Errors:
+  /// track_alone().
+  [[nodiscard]] Result<void> track_again(const FrameRange& frames, FrameSource& source, std::stop_token stop);
+
+  /// The frames of `source`, which are those that were fused, again at these poses, in a volume that is empty at first
+  /// and keeps its address. Errors: fuse_again(); kInput when not all of them are there again.
+  [[nodiscard]] Result<void> fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
+                                     std::stop_token stop, Console& console);
+
   /// What the job asks for beside the mesh. Errors: kOutput.
   [[nodiscard]] Result<void> write_volume();
   [[nodiscard]] Result<void> write_trajectory();
+
+  /// Of a frame that was fused, by its place among them.
+  [[nodiscard]] std::uint64_t sequence_of(std::size_t fused) const { return fused_[fused]; }
 
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
 
  private:
   Reconstruction(const Job& job, const RecordingInfo& info, FrameIntake& intake, RunReport& report, TsdfVolume volume)
-      : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {}
+      : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {
+    expect_loops();
+  }
+  void expect_loops();
+  void note_for_loops(const Frame& frame, const Pose& T_world_camera);
 
   const Job& job_;
   const RecordingInfo& info_;
@@ -50,6 +74,9 @@ class Reconstruction {
   TsdfVolume volume_;
   PoseFinder poses_;
   std::optional<Eigen::AlignedBox3d> crop_;
+  std::vector<std::uint64_t> fused_;  ///< sequence numbers
+  std::optional<KeyFrames> keys_;     ///< when loops are looked for
+  bool was_lost_ = false;             ///< since the last frame that was fused
 };
 
 }  // namespace scanknit

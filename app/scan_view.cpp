@@ -239,6 +239,16 @@ void ScanView::show_all(TsdfVolume& volume) {
   publish_state(/*is_urgent=*/true);
 }
 
+void ScanView::show_anew(TsdfVolume& volume) {
+  if (server_ == nullptr) return;
+  server_->clear(0);
+  mesh_.reset();
+  auto mesh = LiveMesh::create(volume, job_.config.extract);
+  if (!mesh) return console_.warn(mesh.error().text());
+  mesh_ = *std::move(mesh);
+  show_all(volume);
+}
+
 void ScanView::publish_files(const RunReport& report) {
   std::vector<std::filesystem::path> files;
   for (const auto& [kind, path] : report.files) {

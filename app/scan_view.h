@@ -46,6 +46,9 @@ class ScanView {
   /// The scan is over: the whole mesh, however long it takes.
   void show_all(TsdfVolume& volume);
 
+  /// The frames have been fused again: the whole mesh, in place of the one that was shown.
+  void show_anew(TsdfVolume& volume);
+
   /// How it ended, and what can be downloaded. Then serves the page until stopped; returns at once if that was asked
   /// for already, or if nothing has been fused.
   void linger(const RunReport& report);
