@@ -18,11 +18,13 @@ bool is_partial(const Error& tracking) {
 }
 
 Result<void> fuse_frames(FrameIntake& intake, Reconstruction& scan, ScanView& view, RunReport& report) {
-  while (auto frame = intake.next()) {
-    const auto T_world_camera = scan.add(*frame);
-    if (!T_world_camera) return T_world_camera.error();
-    view.show(*frame, *T_world_camera, scan.volume(), report);
-    if (view.obey(scan, intake, report) == Wish::kFinish) break;
+  while (!intake.is_over()) {
+    if (auto frame = intake.next()) {
+      const auto T_world_camera = scan.add(*frame);
+      if (!T_world_camera) return T_world_camera.error();
+      view.show(*frame, *T_world_camera, scan.volume(), report);
+    }
+    view.obey(scan, intake, report);
   }
   auto usable = intake.result();
   if (usable) return usable;

@@ -44,6 +44,11 @@ double seconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
+/// Before anything has come of a frame there is nothing to be seen yet.
+ViewPhase phase_in_progress(const RunReport& report) {
+  return report.frames.fused + report.frames.lost > 0 ? ViewPhase::kScanning : ViewPhase::kWaiting;
+}
+
 std::string why_not(const Result<void>& result) {
   return result ? "" : result.error().text();
 }
@@ -72,6 +77,7 @@ Result<void> ScanView::open(UpAxis world_up) {
   auto server = LiveView::start(arguments_.server, hello);
   if (!server) return server.error();
   server_ = *std::move(server);
+  server_->refuse_commands("the scan has not begun: the scanner is not ready yet");
   announce(server_->links(), console_);
   publish_state(/*is_urgent=*/true);
   return {};
@@ -82,6 +88,7 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   auto mesh = LiveMesh::create(volume, job_.config.extract);
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
+  server_->refuse_commands("");
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
   begun_at_ = Clock::now();
   return {};
@@ -161,37 +168,36 @@ void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
   if (!updated) state_.message = updated.error().text();
 }
 
-Wish ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  if (server_ == nullptr) return Wish::kGoOn;
-  while (wish_ == Wish::kGoOn) {  // what was asked for after Finish is refused by linger()
+void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
+  if (server_ == nullptr) return;
+  while (!intake.is_over()) {  // what was asked for after Finish is refused by linger()
     const auto command = server_->next_command(stop_, 0ns);
     if (!command) break;
-    obey_one(*command, scan, report);
+    obey_one(*command, scan, intake, report);
   }
   if (state_.phase == ViewPhase::kPaused) wait_while_paused(scan, intake, report);
-  return wish_;
 }
 
 void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   show_all(scan.volume());
-  while (state_.phase == ViewPhase::kPaused && wish_ == Wish::kGoOn && !stop_.stop_requested()) {
+  while (state_.phase == ViewPhase::kPaused && !intake.is_over() && !stop_.stop_requested()) {
     const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
-    if (command) obey_one(*command, scan, report);
-    if (!command && is_paced_ && !intake.pass_over("paused")) return;
+    if (command) obey_one(*command, scan, intake, report);
+    if (!command && is_paced_) intake.pass_over("paused");
     state_.frame = report.frames.read;
     state_.dropped = report.frames.dropped;
     publish_state(/*is_urgent=*/false);
   }
 }
 
-void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report) {
+void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   std::string error;
   switch (command.action) {
-    case ViewAction::kStart: state_.phase = ViewPhase::kScanning; break;
+    case ViewAction::kStart: state_.phase = phase_in_progress(report); break;
     case ViewAction::kPause: state_.phase = ViewPhase::kPaused; break;
     case ViewAction::kReset: error = why_not(start_over(scan, report)); break;
     case ViewAction::kExport: error = why_not(export_now(scan, report)); break;
-    case ViewAction::kFinish: wish_ = Wish::kFinish; break;
+    case ViewAction::kFinish: intake.finish(); break;
     case ViewAction::kCrop:
       scan.crop(command.box);
       server_->publish(command.box);

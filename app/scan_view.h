@@ -21,16 +21,13 @@
 
 namespace scanknit {
 
-/// What follows from the commands of those who look on.
-enum class Wish { kGoOn, kFinish };
-
 class ScanView {
  public:
   /// All references outlive it. Unless a view is wanted, nothing happens in any of the functions. `mode`: "run" or
   /// "capture".
   ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop, Console& console);
 
-  /// Listens, and says where on the console. Errors: LiveView::start().
+  /// Listens, and says where on the console. Until begin(), commands are refused. Errors: LiveView::start().
   [[nodiscard]] Result<void> open(UpAxis world_up);
 
   /// `volume`, empty still, is what grows from now on; it keeps its address. Errors: IncrementalMesher::create().
@@ -40,8 +37,8 @@ class ScanView {
   /// into it: stage "view" of the report.
   void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, RunReport& report);
 
-  /// Does what was asked for since the last frame, and waits while the scan is paused (a scanner's frames pass by).
-  [[nodiscard]] Wish obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
+  /// Does what was asked for since the last time, and waits while the scan is paused (a scanner's frames pass by).
+  void obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
 
   /// The scan is over: the whole mesh, however long it takes.
   void show_all(TsdfVolume& volume);
@@ -58,7 +55,7 @@ class ScanView {
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
   [[nodiscard]] bool may_spend(Clock::duration expected) const;
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
-  void obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report);
+  void obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report);
   [[nodiscard]] Result<void> start_over(Reconstruction& scan, RunReport& report);
   [[nodiscard]] Result<void> export_now(const Reconstruction& scan, const RunReport& report);
   void publish_files(const RunReport& report);
@@ -78,7 +75,6 @@ class ScanView {
   Clock::duration spent_{};
   Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
   std::uint32_t pictures_ = 0;
-  Wish wish_ = Wish::kGoOn;
 };
 
 }  // namespace scanknit

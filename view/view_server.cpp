@@ -166,8 +166,11 @@ class Client : public std::enable_shared_from_this<Client> {
     ViewCommand& command = std::get<ViewCommand>(*message);
     command.client = number_;
     const std::uint64_t id = command.id;
-    if (!hub_.view.commands.try_push(std::move(command)))
+    if (!hub_.view.refusal.empty()) {
+      say(shared_text(ack_message(id, hub_.view.refusal)));
+    } else if (!hub_.view.commands.try_push(std::move(command))) {
       say(shared_text(ack_message(id, "too many commands are waiting; try again in a moment")));
+    }
     return true;
   }
 

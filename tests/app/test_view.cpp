@@ -53,11 +53,11 @@ class ViewTest : public testing::Test {
       GTEST_SKIP() << "SKIPPED: built without the page (npm ci --prefix view/page)";
   }
 
-  /// A scan of five seconds at the scanner's pace, and somebody who looks on from the beginning.
-  void watch(const std::vector<std::string>& more = {}) {
+  /// A scan of five seconds at the scanner's pace, or by steps, and somebody who looks on from the beginning.
+  void watch(const std::vector<std::string>& more = {}, const char* pace = "realtime") {
     scan.emplace(ScanSize{.frames = 150});
     std::vector<std::string> arguments = run_with_view(*scan, more);
-    arguments.insert(arguments.end(), {"--pace", "realtime"});
+    arguments.insert(arguments.end(), {"--pace", pace});
     program.emplace(arguments);
     port = port_of(*program);
     ASSERT_NE(port, 0) << program->err_so_far();
@@ -123,6 +123,31 @@ TEST_F(ViewTest, PausedFramesAreLeftOutAndCounted) {
   EXPECT_GT(frames["dropped_by_reason"]["paused"], 0);
   EXPECT_EQ(frames["read"], frames["fused"].get<int>() + frames["dropped"].get<int>());
   EXPECT_GT(frames["fused"], 0);
+}
+
+TEST_F(ViewTest, CommandsAreAnsweredBeforeTheFirstFrame) {
+  watch({}, "stepped");
+  ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");
+  EXPECT_EQ(ask("export"), "nothing has been fused yet");
+  EXPECT_EQ(ask("pause"), "");
+  EXPECT_EQ(ask("start"), "");
+  EXPECT_FALSE(state_in_phase("waiting").is_null()) << "nothing has been seen";
+  EXPECT_EQ(ask("reset"), "");
+  EXPECT_EQ(ask("finish"), "");
+  const Outcome outcome = program->wait();
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+  EXPECT_NE(outcome.err.find("finished before the first frame"), std::string::npos) << outcome.err;
+}
+
+TEST_F(ViewTest, CommandsAreAnsweredWhileNoOtherFrameComes) {
+  watch({}, "stepped");
+  program->type("\n\n");
+  while (client->next_of("state")["fused"].get<int>() < 2) {
+  }
+  EXPECT_EQ(ask("export"), "");
+  EXPECT_EQ(ask("finish"), "");
+  EXPECT_FALSE(state_in_phase("finished").is_null());
+  EXPECT_EQ(report_at_the_end()["frames"]["read"], 2);
 }
 
 TEST_F(ViewTest, ExportWritesTheMeshOfNow) {
