@@ -23,6 +23,8 @@ Result<void> fuse_frames(FrameIntake& intake, Reconstruction& scan, ScanView& vi
       const auto T_world_camera = scan.add(*frame);
       if (!T_world_camera) return T_world_camera.error();
       view.show(*frame, *T_world_camera, scan.volume(), report);
+    } else {
+      view.show_progress(scan.volume(), report);
     }
     view.obey(scan, intake, report);
   }

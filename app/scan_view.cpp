@@ -26,6 +26,7 @@ constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
 constexpr auto kRateWindow = 2s;
+constexpr auto kSilence = 2s;  // of a scanner, from which on it is told
 
 /// Moves `cost` by a quarter towards how long it lived: a single delay by other programs says little.
 class Cost {
@@ -89,6 +90,7 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
   server_->refuse_commands("");
+  frame_at_ = Clock::now();
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
   begun_at_ = Clock::now();
   return {};
@@ -104,6 +106,7 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   const StageTimer timer(report.stages["view"]);
   const auto begin = Clock::now();
   note(frame, T_world_camera, report);
+  is_mesh_behind_ = true;
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
   if (may_spend(mesh_cost_)) {
     const Cost cost(mesh_cost_);
@@ -119,21 +122,41 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   spent_ += Clock::now() - begin;
 }
 
-void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
-  const auto now = Clock::now();
-  if (T_world_camera) {
-    T_world_camera_ = T_world_camera;
-    fused_at_.push_back(now);
+void ScanView::show_progress(TsdfVolume& volume, RunReport& report) {
+  if (server_ == nullptr) return;
+  note_counts(report);
+  if (is_mesh_behind_ && may_spend(mesh_cost_)) {
+    const StageTimer timer(report.stages["view"]);
+    const auto begin = Clock::now();
+    const Cost cost(mesh_cost_);
+    update_mesh(volume, kMostLeaves);
+    spent_ += Clock::now() - begin;
   }
-  while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
-  const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
-  state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
-  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
-  state_.phase = ViewPhase::kScanning;
+  publish_news();
+}
+
+void ScanView::note_counts(const RunReport& report) {
+  const auto now = Clock::now();
+  if (state_.frame != report.frames.read) frame_at_ = now;
   state_.frame = report.frames.read;
   state_.fused = report.frames.fused;
   state_.dropped = report.frames.dropped;
   state_.lost = report.frames.lost;
+  while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
+  const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
+  state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
+  const bool is_silent = mode_ == "capture" && now - frame_at_ >= kSilence;
+  state_.silent_s = is_silent ? static_cast<std::size_t>(seconds(now - frame_at_)) : 0;
+}
+
+void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
+  if (T_world_camera) {
+    T_world_camera_ = T_world_camera;
+    fused_at_.push_back(Clock::now());
+  }
+  note_counts(report);
+  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
+  state_.phase = ViewPhase::kScanning;
   if (report.tracking && !report.tracking->frames.empty()) {
     const RunReport::TrackedFrame& tracked = report.tracking->frames.back();
     const bool is_news = tracked.state != state_.tracking;
@@ -157,6 +180,11 @@ void ScanView::publish_state(bool is_urgent) {
   const double elapsed = seconds(now - begun_at_);
   state_.view_share = elapsed > 0 ? seconds(spent_) / elapsed : 0;
   server_->publish(state_);
+  published_ = state_;
+}
+
+void ScanView::publish_news() {
+  if (state_ != published_) publish_state(/*is_urgent=*/false);
 }
 
 void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
@@ -166,6 +194,7 @@ void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
   });
   // What cannot be shown is not worth ending a scan for; the mesh of the files tells what is wrong.
   if (!updated) state_.message = updated.error().text();
+  is_mesh_behind_ = updated && !mesh_->is_up_to_date();
 }
 
 void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
@@ -184,9 +213,8 @@ void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunR
     const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
     if (command) obey_one(*command, scan, intake, report);
     if (!command && is_paced_) intake.pass_over("paused");
-    state_.frame = report.frames.read;
-    state_.dropped = report.frames.dropped;
-    publish_state(/*is_urgent=*/false);
+    note_counts(report);
+    publish_news();
   }
 }
 
@@ -220,8 +248,7 @@ Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   state_.tracking = "none";
   state_.reason.clear();
   state_.advice.clear();
-  state_.fused = state_.lost = 0;
-  state_.dropped = report.frames.dropped;
+  note_counts(report);
   auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
@@ -258,10 +285,7 @@ void ScanView::linger(const RunReport& report) {
   const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = report.exit_code == kExitOk ? "" : report.status;
-  state_.frame = report.frames.read;
-  state_.fused = report.frames.fused;
-  state_.dropped = report.frames.dropped;
-  state_.lost = report.frames.lost;
+  note_counts(report);
   publish_files(report);
   publish_state(/*is_urgent=*/true);
   if (stop_.stop_requested() || report.frames.fused == 0) return;

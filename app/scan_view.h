@@ -37,6 +37,10 @@ class ScanView {
   /// into it: stage "view" of the report.
   void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, RunReport& report);
 
+  /// No frame could be used, or none has come for a moment: the page is told what is different, and some more of the
+  /// mesh is shown.
+  void show_progress(TsdfVolume& volume, RunReport& report);
+
   /// Does what was asked for since the last time, and waits while the scan is paused (a scanner's frames pass by).
   void obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
 
@@ -51,7 +55,9 @@ class ScanView {
   using Clock = std::chrono::steady_clock;
 
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
+  void note_counts(const RunReport& report);
   void publish_state(bool is_urgent);
+  void publish_news();
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
   [[nodiscard]] bool may_spend(Clock::duration expected) const;
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
@@ -68,10 +74,11 @@ class ScanView {
   Console& console_;
   std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
   std::optional<LiveMesh> mesh_;
-  ViewState state_;
+  bool is_mesh_behind_ = false;  ///< the volume may have what it does not show
+  ViewState state_, published_;
   std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
   std::deque<Clock::time_point> fused_at_;
-  Clock::time_point begun_at_ = Clock::now(), state_at_{}, picture_at_{};
+  Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
   Clock::duration spent_{};
   Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
   std::uint32_t pictures_ = 0;

@@ -117,6 +117,7 @@ std::string to_message(const ViewState& state) {
                   {"dropped", state.dropped},
                   {"lost", state.lost},
                   {"fps", state.fps},
+                  {"silent_s", state.silent_s},
                   {"triangles", state.triangles},
                   {"memory_mib", state.memory_mib},
                   {"view_share", state.view_share},

@@ -150,6 +150,22 @@ TEST_F(ViewTest, CommandsAreAnsweredWhileNoOtherFrameComes) {
   EXPECT_EQ(report_at_the_end()["frames"]["read"], 2);
 }
 
+TEST_F(ViewTest, FramesThatAreDroppedAreToldAtOnce) {
+  scan.emplace(ScanSize{.frames = 6});
+  for (std::size_t place = 0; place < 3; ++place) std::ofstream(scan->depth_picture(place)) << "no picture";
+  program.emplace(run_with_view(*scan, {"--pace", "stepped"}));
+  port = port_of(*program);
+  ASSERT_NE(port, 0) << program->err_so_far();
+  client = PageClient::connect(port);
+  ASSERT_NE(client, nullptr);
+  program->type("\n\n");
+  Json state = client->next_of("state");
+  while (!state.is_null() && state["dropped"] != 2) state = client->next_of("state");
+  ASSERT_FALSE(state.is_null()) << "nobody said that two frames were dropped";
+  EXPECT_EQ(state["phase"], "waiting");
+  EXPECT_EQ(state["frame"], 2);
+}
+
 TEST_F(ViewTest, ExportWritesTheMeshOfNow) {
   watch();
   while (client->next_of("state")["fused"].get<int>() == 0) {
