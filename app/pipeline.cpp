@@ -65,7 +65,9 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     console.warn(*warning);
     report.warnings.push_back(*warning);
   }
-  auto meshed = scan->write_mesh(report);
+  const std::size_t warnings_before = report.warnings.size();
+  auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
+  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
   view.show_all(scan->volume());
   return meshed ? tracked : meshed;
 }

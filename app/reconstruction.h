@@ -9,9 +9,20 @@
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
 #include "core/result.h"
+#include "extract/extract_surface.h"
 #include "fusion/tsdf_volume.h"
 
 namespace scanknit {
+
+/// The warning of EmptyCrop::kIgnored.
+inline constexpr const char* kCropIgnored =
+    "nothing lay within the crop box of the live view: the whole mesh was written";
+
+/// What becomes of a crop box that holds nothing of the mesh.
+enum class EmptyCrop {
+  kRefused,  ///< an error: the box can still be changed
+  kIgnored,  ///< the whole mesh is written, with a warning in the report: a scan is never lost
+};
 
 class Reconstruction {
  public:
@@ -28,10 +39,11 @@ class Reconstruction {
 
   /// Outside of `box` nothing is meshed; world, metres.
   void crop(const std::optional<Eigen::AlignedBox3d>& box) { crop_ = box; }
+  [[nodiscard]] const std::optional<Eigen::AlignedBox3d>& crop() const { return crop_; }
 
   /// The mesh of what has been fused, to all files of the job; `report` tells of it. Errors: kTooLittle before the
   /// first frame; kMesh where there is no surface; kOutput.
-  [[nodiscard]] Result<void> write_mesh(RunReport& report) const;
+  [[nodiscard]] Result<void> write_mesh(RunReport& report, EmptyCrop empty_crop) const;
 
   /// What the job asks for beside the mesh. Errors: kOutput.
   [[nodiscard]] Result<void> write_volume();
@@ -40,6 +52,7 @@ class Reconstruction {
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
 
  private:
+  [[nodiscard]] Result<Surface> surface(EmptyCrop empty_crop, RunReport& report) const;
   Reconstruction(const Job& job, const RecordingInfo& info, FrameIntake& intake, RunReport& report, TsdfVolume volume)
       : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {}
 

@@ -177,6 +177,7 @@ void ScanView::publish_state(bool is_urgent) {
   if (!is_urgent && now - state_at_ < kStateEvery) return;
   state_at_ = now;
   state_.triangles = mesh_ ? mesh_->triangles() : 0;
+  state_.is_crop_empty = mesh_ && crop_ && !mesh_->has_triangle_in(*crop_);
   const double elapsed = seconds(now - begun_at_);
   state_.view_share = elapsed > 0 ? seconds(spent_) / elapsed : 0;
   server_->publish(state_);
@@ -226,21 +227,23 @@ void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, FrameI
     case ViewAction::kReset: error = why_not(start_over(scan, report)); break;
     case ViewAction::kExport: error = why_not(export_now(scan, report)); break;
     case ViewAction::kFinish: intake.finish(); break;
-    case ViewAction::kCrop:
-      scan.crop(command.box);
-      server_->publish(command.box);
-      break;
+    case ViewAction::kCrop: crop(command.box, scan); break;
   }
   server_->answer(command, error);
   publish_state(/*is_urgent=*/true);
+}
+
+void ScanView::crop(const CropBox& box, Reconstruction& scan) {
+  scan.crop(box);
+  crop_ = box;
+  server_->publish(box);
 }
 
 Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   mesh_.reset();
   if (auto begun = scan.start_over(); !begun) return begun;
   if (state_.tracking != "none") {  // another world: the box would be somewhere else
-    scan.crop(std::nullopt);
-    server_->publish(CropBox());
+    crop(std::nullopt, scan);
   }
   report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
   server_->clear(0);
@@ -260,7 +263,7 @@ Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& r
   state_.phase = ViewPhase::kExporting;
   publish_state(/*is_urgent=*/true);
   RunReport of_now = report;
-  auto written = scan.write_mesh(of_now);
+  auto written = scan.write_mesh(of_now, EmptyCrop::kRefused);
   if (written) publish_files(of_now);
   state_.phase = before;
   return written;
@@ -285,6 +288,9 @@ void ScanView::linger(const RunReport& report) {
   const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = report.exit_code == kExitOk ? "" : report.status;
+  const auto& warnings = report.warnings;
+  const bool is_crop_ignored = std::find(warnings.begin(), warnings.end(), kCropIgnored) != warnings.end();
+  if (state_.message.empty() && is_crop_ignored) state_.message = kCropIgnored;
   note_counts(report);
   publish_files(report);
   publish_state(/*is_urgent=*/true);

@@ -58,6 +58,7 @@ class ScanView {
   void note_counts(const RunReport& report);
   void publish_state(bool is_urgent);
   void publish_news();
+  void crop(const CropBox& box, Reconstruction& scan);
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
   [[nodiscard]] bool may_spend(Clock::duration expected) const;
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
@@ -74,6 +75,7 @@ class ScanView {
   Console& console_;
   std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
   std::optional<LiveMesh> mesh_;
+  CropBox crop_;                 ///< in force
   bool is_mesh_behind_ = false;  ///< the volume may have what it does not show
   ViewState state_, published_;
   std::optional<Pose> T_world_camera_;  ///< of the last frame that had one

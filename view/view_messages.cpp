@@ -119,6 +119,7 @@ std::string to_message(const ViewState& state) {
                   {"fps", state.fps},
                   {"silent_s", state.silent_s},
                   {"triangles", state.triangles},
+                  {"is_crop_empty", state.is_crop_empty},
                   {"memory_mib", state.memory_mib},
                   {"view_share", state.view_share},
                   {"message", state.message}});

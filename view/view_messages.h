@@ -42,9 +42,10 @@ struct ViewState {
   double fps = 0;            ///< frames fused a second, lately
   std::size_t silent_s = 0;  ///< for how long a scanner has sent nothing; 0: less than two seconds
   std::size_t triangles = 0;
-  double memory_mib = 0;     ///< of the volume
-  double view_share = 0;     ///< time spent on the view / time of the scan
-  std::string message = {};  ///< of kFinished and kFailed
+  bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write all of the mesh
+  double memory_mib = 0;       ///< of the volume
+  double view_share = 0;       ///< time spent on the view / time of the scan
+  std::string message = {};    ///< of kFinished and kFailed
 
   friend bool operator==(const ViewState&, const ViewState&) = default;
 };

@@ -147,6 +147,26 @@ TEST_F(LiveMeshTest, BeginsWithWhatTheVolumeHoldsAlready) {
   EXPECT_GT(triangles_in(chunks), 0u);
 }
 
+TEST_F(LiveMeshTest, KnowsWhetherABoxHoldsATriangle) {
+  auto mesh = LiveMesh::create(*volume, {});
+  ASSERT_TRUE(mesh);
+  const Eigen::Vector3d far(100, 100, 100);
+  EXPECT_FALSE(mesh->has_triangle_in({-far, far})) << "no mesh yet";
+  fuse(frames.front());
+  update(*mesh, 100'000);
+  EXPECT_TRUE(mesh->has_triangle_in({-far, far}));
+  EXPECT_FALSE(mesh->has_triangle_in({far, 2 * far}));
+  const auto all = middles(chunks);
+  ASSERT_FALSE(all.empty());
+  const Eigen::Vector3d middle = Eigen::Vector3f(all[0][0], all[0][1], all[0][2]).cast<double>();
+  const auto box_of = [&](double half_m) {
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(half_m);
+    return Eigen::AlignedBox3d(middle - half, middle + half);
+  };
+  EXPECT_TRUE(mesh->has_triangle_in(box_of(2 * kVoxel_m)));
+  EXPECT_FALSE(mesh->has_triangle_in(box_of(1e-6))) << "it cuts one, and holds none";
+}
+
 TEST_F(LiveMeshTest, WhatIsSeenOftenIsCovered) {
   auto mesh = LiveMesh::create(*volume, {});
   ASSERT_TRUE(mesh);

@@ -227,6 +227,21 @@ TEST_F(ViewTest, ACropBoxThatHoldsNothingIsNamedAndCanBeCleared) {
   EXPECT_EQ(report_at_the_end()["exit_code"], 0);
 }
 
+TEST_F(ViewTest, FinishUnderACropBoxThatHoldsNothingWritesTheWholeMesh) {
+  watch();
+  while (client->next_of("state")["triangles"].get<int>() == 0) {
+  }
+  ASSERT_EQ(ask("crop", R"(,"box":[[100,100,100],[101,101,101]])"), "");
+  Json told = client->next_of("state");
+  while (!told.is_null() && !told["is_crop_empty"].get<bool>()) told = client->next_of("state");
+  ASSERT_FALSE(told.is_null()) << "nobody said so beforehand";
+  ASSERT_EQ(ask("finish"), "");
+  EXPECT_NE(state_in_phase("finished")["message"].get<std::string>().find("crop box"), std::string::npos);
+  const Json report = report_at_the_end();
+  EXPECT_GT(report["mesh"]["triangles"], 0);
+  EXPECT_NE(report["warnings"].dump().find("whole mesh"), std::string::npos) << report["warnings"];
+}
+
 TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
   watch();
   ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");  // the sphere's middle is the origin

@@ -186,6 +186,20 @@ test('reset asks once more', async (context) => {
   assert.deepEqual(program.commands.map(({ cmd }) => cmd), ['reset']);
 });
 
+test('a crop box that holds nothing is told at once, and what Finish then writes before it is pressed', async (context) => {
+  const program = await startMock(context);
+  program.sendText({ type: 'state', phase: 'scanning' });
+  const page = await openPage(program.url);
+  await command(page, 'finish').click();
+  const usual = await page.locator('#ask-text').textContent();
+  await page.locator('#ask-no').click();
+  program.sendText({ type: 'state', is_crop_empty: true });
+  await page.locator('#note.bad').waitFor();
+  await command(page, 'finish').click();
+  assert.notEqual(await page.locator('#ask-text').textContent(), usual);
+  assert.match(await page.locator('#ask-text').textContent(), /whole mesh/);
+});
+
 test('the crop box is drawn, moved by keys and by a finger, and sent in metres of the world', async (context) => {
   const program = await startMock(context);
   program.hello.up = [0, 0, 1];  // whatever is up: the box keeps to the scan's axes

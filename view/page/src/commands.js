@@ -14,6 +14,7 @@ const kQuestions = {
   reset: { head: 'Begin anew?', text: 'The mesh so far is thrown away.', yes: 'Reset', no: 'Keep it' },
   finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
 };
+const kCropIgnored = 'Nothing of the mesh is in the crop box: the whole mesh is written, and nothing more is added to it.';
 const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The scan is finished.', crop: 'The crop box is set.' };
 
 export class Commands {
@@ -24,6 +25,7 @@ export class Commands {
     this.done = done;
     this.allowed = new Set();
     this.phase = 'waiting';
+    this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
     this.isOpen = false;
     this.busy = new Set();
     this.buttons = new Map([...bar.querySelectorAll('[data-command]')].map((button) => [button.dataset.command, button]));
@@ -32,8 +34,9 @@ export class Commands {
     }
   }
 
-  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen }) {
-    Object.assign(this, { allowed, phase, isOpen });
+  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen, isCropEmpty = this.isCropEmpty }) {
+    if (isCropEmpty && !this.isCropEmpty) { note('Nothing of the mesh is in the crop box.', { isBad: true }); }
+    Object.assign(this, { allowed, phase, isOpen, isCropEmpty });
     const focused = document.activeElement;
     for (const [command, button] of this.buttons) {
       const isMeant = allowed.has(command) && !(command === 'start' && phase === 'scanning') && !(command === 'pause' && phase !== 'scanning');
@@ -46,7 +49,9 @@ export class Commands {
   }
 
   async ask(command) {
-    if (kQuestions[command] && !(await ask(kQuestions[command]))) { return; }
+    let question = kQuestions[command];
+    if (command === 'finish' && this.isCropEmpty) { question = { ...question, text: kCropIgnored }; }
+    if (question && !(await ask(question))) { return; }
     await this.send(command);
   }
 

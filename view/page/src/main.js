@@ -89,7 +89,7 @@ const kTextHandlers = {
   state(message) {
     scan.state = message;
     banner.show(scan.link, message, scan.hello);
-    commands.update({ phase: message.phase });
+    commands.update({ phase: message.phase, isCropEmpty: message.is_crop_empty });
     showNumbers(message, scan.hello, picture?.store.extent());
     $('empty').hidden = !picture || picture.store.triangles > 0;
   },
