@@ -251,6 +251,24 @@ test('the ring tells from which sides the object was seen', async (context) => {
   assert.equal(await page.locator('#ring-text').textContent(), '36 of 36 sides seen');
 });
 
+test('a reset empties the ring, and a new scan fills it again', async (context) => {
+  const program = await startMock(context);
+  program.sendBinary(binaryMessage(1, 1, 1, square()));
+  program.sendText({ type: 'trail', points: Array.from({ length: 40 }, (_, i) => orbitPose(i / 20).slice(12, 15)) });
+  const page = await openPage(program.url);
+  const drawn = () => page.locator('#ring-sectors path.seen').count();
+  await page.waitForFunction(() => window.scanknit.sectorsSeen > 5);
+  assert.ok((await drawn()) > 5);
+  program.sendBinary(binaryMessage(2, 1, 2));
+  program.sendText({ type: 'trail', points: [] });
+  await page.waitForFunction(() => window.scanknit.sectorsSeen === 0);
+  assert.equal(await drawn(), 0);
+  assert.equal(await page.locator('#ring-text').textContent(), '0 of 36 sides seen');
+  program.sendBinary(binaryMessage(1, 1, 3, square()));
+  program.sendText({ type: 'pose', T: orbitPose(1), half: [0.5, 0.4], is_lost: false });
+  await page.waitForFunction(() => window.scanknit.sectorsSeen === 1);
+});
+
 test('a lost scanner leaves no trail and turns no sector on', async (context) => {
   const program = await startMock(context);
   program.sendBinary(binaryMessage(1, 1, 1, square()));

@@ -143,9 +143,10 @@ function prepareDrawing(viewer) {
   path.prepare(Math.min(Math.round(120 * size) / 1000, kLargestPyramidM));
   materials.uniforms.T_scan_shown.value.copy(viewer.T_scan_shown);
   materials.uniforms.R_eye_scan.value = viewer.R_eye_scan;
-  if ($('ring').hidden || bounds.isEmpty()) { return; }
+  if ($('ring').hidden || !scan.hello) { return; }
+  // Without a mesh, as after a reset, there is nothing that was seen from any side.
   ring.setFrame(bounds.getCenter(new Vector3()), new Vector3(...scan.hello.up));
-  ring.count(path.points);
+  ring.count(bounds.isEmpty() ? [] : path.points);
   ringPicture.draw(ring, ring.azimuth(viewer.camera.position.clone().applyMatrix4(viewer.T_scan_shown)));
 }
 
