@@ -186,6 +186,20 @@ test('reset asks once more', async (context) => {
   assert.deepEqual(program.commands.map(({ cmd }) => cmd), ['reset']);
 });
 
+test('a command is not sent when the scan has ended behind its question', async (context) => {
+  const program = await startMock(context);
+  program.sendText({ type: 'state', phase: 'scanning' });
+  const page = await openPage(program.url);
+  await command(page, 'reset').click();
+  await page.locator('#ask-yes').waitFor();
+  program.sendText({ type: 'state', phase: 'finished' });
+  await untilBanner(page, 'Finished');
+  await page.locator('#ask-yes').click();
+  await page.locator('#note.bad').waitFor();
+  assert.match(await page.locator('#note').textContent(), /^Reset: not possible/);
+  assert.deepEqual(program.commands, []);
+});
+
 test('a crop box that holds nothing is told at once, and what Finish then writes before it is pressed', async (context) => {
   const program = await startMock(context);
   program.sendText({ type: 'state', phase: 'scanning' });

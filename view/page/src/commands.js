@@ -41,17 +41,27 @@ export class Commands {
     for (const [command, button] of this.buttons) {
       const isMeant = allowed.has(command) && !(command === 'start' && phase === 'scanning') && !(command === 'pause' && phase !== 'scanning');
       button.hidden = !isMeant || phase === 'finished' || phase === 'failed';
-      button.disabled = !isOpen || this.busy.has(command) || !kWhen[command].includes(phase);
+      button.disabled = !this.isPossible(command);
       button.classList.toggle('busy', this.busy.has(command));
       if (button.hidden && button === focused) { [...this.buttons.values()].find((other) => !other.hidden)?.focus(); }
     }
     this.bar.hidden = ![...this.bar.children].some((button) => !button.hidden);
   }
 
+  isPossible(command) {
+    return this.isOpen && this.allowed.has(command) && !this.busy.has(command) && kWhen[command].includes(this.phase);
+  }
+
+  nameOf(command) { return this.buttons.get(command).firstChild.textContent.trim(); }
+
   async ask(command) {
     let question = kQuestions[command];
     if (command === 'finish' && this.isCropEmpty) { question = { ...question, text: kCropIgnored }; }
     if (question && !(await ask(question))) { return; }
+    if (!this.isPossible(command)) {  // the scan went on behind the question
+      note(`${this.nameOf(command)}: not possible any more.`, { isBad: true });
+      return;
+    }
     await this.send(command);
   }
 
@@ -65,7 +75,7 @@ export class Commands {
       isDone = true;
       if (kDone[command]) { note(fields.box === null ? 'The crop box is gone.' : kDone[command]); }
     } catch (error) {
-      note(`${this.buttons.get(command).firstChild.textContent.trim()}: ${error.message}`, { isBad: true });
+      note(`${this.nameOf(command)}: ${error.message}`, { isBad: true });
     }
     this.busy.delete(command);
     this.update({});
