@@ -186,6 +186,20 @@ test('reset asks once more', async (context) => {
   assert.deepEqual(program.commands.map(({ cmd }) => cmd), ['reset']);
 });
 
+test('Start is there while the scan is paused, and Pause else', async (context) => {
+  const program = await startMock(context);
+  const page = await openPage(program.url);
+  const shown = async (phase) => {
+    program.sendText({ type: 'state', phase });
+    await page.waitForFunction((name) => window.scanknit.state.phase === name, phase);
+    return page.locator('[data-command=start]:visible, [data-command=pause]:visible').evaluateAll((buttons) => buttons.map((button) => button.textContent));
+  };
+  const phases = ['waiting', 'scanning', 'exporting', 'paused', 'exporting'];
+  const seen = [];
+  for (const phase of phases) { seen.push(await shown(phase)); }
+  assert.deepEqual(seen, [['Pause'], ['Pause'], ['Pause'], ['Start'], ['Start']]);
+});
+
 test('a command is not sent when the scan has ended behind its question', async (context) => {
   const program = await startMock(context);
   program.sendText({ type: 'state', phase: 'scanning' });

@@ -3,10 +3,10 @@
 import { ask, note } from './dialogs.js';
 
 const kWhen = {
-  start: ['waiting', 'paused'],
+  start: ['paused'],
   pause: ['scanning'],
   reset: ['scanning', 'paused'],
-  crop: ['waiting', 'scanning', 'paused'],
+  crop: ['scanning', 'paused'],
   export: ['scanning', 'paused'],
   finish: ['waiting', 'scanning', 'paused'],
 };
@@ -25,6 +25,7 @@ export class Commands {
     this.done = done;
     this.allowed = new Set();
     this.phase = 'waiting';
+    this.isHeld = false;       // paused: Start stands where Pause stands else
     this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
     this.isOpen = false;
     this.busy = new Set();
@@ -37,9 +38,11 @@ export class Commands {
   update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen, isCropEmpty = this.isCropEmpty }) {
     if (isCropEmpty && !this.isCropEmpty) { note('Nothing of the mesh is in the crop box.', { isBad: true }); }
     Object.assign(this, { allowed, phase, isOpen, isCropEmpty });
+    if (phase !== 'exporting') { this.isHeld = phase === 'paused'; }  // an export changes nothing of that
+    const { isHeld } = this;
     const focused = document.activeElement;
     for (const [command, button] of this.buttons) {
-      const isMeant = allowed.has(command) && !(command === 'start' && phase === 'scanning') && !(command === 'pause' && phase !== 'scanning');
+      const isMeant = allowed.has(command) && !(command === 'start' && !isHeld) && !(command === 'pause' && isHeld);
       button.hidden = !isMeant || phase === 'finished' || phase === 'failed';
       button.disabled = !this.isPossible(command);
       button.classList.toggle('busy', this.busy.has(command));
