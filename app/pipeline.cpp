@@ -56,6 +56,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
+  view.show_writing();
   describe_volume(scan->volume(), report);
   if (auto saved = scan->write_volume(); !saved) return saved;
   if (auto saved = scan->write_trajectory(); !saved) return saved;

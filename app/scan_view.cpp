@@ -269,6 +269,12 @@ Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& r
   return written;
 }
 
+void ScanView::show_writing() {
+  if (server_ == nullptr) return;
+  state_.phase = ViewPhase::kExporting;
+  publish_state(/*is_urgent=*/true);
+}
+
 void ScanView::show_all(TsdfVolume& volume) {
   if (server_ == nullptr) return;
   update_mesh(volume, kAll);

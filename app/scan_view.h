@@ -44,6 +44,9 @@ class ScanView {
   /// Does what was asked for since the last time, and waits while the scan is paused (a scanner's frames pass by).
   void obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
 
+  /// No more frames: the files are being written.
+  void show_writing();
+
   /// The scan is over: the whole mesh, however long it takes.
   void show_all(TsdfVolume& volume);
 

@@ -56,12 +56,17 @@ export class MockProgram {
       fps: 0, silent_s: 0, triangles: 0, is_crop_empty: false, memory_mib: 0, view_share: 0.01, message: '',
     };
     this.chunks = new Map();  // number -> message
-    this.others = new Map();  // type -> message: trail, files, crop, pose
+    this.others = new Map([   // type -> message, told to each client after hello
+      { type: 'files', files: [] }, { type: 'crop', box: null }, { type: 'trail', points: [] },
+    ].map((message) => [message.type, message]));
+    this.isFull = false;      // no page is let in
   }
 
   async listen(port = 0) {
     this.http = createServer((request, response) => this.get(request, response));
-    this.sockets = new WebSocketServer({ server: this.http, path: '/api/v1/live', handleProtocols: () => 'scanknit.v1' });
+    this.sockets = new WebSocketServer({
+      server: this.http, path: '/api/v1/live', handleProtocols: () => 'scanknit.v1', verifyClient: () => !this.isFull,
+    });
     this.sockets.on('connection', (socket) => this.welcome(socket));
     await new Promise((resolve) => this.http.listen(port, '127.0.0.1', resolve));
     this.port = this.http.address().port;

@@ -4,7 +4,7 @@ import { ask, note } from './dialogs.js';
 
 const kWhen = {
   start: ['paused'],
-  pause: ['scanning'],
+  pause: ['waiting', 'scanning'],
   reset: ['scanning', 'paused'],
   crop: ['scanning', 'paused'],
   export: ['scanning', 'paused'],
@@ -15,10 +15,10 @@ const kQuestions = {
   finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
 };
 const kCropIgnored = 'Nothing of the mesh is in the crop box: the whole mesh is written, and nothing more is added to it.';
-const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The scan is finished.', crop: 'The crop box is set.' };
+const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The mesh is being written.', crop: 'The crop box is set.' };
 
 export class Commands {
-  /// done(command): after the program has said that it did it; crop(): the crop button was pressed.
+  /// done(command): after the program has said that it did it; crop(): the crop button was pressed; null: there is none.
   constructor(bar, connection, { done, crop }) {
     this.bar = bar;
     this.connection = connection;
@@ -29,6 +29,7 @@ export class Commands {
     this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
     this.isOpen = false;
     this.busy = new Set();
+    this.hasCrop = crop !== null;
     this.buttons = new Map([...bar.querySelectorAll('[data-command]')].map((button) => [button.dataset.command, button]));
     for (const [command, button] of this.buttons) {
       button.addEventListener('click', () => (command === 'crop' ? crop() : this.ask(command)));
@@ -42,7 +43,7 @@ export class Commands {
     const { isHeld } = this;
     const focused = document.activeElement;
     for (const [command, button] of this.buttons) {
-      const isMeant = allowed.has(command) && !(command === 'start' && !isHeld) && !(command === 'pause' && isHeld);
+      const isMeant = allowed.has(command) && (command !== 'crop' || this.hasCrop) && !(command === 'start' && !isHeld) && !(command === 'pause' && isHeld);
       button.hidden = !isMeant || phase === 'finished' || phase === 'failed';
       button.disabled = !this.isPossible(command);
       button.classList.toggle('busy', this.busy.has(command));

@@ -8,9 +8,9 @@ const put = (id, text) => {
   if (element.textContent !== text) { element.textContent = text; }
 };
 
-/// `bounds`: of the mesh; none where nothing can be drawn.
-export function showNumbers(state, hello, bounds) {
-  put('fps', state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
+/// `bounds`: of the mesh; none where nothing can be drawn. Unless `isOpen`, what is shown is what was.
+export function showNumbers(state, hello, bounds, isOpen) {
+  put('fps', isOpen && state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
   put('frames', state.frames_total > 0 ? `${count(state.frame)} / ${count(state.frames_total)}` : count(state.frame));
   const losses = state.lost + state.dropped;
   put('losses', count(losses));
