@@ -23,8 +23,9 @@ TEST(ViewMessages, TheStateSaysWhatTheProtocolNames) {
   state.reason = "too fast";
   state.frame = 12;
   const Json json = Json::parse(to_message(state));
-  for (const char* key : {"type", "phase", "tracking", "reason", "advice", "frame", "frames_total", "fused", "dropped",
-                          "lost", "fps", "silent_s", "triangles", "is_crop_empty", "memory_mib", "view_share", "message"}) {
+  for (const char* key :
+       {"type", "phase", "tracking", "reason", "advice", "frame", "frames_total", "fused", "dropped", "lost", "fps",
+        "silent_s", "triangles", "is_crop_empty", "memory_mib", "view_share", "message"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["type"], "state");
