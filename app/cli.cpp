@@ -145,11 +145,13 @@ void add_common(CLI::App& app, CommandLine& line) {
 
 void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed) {
   const auto set_port = [&server](const std::uint16_t& port) { server.port = port; };
-  auto* address = app.add_option("--listen", server.address,
-                                 "Address of this computer that the page is served on, 0.0.0.0 for all; default: "
-                                 "127.0.0.1, this computer only. Others need the link with its token")
-                      ->type_name("ADDRESS")
-                      ->group("Live view");
+  auto* address =
+      app.add_option("--listen", server.address,
+                     "Address of this computer that the page is served on, 0.0.0.0 for all; default: "
+                     "127.0.0.1, this computer only. Unless it is a loopback address, the link has a token, "
+                     "without which nothing is shown")
+          ->type_name("ADDRESS")
+          ->group("Live view");
   auto* port = app.add_option_function<std::uint16_t>("--port", set_port, "Default: 8765, or any free one; 0: any")
                    ->type_name("PORT")
                    ->group("Live view");

@@ -272,6 +272,11 @@ TEST_F(ViewTest, WhatIsNoMeshIsSaidToBeNone) {
   std::ofstream(folder / "text.glb") << "this is no mesh";
   EXPECT_EQ(scanknit_command({"view", (folder / "text.glb").string()}).exit_code, 4);
   EXPECT_EQ(scanknit_command({"view", (folder / "absent.ply").string()}).exit_code, 4);
+  for (const char* name : {"absent.ply", "absent"}) {
+    EXPECT_NE(scanknit_command({"view", (folder / name).string()}).err.find("no such file or folder"),
+              std::string::npos)
+        << name;
+  }
   const Outcome empty_folder = scanknit_command({"view", folder.path().string()});
   EXPECT_EQ(empty_folder.exit_code, 4);
   EXPECT_NE(empty_folder.err.find("--view"), std::string::npos) << "what to do for a recording";
@@ -283,7 +288,7 @@ TEST_F(ViewTest, OptionsThatCannotBeAreRefusedBeforeAnyWork) {
   EXPECT_EQ(plain.run({"--view", "--listen", "example.org"}).exit_code, 2);
   EXPECT_EQ(plain.run({"--view", "--port", "70000"}).exit_code, 2);
   EXPECT_EQ(plain.run({"--view", "--port", "0", "--listen", "203.0.113.1"}).exit_code, 8);  // of no computer
-  EXPECT_FALSE(fs::exists(plain.output() / "model.glb"));
+  EXPECT_FALSE(fs::exists(plain.output())) << "not even an empty folder";
 }
 
 }  // namespace
