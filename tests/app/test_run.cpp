@@ -273,5 +273,37 @@ TEST(Interrupt, ASecondCtrlCLeavesAtOnce) {
   EXPECT_EQ(program.wait().exit_code, 130);
 }
 
+/// Three frames, and then it waits for Enter.
+std::vector<std::string> stepped_run(const Scan& scan) {
+  return {"run",   scan.recording().string(), "-o",     scan.output().string(),
+          "--set", "fusion.voxel_size=8mm",   "--pace", "stepped"};
+}
+
+TEST(Interrupt, AClosedTerminalEndsTheScanWithItsMesh) {
+  const Scan scan;
+  Program program(stepped_run(scan));
+  program.type("\n\n\n");
+  wait_until_fusing(program);
+  while (program.is_running()) program.send(SIGHUP);  // the shell and the kernel say it both
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
+  EXPECT_EQ(scan.report()["exit_code"], 130);
+}
+
+TEST(Interrupt, NohupOutlivesTheTerminal) {
+  const Scan scan;
+  const auto before = ::signal(SIGHUP, SIG_IGN);
+  Program program(stepped_run(scan));
+  ::signal(SIGHUP, before);
+  program.type("\n\n\n");
+  wait_until_fusing(program);
+  program.send(SIGHUP);
+  program.type("\n\n");
+  const Outcome outcome = program.wait();  // closes stdin, which is the end
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(scan.report()["frames"]["read"], 5);
+}
+
 }  // namespace
 }  // namespace scanknit
