@@ -71,12 +71,18 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
+  const auto losses_so_far = [&] {
+    LossCounters losses = (*source)->losses();
+    if (*recorder != nullptr) losses.writer += (*recorder)->lost();
+    return losses;
+  };
+  view.watch_losses(losses_so_far);
   const Result<void> meshed = mesh_source(**source, job, stop, console, report, view);
-  LossCounters losses = (*source)->losses();
+  view.watch_losses(nullptr);
   if (*recorder != nullptr) {
     if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
-    losses.writer += (*recorder)->lost();
   }
+  const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;

@@ -8,6 +8,7 @@
 
 #include "app/exit_codes.h"
 #include "app/frame_count.h"
+#include "app/live_scanner.h"
 #include "app/stage_timer.h"
 #include "app/tracking_advice.h"
 #include "app/view_links.h"
@@ -48,6 +49,11 @@ double seconds(std::chrono::steady_clock::duration time) {
 /// Before anything has come of a frame there is nothing to be seen yet.
 ViewPhase phase_in_progress(const RunReport& report) {
   return report.frames.fused + report.frames.lost > 0 ? ViewPhase::kScanning : ViewPhase::kWaiting;
+}
+
+std::map<std::string, std::uint64_t> without_zeros(std::map<std::string, std::uint64_t> counts) {
+  std::erase_if(counts, [](const auto& count) { return count.second == 0; });
+  return counts;
 }
 
 std::string why_not(const Result<void>& result) {
@@ -142,6 +148,7 @@ void ScanView::note_counts(const RunReport& report) {
   state_.fused = report.frames.fused;
   state_.dropped = report.frames.dropped;
   state_.lost = report.frames.lost;
+  if (losses_) state_.losses = without_zeros(named(losses_()));
   while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
   const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
   state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
@@ -298,6 +305,7 @@ void ScanView::linger(const RunReport& report) {
   const bool is_crop_ignored = std::find(warnings.begin(), warnings.end(), kCropIgnored) != warnings.end();
   if (state_.message.empty() && is_crop_ignored) state_.message = kCropIgnored;
   note_counts(report);
+  if (report.losses) state_.losses = without_zeros(*report.losses);
   publish_files(report);
   publish_state(/*is_urgent=*/true);
   if (stop_.stop_requested() || report.frames.fused == 0) return;

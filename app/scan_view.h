@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 
 #include "acquire/frame_source.h"
+#include "acquire/raw_frame.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/frame_intake.h"
@@ -32,6 +35,9 @@ class ScanView {
 
   /// `volume`, empty still, is what grows from now on; it keeps its address. Errors: IncrementalMesher::create().
   [[nodiscard]] Result<void> begin(const TsdfVolume& volume, const RecordingInfo& info);
+
+  /// Asked while frames are taken, until told otherwise by nothing: pictures that the scanner sent in vain.
+  void watch_losses(std::function<LossCounters()> losses) { losses_ = std::move(losses); }
 
   /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes
   /// into it: stage "view" of the report.
@@ -81,6 +87,7 @@ class ScanView {
   CropBox crop_;                 ///< in force
   bool is_mesh_behind_ = false;  ///< the volume may have what it does not show
   ViewState state_, published_;
+  std::function<LossCounters()> losses_;
   std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};

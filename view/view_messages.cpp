@@ -118,6 +118,7 @@ std::string to_message(const ViewState& state) {
                   {"lost", state.lost},
                   {"fps", state.fps},
                   {"silent_s", state.silent_s},
+                  {"losses", state.losses},
                   {"triangles", state.triangles},
                   {"is_crop_empty", state.is_crop_empty},
                   {"memory_mib", state.memory_mib},

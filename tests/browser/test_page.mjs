@@ -272,6 +272,18 @@ test('what a program that is gone cannot give is not offered', async (context) =
   assert.equal(await page.locator('#fps').textContent(), '–');
 });
 
+test('pictures that were lost before fusion are a line of their own, when there are any', async (context) => {
+  const program = await startMock(context);
+  program.sendText({ type: 'state', phase: 'scanning' });
+  const page = await openPage(program.url, { size: kPhone });
+  await untilBanner(page, 'Tracking well');
+  assert.equal(await page.locator('#stream').isVisible(), false);
+  program.sendText({ type: 'state', losses: { transport: 3, writer: 1200 } });
+  await page.locator('#stream').waitFor();
+  assert.equal(await page.locator('#stream-losses').textContent(), '3 on the way, 1,200 not recorded');
+  assert.equal(await isWiderThanScreen(page), false);
+});
+
 test('only the commands that the scan takes are shown, and a refusal is told', async (context) => {
   const program = await startMock(context);
   program.hello.commands = ['pause', 'export'];
