@@ -484,6 +484,41 @@ test('on a phone everything fits and every button can be hit', async (context) =
   }
 });
 
+test('the crop panel covers nothing that is shown, and leaves the mesh to be seen', async (context) => {
+  const program = await startMock(context);
+  const vase = chunksOfVase(chunkBody);
+  for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
+  program.sendText({ type: 'files', files: [{ name: 'model.glb', bytes: 1712344 }] });
+  program.sendText({
+    type: 'state', phase: 'scanning', tracking: 'lost', reason: 'place not recognised', advice: 'show something that was scanned before',
+    frame: 12345, frames_total: 23456, lost: 1234, dropped: 5678, fps: 29.97, triangles: 1234567, losses: { transport: 3, writer: 12 },
+  });
+  for (const [width, height] of [[320, 640], [390, 844], [844, 390], [1280, 800]]) {
+    const page = await openPage(program.url, { size: width < 1000 ? { ...kPhone, viewport: { width, height } } : undefined });
+    await untilTriangles(page, vase.triangles(1));
+    program.sendBinary(binaryMessage(3, 0, 1, depthJpeg()));
+    await page.waitForFunction(() => window.scanknit.depthPictures > 0);
+    await command(page, 'crop').click();
+    await page.locator('#crop').waitFor();
+    const covered = await page.evaluate(() => {
+      const box = (element) => element.getBoundingClientRect();
+      const panel = box(document.getElementById('crop'));
+      const others = ['#banner', '#numbers', '#depth', '#ring', '#files-open', '#actions', '.toggles', '.segments'].map((name) => [name, document.querySelector(name)]);
+      return others.filter(([, element]) => element.checkVisibility()).filter(([, element]) => {
+        const { left, right, top, bottom } = box(element);
+        return left < panel.right - 1 && panel.left < right - 1 && top < panel.bottom - 1 && panel.top < bottom - 1;
+      }).map(([name]) => name);
+    });
+    assert.deepEqual(covered, [], `${width} x ${height}`);
+    assert.deepEqual(await smallTargets(page), []);
+    const panel = await page.locator('#crop').boundingBox();
+    assert.ok(panel.y >= 0 && panel.y + panel.height <= height, `all of it is on a screen of ${width} x ${height}`);
+    const stage = await page.locator('#view').boundingBox();
+    assert.ok(stage.height > 120 && stage.width > 200, `there is room for the mesh: ${stage.width} x ${stage.height}`);
+    await keepScreenshot(page, `crop_${width}`);
+  }
+});
+
 test('all of it is reached by keys', async (context) => {
   const program = await startMock(context);
   program.sendText({ type: 'state', phase: 'scanning' });
