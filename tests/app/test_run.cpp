@@ -1,7 +1,11 @@
 // The main job on a synthetic recording: what comes out.
 #include <gtest/gtest.h>
+#include <pty.h>
 #include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -289,6 +293,37 @@ TEST(Interrupt, AClosedTerminalEndsTheScanWithItsMesh) {
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
   EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
   EXPECT_EQ(scan.report()["exit_code"], 130);
+}
+
+/// In a terminal of its own, which then goes: what it says can no more be written.
+TEST(Interrupt, AScanWhoseTerminalIsGoneWritesItsMeshAllTheSame) {
+  const Scan scan;
+  std::vector<std::string> arguments = stepped_run(scan);
+  arguments.insert(arguments.begin(), SCANKNIT_PROGRAM);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  int terminal = -1;
+  const pid_t process = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  ASSERT_GE(process, 0);
+  if (process == 0) {
+    ::execv(SCANKNIT_PROGRAM, argv.data());
+    ::_exit(127);
+  }
+  ASSERT_EQ(::write(terminal, "\n", 1), 1);
+  std::string said;
+  std::array<char, 256> piece{};
+  while (said.find("fusing 1") == std::string::npos) {
+    const ssize_t bytes = ::read(terminal, piece.data(), piece.size());
+    ASSERT_GT(bytes, 0) << said;
+    said.append(piece.data(), static_cast<std::size_t>(bytes));
+  }
+  ::close(terminal);
+  int status = 0;
+  ASSERT_EQ(::waitpid(process, &status, 0), process);
+  EXPECT_TRUE(WIFEXITED(status)) << "ended by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
 }
 
 TEST(Interrupt, NohupOutlivesTheTerminal) {
