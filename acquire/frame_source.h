@@ -48,7 +48,7 @@ class FrameSource {
   [[nodiscard]] virtual FrameEvent next(std::stop_token stop) = 0;
 
   /// Waits until next() would return at once, for `patience` at most, and says whether it would: for callers who have
-  /// something else to do while a scanner, or a person, takes its time. Sources that keep nobody waiting say so at once.
+  /// something else to do while a scanner, or a person, takes its time. A source that lets nobody wait says so at once.
   [[nodiscard]] virtual bool wait([[maybe_unused]] std::stop_token stop,
                                   [[maybe_unused]] std::chrono::milliseconds patience) {
     return true;
