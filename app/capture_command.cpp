@@ -84,10 +84,16 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
       return open_recording(report.files["recording"], job.config.acquire);
     };
   }
+  const auto losses_so_far = [&] {
+    LossCounters losses = (*source)->losses();
+    if (*recorder != nullptr) losses.writer += (*recorder)->lost();
+    return losses;
+  };
+  view.watch_losses(losses_so_far);
   const Result<void> meshed = mesh_source(**source, job, stop, console, report, view, again);
-  LossCounters losses = (*source)->losses();
+  view.watch_losses(nullptr);
   finish_recording();
-  if (*recorder != nullptr) losses.writer += (*recorder)->lost();
+  const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;

@@ -18,11 +18,15 @@ bool is_partial(const Error& tracking) {
 }
 
 Result<void> fuse_frames(FrameIntake& intake, Reconstruction& scan, ScanView& view, RunReport& report) {
-  while (auto frame = intake.next()) {
-    const auto T_world_camera = scan.add(*frame);
-    if (!T_world_camera) return T_world_camera.error();
-    view.show(*frame, *T_world_camera, scan.volume(), report);
-    if (view.obey(scan, intake, report) == Wish::kFinish) break;
+  while (!intake.is_over()) {
+    if (auto frame = intake.next()) {
+      const auto T_world_camera = scan.add(*frame);
+      if (!T_world_camera) return T_world_camera.error();
+      view.show(*frame, *T_world_camera, scan.volume(), report);
+    } else {
+      view.show_progress(scan.volume(), report);
+    }
+    view.obey(scan, intake, report);
   }
   auto usable = intake.result();
   if (usable) return usable;
@@ -60,6 +64,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
+  view.show_writing();
   if (auto saved = write_scan(*scan, report); !saved) return saved;
   const auto tracked = check_tracking(report);
   if (!tracked && !is_partial(tracked.error())) return tracked;
@@ -67,13 +72,15 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     console.warn(*warning);
     report.warnings.push_back(*warning);
   }
-  auto meshed = scan->write_mesh(report);
+  const std::size_t warnings_before = report.warnings.size();
+  auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
+  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
   view.show_all(scan->volume());
   if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
   if (!look_again(*scan, again, console, report)) return {};
   view.show_anew(scan->volume());
   if (auto saved = write_scan(*scan, report); !saved) return saved;
-  return scan->write_mesh(report);
+  return scan->write_mesh(report, EmptyCrop::kIgnored);
 }
 
 }  // namespace scanknit

@@ -12,7 +12,6 @@
 #include "app/retrack.h"
 #include "app/stage_timer.h"
 #include "core/atomic_file.h"
-#include "extract/extract_surface.h"
 #include "fusion/integrate.h"
 
 namespace scanknit {
@@ -119,21 +118,30 @@ Result<void> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras, F
   return {};
 }
 
-Result<void> Reconstruction::write_mesh(RunReport& report) const {
+Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
+  const auto extract = [&](const std::optional<Eigen::AlignedBox3d>& crop) {
+    return timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop), job_.config.extract); });
+  };
+  auto cropped = extract(crop_);
+  if (!cropped || !crop_ || !cropped->mesh.empty()) return cropped;
+  if (empty_crop == EmptyCrop::kRefused) {
+    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
+                 job_.input.string()};
+  }
+  report.warnings.emplace_back(kCropIgnored);
+  return extract(std::nullopt);
+}
+
+Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {
   const auto& trajectory = intake_.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
   // Seen from where the scanner stood half way through the scan.
   const MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
   report.extract.isovalue = job_.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto surface =
-      timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop_), job_.config.extract); });
-  if (!surface) return surface.error();
-  if (surface->mesh.empty() && crop_) {
-    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
-                 job_.input.string()};
-  }
-  return write_surface(*surface, frame, job_, report);
+  const auto meshed = surface(empty_crop, report);
+  if (!meshed) return meshed.error();
+  return write_surface(*meshed, frame, job_, report);
 }
 
 Result<void> Reconstruction::write_volume() {

@@ -12,10 +12,21 @@
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
 #include "core/result.h"
+#include "extract/extract_surface.h"
 #include "fusion/loop_closure.h"
 #include "fusion/tsdf_volume.h"
 
 namespace scanknit {
+
+/// The warning of EmptyCrop::kIgnored.
+inline constexpr const char* kCropIgnored =
+    "nothing lay within the crop box of the live view: the whole mesh was written";
+
+/// What becomes of a crop box that holds nothing of the mesh.
+enum class EmptyCrop {
+  kRefused,  ///< an error: the box can still be changed
+  kIgnored,  ///< the whole mesh is written, with a warning in the report: a scan is never lost
+};
 
 class Reconstruction {
  public:
@@ -32,10 +43,11 @@ class Reconstruction {
 
   /// Outside of `box` nothing is meshed; world, metres.
   void crop(const std::optional<Eigen::AlignedBox3d>& box) { crop_ = box; }
+  [[nodiscard]] const std::optional<Eigen::AlignedBox3d>& crop() const { return crop_; }
 
   /// The mesh of what has been fused, to all files of the job; `report` tells of it. Errors: kTooLittle before the
   /// first frame; kMesh where there is no surface; kOutput.
-  [[nodiscard]] Result<void> write_mesh(RunReport& report) const;
+  [[nodiscard]] Result<void> write_mesh(RunReport& report, EmptyCrop empty_crop) const;
 
   /// Looks for places that the walk came back to; nothing unless poses are tracked and fusion.loop_closure is on.
   [[nodiscard]] std::optional<LoopClosure> find_loops();
@@ -60,6 +72,7 @@ class Reconstruction {
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
 
  private:
+  [[nodiscard]] Result<Surface> surface(EmptyCrop empty_crop, RunReport& report) const;
   Reconstruction(const Job& job, const RecordingInfo& info, FrameIntake& intake, RunReport& report, TsdfVolume volume)
       : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {
     expect_loops();
