@@ -6,7 +6,7 @@
 #include <span>
 
 #include "core/byte_reader.h"
-#include "export/ascii_numbers.h"
+#include "core/ascii_numbers.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 
