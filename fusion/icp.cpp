@@ -12,8 +12,6 @@
 namespace scanknit {
 namespace {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
 // A direction held by less than this share of the points is moved by noise. A wall's normals wander by two degrees
 // where it is seen in few noisy frames: the square of that.
 constexpr double kWeakStrength = 1e-3;
@@ -135,6 +133,22 @@ void describe(const PairSums& sums, const Step& step, IcpResult& result) {
   result.weak_directions = step.weak_directions;
 }
 
+/// What the pairs say of a motion in the frame's axes, of the whole of the points.
+Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
+  if (!(sums.information > 0)) return Matrix6d::Zero();
+  // A motion (v, w) of the frame moves its point p by R (v + w x p): as a translation at the centre, and a turn about
+  // it.
+  const Eigen::Matrix3d R = registration.T_model_frame.linear();
+  const Eigen::Vector3d arm = registration.T_model_frame.inverse() * registration.centre;
+  Eigen::Matrix3d cross_arm;
+  cross_arm << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  Matrix6d to_step = Matrix6d::Zero();
+  to_step.topLeftCorner<3, 3>() = R;
+  to_step.topRightCorner<3, 3>() = -R * cross_arm;
+  to_step.bottomRightCorner<3, 3>() = registration.scale_m * R;
+  return to_step.transpose() * (information_of(sums) / sums.information) * to_step;
+}
+
 /// So small that the next round would change nothing that can be seen.
 bool has_settled(const Vector6d& motion) {
   constexpr double kSettled_m = 5e-5;
@@ -178,6 +192,7 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     look(last, last.iterations - 1);
   }
   describe(sums, step, result);
+  result.shape = shape_of(sums, registration);
   return result;
 }
 

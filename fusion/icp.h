@@ -1,10 +1,9 @@
 // Registration of a depth frame with a view of the model: projective point-to-plane ICP with a photometric term.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "core/noise_model.h"
 #include "core/pose.h"
+#include "fusion/motion_vector.h"
 #include "fusion/surface_pyramid.h"
 
 namespace scanknit {
@@ -15,8 +14,6 @@ struct IcpConfig {
   int first_level = 2;            ///< begin at this level; 2 is the coarsest
   int last_level = 0;             ///< and end at this one
 };
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 struct IcpResult {
   Pose T_model_frame = Pose::Identity();  ///< p_model_camera = T_model_frame * p_frame_camera
@@ -31,6 +28,10 @@ struct IcpResult {
   /// rotation times the mean depth have one unit here.
   Vector6d strengths = Vector6d::Zero();
   int weak_directions = 0;  ///< those too weak: the result does not move along them
+  /// The same for an edge of a pose graph: of a motion (m, rad) of the frame in its own axes, T_model_frame * motion,
+  /// where 1 / m^2 is a translation that is held by all points. Divided by the variance of a plane's distance (m^2) it
+  /// is the inverse covariance.
+  Matrix6d shape = Matrix6d::Zero();
 
   [[nodiscard]] std::size_t inliers() const {
     return static_cast<std::size_t>(static_cast<double>(points) * overlap * inlier_share + 0.5);

@@ -1,5 +1,6 @@
 #include "acquire/synthetic/camera_paths.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +9,37 @@ namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
+
+/// A place on the way, and which way is ahead.
+struct Waypoint {
+  Eigen::Vector2d place;
+  double heading_rad;
+};
+
+/// Counter-clockwise round the rectangle, from the middle of its near side.
+Waypoint on_ring(const RingPath& path, double walked_m) {
+  const double r = path.corner_radius_m;
+  const double straight[2] = {2 * (path.half_length_m - r), 2 * (path.half_width_m - r)};
+  const double quarter = r * kFullTurn / 4;
+  Waypoint at{{0, -path.half_width_m}, 0};
+  const auto ahead = [&](double metres) {
+    at.place += metres * Eigen::Vector2d(std::cos(at.heading_rad), std::sin(at.heading_rad));
+  };
+  double left = std::fmod(walked_m, 2 * (straight[0] + straight[1]) + 4 * quarter);
+  for (int side = 0; side < 5; ++side) {
+    const double whole = straight[side % 2] * (side == 0 || side == 4 ? 0.5 : 1.0);
+    ahead(std::min(left, whole));
+    if (left <= whole) break;
+    left -= whole;
+    const double turn = std::min(left, quarter) / r;
+    const Eigen::Vector2d centre = at.place + r * Eigen::Vector2d(-std::sin(at.heading_rad), std::cos(at.heading_rad));
+    at.heading_rad += turn;
+    at.place = centre + r * Eigen::Vector2d(std::sin(at.heading_rad), -std::cos(at.heading_rad));
+    if (left <= quarter) break;
+    left -= quarter;
+  }
+  return at;
+}
 
 }  // namespace
 
@@ -57,6 +89,26 @@ CameraPath walk_path(const WalkPath& path) {
     // Three nods a loop: the floor and the upper half of the walls both come into view.
     const double slope = -0.25 + 0.2 * std::sin(3 * azimuth);
     return look_at(eye, eye + Eigen::Vector3d(std::sin(gaze), -std::cos(gaze), slope));
+  };
+}
+
+CameraPath ring_path(const RingPath& path) {
+  return [path](double s) {
+    const double r = path.corner_radius_m;
+    const double round_m = 4 * (path.half_length_m + path.half_width_m - 2 * r) + kFullTurn * r;
+    const Waypoint at = on_ring(path, path.rounds * round_m * s);
+    const double gaze = at.heading_rad - 20 * kDegree;
+    const double slope = -0.2 + 0.1 * std::sin(9 * kFullTurn * s);
+    const Eigen::Vector3d eye(at.place.x(), at.place.y(), path.height_m);
+    return look_at(eye, eye + Eigen::Vector3d(std::cos(gaze), std::sin(gaze), slope));
+  };
+}
+
+CameraPath crossing_path(const CrossingPath& path) {
+  return [path](double s) {
+    const double gaze = path.first_gaze_rad - s * kFullTurn / 2;
+    const Eigen::Vector3d eye(path.half_length_m * (2 * s - 1), 0, path.height_m);
+    return look_at(eye, eye + Eigen::Vector3d(std::cos(gaze), std::sin(gaze), -0.2));
   };
 }
 

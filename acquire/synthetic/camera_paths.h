@@ -39,4 +39,24 @@ struct WalkPath {
 };
 [[nodiscard]] CameraPath walk_path(const WalkPath& path);
 
+/// Round a rectangle with rounded corners, looking ahead and a little outwards, and on a little beyond the start: the
+/// end sees again what the beginning saw.
+struct RingPath {
+  double half_length_m = 4.0;  ///< along x
+  double half_width_m = 3.0;   ///< along y
+  double corner_radius_m = 1.0;
+  double height_m = 1.4;
+  double rounds = 1.08;
+};
+[[nodiscard]] CameraPath ring_path(const RingPath& path);
+
+/// A straight walk along x, from -half_length_m, that begins with a look to the left behind and ends with one to the
+/// right ahead: half a turn clockwise.
+struct CrossingPath {
+  double half_length_m = 2.0;
+  double height_m = 1.4;
+  double first_gaze_rad = 0;  ///< from the x axis, counter-clockwise
+};
+[[nodiscard]] CameraPath crossing_path(const CrossingPath& path);
+
 }  // namespace scanknit

@@ -87,6 +87,8 @@ class SyntheticScene {
 ///   desk       objects on a desk in a room; the camera goes round it at 3 degrees and 5 cm a frame.
 ///   plates     plates of 6 to 20 mm standing in a room, seen from 0.6 m to 3 m.
 ///   room       a furnished room of 5 x 4 m; the camera walks a loop and comes back to where it began.
+///   gallery    a corridor of 2 m round a block of 5.8 x 3.8 m: its beginning comes into view again after 26 m only.
+///   twins      two corners 8 m apart that look the same in every detail; nothing is seen twice.
 [[nodiscard]] std::vector<std::string> scene_names();
 
 /// Error kUsage: no such scene; the message lists those there are.

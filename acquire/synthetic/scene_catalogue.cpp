@@ -173,13 +173,66 @@ std::unique_ptr<SyntheticScene> room() {
   return std::move(drawing).scene("room", walk_path({1.3, 0.8, 1.4}), 1000);
 }
 
+/// A corridor round a block: the start comes into view again only at the end of 26 m.
+std::unique_ptr<SyntheticScene> gallery() {
+  constexpr double kHeight_m = 2.6;
+  Drawing drawing;
+  drawing.add_room({10.0, 8.0, kHeight_m}, paint(50, Pattern::kChecks, 0.17));
+  drawing.add(Box{{2.9, 1.9, kHeight_m / 2 + kSunk_m}, 0.02}, {0, 0, kHeight_m / 2}, paint(51, Pattern::kMarble, 0.11));
+  drawing.stand_box(1.4, -3.8, 0, {0.9, 0.38, 0.8}, paint(52, Pattern::kStripes, 0.07));  // a chest
+  drawing.add(vase(), {1.5, -3.8, 0.91 - kSunk_m}, paint(53, Pattern::kChecks, 0.03));
+  drawing.stand_cylinder(4.6, -3.5, 0, 0.25, 1.3, paint(54, Pattern::kChecks, 0.09));
+  drawing.stand_box(4.8, -1.0, 0, {0.36, 1.1, 1.8}, paint(55, Pattern::kChecks, 0.10));  // a bookcase
+  drawing.add(Box{{0.02, 0.5, 0.4}, 0.004}, {5.0, 1.2, 1.5}, paint(56, Pattern::kMarble, 0.09));
+  drawing.stand_box(4.5, 3.5, 0, {0.6, 0.5, 0.5}, paint(57, Pattern::kStripes, 0.06), 25, 0.02);
+  drawing.stand_box(1.8, 3.75, 0, {1.4, 0.5, 0.75}, paint(58, Pattern::kMarble, 0.08));  // a bench
+  drawing.add(Sphere{0.15}, {1.5, 3.75, 0.9 - kSunk_m}, paint(59, Pattern::kChecks, 0.04));
+  drawing.add(Box{{0.7, 0.02, 0.35}, 0.004}, {-1.4, 4.0, 1.5}, paint(60, Pattern::kStripes, 0.07));
+  drawing.stand_cylinder(-2.6, 3.6, 0, 0.2, 0.9, paint(61, Pattern::kStripes, 0.05));
+  drawing.add(frustum(0.25, 0.12, 1.2), {-4.6, 3.5, 0.6 - kSunk_m}, paint(62, Pattern::kChecks, 0.06));
+  drawing.stand_box(-4.75, 1.0, 0, {0.45, 0.9, 1.1}, paint(63, Pattern::kMarble, 0.07));
+  drawing.add(Torus{0.16, 0.05}, {-4.7, 1.0, 1.15 - kSunk_m}, paint(64, Pattern::kStripes, 0.03));
+  drawing.add(Box{{0.02, 0.45, 0.3}, 0.004}, {-5.0, -1.3, 1.55}, paint(65, Pattern::kChecks, 0.06));
+  drawing.stand_box(-4.5, -3.4, 0, {0.5, 0.7, 0.9}, paint(66, Pattern::kChecks, 0.08), -20, 0.02);
+  drawing.stand_cylinder(-1.9, -3.65, 0, 0.22, 0.7, paint(67, Pattern::kMarble, 0.05));
+  return std::move(drawing).scene("gallery", ring_path({}), 1000);
+}
+
+/// A niche of a wall, things and all, in the corner at (x, y); turned, it looks the same.
+void put_niche(Drawing& drawing, double x, double y, double degrees) {
+  const Eigen::Matrix3d turn = Drawing::yaw(degrees);
+  const auto place = [&](double right, double ahead, double up) {
+    const Vector3d at = turn * Vector3d(right, ahead, 0);
+    return Vector3d(x + at.x(), y + at.y(), up);
+  };
+  drawing.add(Box{{1.6, 0.05, 1.25}, 0.004}, place(0, 0, 1.25), paint(71, Pattern::kMarble, 0.11), turn);
+  drawing.add(Box{{0.05, 1.3, 1.25}, 0.004}, place(-1.55, -1.25, 1.25), paint(72, Pattern::kChecks, 0.13), turn);
+  drawing.add(Box{{1.6, 1.3, 0.02}, 0.004}, place(0, -1.25, 0), paint(73, Pattern::kStripes, 0.12), turn);
+  drawing.add(Box{{0.5, 0.25, 0.4}, 0.01}, place(-0.6, -0.35, 0.42 - kSunk_m), paint(74, Pattern::kStripes, 0.06),
+              turn);
+  drawing.add(Sphere{0.18}, place(-0.7, -0.35, 1.0 - 2 * kSunk_m), paint(75, Pattern::kChecks, 0.05), turn);
+  drawing.add(Cylinder{0.2, 0.5, 0.003}, place(0.6, -0.5, 0.5), paint(76, Pattern::kMarble, 0.06), turn);
+}
+
+std::unique_ptr<SyntheticScene> twins() {
+  Drawing drawing;
+  drawing.add_room({9.0, 5.0, 2.6}, paint(70, Pattern::kChecks, 0.16));
+  put_niche(drawing, -2.85, 2.4, 0);
+  put_niche(drawing, 2.85, -2.4, 180);
+  drawing.stand_box(0, 2.2, 0, {0.8, 0.5, 1.1}, paint(77, Pattern::kChecks, 0.09));
+  drawing.stand_cylinder(1.6, 2.1, 0, 0.25, 0.8, paint(78, Pattern::kStripes, 0.06));
+  drawing.stand_box(3.6, 1.9, 0, {0.9, 0.5, 0.5}, paint(79, Pattern::kMarble, 0.07), 30, 0.02);
+  return std::move(drawing).scene("twins", crossing_path({2.0, 1.4, 125 * kDegree}), 300);
+}
+
 struct Entry {
   const char* name;
   std::unique_ptr<SyntheticScene> (*make)();
 };
 
 constexpr std::array kScenes = {Entry{"sphere", sphere}, Entry{"turntable", turntable}, Entry{"desk", desk},
-                                Entry{"plates", plates}, Entry{"room", room}};
+                                Entry{"plates", plates}, Entry{"room", room},           Entry{"gallery", gallery},
+                                Entry{"twins", twins}};
 
 }  // namespace
 
