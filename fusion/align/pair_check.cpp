@@ -21,7 +21,7 @@ constexpr std::size_t kMostPoints = 8000;
 // What makes a pair good, acceptable; see docs/align.md. Overlaps in shares, residuals in spacings.
 constexpr double kGoodOverlap = 0.25, kAcceptableOverlap = 0.12, kUnseenOverlap = 0.3;
 constexpr double kGoodResidual = 0.35, kAcceptableResidual = 0.55;
-constexpr double kGoodContradicted = 0.02, kAcceptableContradicted = 0.05;
+constexpr double kGoodContradicted = 0.005, kAcceptableContradicted = 0.015;
 constexpr double kGoodStrength = 0.004, kAcceptableStrength = 0.0015;
 
 /// What was found of one point.

@@ -124,7 +124,7 @@ double true_overlap(const Scans& scans) {
 }
 
 TEST(AlignScans, ThirtyPercentOverlapIsEnough) {
-  const Scans scans = scans_from({0, 95}, 11);
+  const Scans scans = scans_from({0, 108}, 11);
   const double overlap = true_overlap(scans);
   std::cout << "overlap " << overlap << "\n";
   EXPECT_GT(overlap, 0.25);
@@ -136,6 +136,18 @@ TEST(AlignScans, ThirtyPercentOverlapIsEnough) {
   std::cout << 1000 * off.metres << " mm, " << off.degrees << " degrees\n";
   EXPECT_LT(off.metres, 0.001);
   EXPECT_LT(off.degrees, 0.2);
+}
+
+TEST(AlignScans, TmpSweep) {
+  for (int d = 0; d < 180; d += 15) {
+    for (int e : {140, 180, 220}) {
+      const Scans scans = scans_from({double(d), double(d + e)}, static_cast<unsigned>(d + e + 1));
+      const Alignment found = align_scans(scans.models, {});
+      std::cout << "SWEEP " << d << " " << e << " ";
+      print(found);
+      if (found.is_placed[1]) std::cout << "   off " << 1000 * off_of(found, scans, 1).metres << " " << off_of(found, scans, 1).degrees << "\n";
+    }
+  }
 }
 
 TEST(AlignScans, WithoutOverlapNothingIsPlaced) {

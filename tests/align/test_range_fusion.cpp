@@ -83,18 +83,18 @@ TEST(RangeIntegrate, ABallComesOutAtItsRadius) {
   const RangeSurface surface = find_surface(scan);
   TsdfVolume volume = volume_of_1mm();
   Pose T_world_scan = Pose::Identity();
-  T_world_scan.translation() = {0.5, -0.2, 0.1};
+  T_world_scan.translation() = Eigen::Vector3d(0.5, -0.2, 0.1);
   ASSERT_TRUE(integrate(RangeView(scan, surface), surface.noise_m, T_world_scan, volume));
   std::size_t checked = 0;
   for (auto it = volume.tsdf().cbeginValueOn(); it; ++it) {
     const Eigen::Vector3d p = Eigen::Vector3d(it.getCoord().x(), it.getCoord().y(), it.getCoord().z()) * kVoxel_m -
                               T_world_scan.translation();
     const double truth = p.norm() - kRadius_m;
-    if (p.z() < 0.5 * kRadius_m || std::abs(truth) > 0.002) continue;
+    if (p.z() < 0.7 * kRadius_m || std::abs(truth) > kVoxel_m) continue;  // planes leave a ball beside it
     EXPECT_NEAR(*it, truth, 0.0001) << p.transpose();
     ++checked;
   }
-  EXPECT_GT(checked, 5000u);
+  EXPECT_GT(checked, 1000u);
 }
 
 TEST(RangeIntegrate, ARoundScanHasNoSeam) {
