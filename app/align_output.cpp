@@ -109,8 +109,12 @@ Result<void> describe_alignment(const AlignInputs& inputs, const Alignment& alig
                                   .off_m = pair.off_m,
                                   .least_strength = pair.measure.least_strength,
                                   .contradicted = {},
+                                  .missing = {},
                                   .picture = {}};
-    if (pair.measure.is_seen) line.contradicted = pair.measure.contradicted;
+    if (pair.measure.is_seen) {
+      line.contradicted = pair.measure.contradicted;
+      line.missing = pair.measure.missing;
+    }
     if (picture_folder) {
       const auto path = *picture_folder / fmt::format("pair_{}_{}.png", line.from, line.to);
       line.picture = path.string();
@@ -171,12 +175,15 @@ Result<void> write_aligned_points(const AlignInputs& inputs, const Alignment& al
 
 std::string alignment_text(const RunReport& report) {
   if (!report.alignment) return "";
-  std::string text = "Pairs    scans   residual   overlap   in the way   verdict\n";
+  std::string text = "Pairs    scans   residual   overlap   in the way   missing   verdict\n";
   for (const auto& pair : report.alignment->pairs) {
-    const std::string way = pair.contradicted ? fmt::format("{:.1f} %", 100 * *pair.contradicted) : "?";
-    text += fmt::format("         {:<7} {:>5.3f} mm {:>7.0f} % {:>11}   {}{}{}\n",
-                        fmt::format("{} {}", pair.from, pair.to), pair.residual_m * 1000, pair.overlap * 100, way,
-                        pair.verdict, pair.reason.empty() ? "" : ": ", pair.reason);
+    const auto share = [](const std::optional<double>& value) {
+      return value ? fmt::format("{:.1f} %", 100 * *value) : "?";
+    };
+    text += fmt::format("         {:<7} {:>5.3f} mm {:>7.0f} % {:>11} {:>9}   {}{}{}\n",
+                        fmt::format("{} {}", pair.from, pair.to), pair.residual_m * 1000, pair.overlap * 100,
+                        share(pair.contradicted), share(pair.missing), pair.verdict, pair.reason.empty() ? "" : ": ",
+                        pair.reason);
   }
   return text;
 }

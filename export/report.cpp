@@ -95,6 +95,7 @@ Json alignment_json(const std::optional<RunReport::Aligned>& aligned) {
                              {"residual_mm", finite(pair.residual_m * 1000)},
                              {"overlap", finite(pair.overlap)},
                              {"contradicted", pair.contradicted ? Json(finite(*pair.contradicted)) : Json(nullptr)},
+                             {"missing", pair.missing ? Json(finite(*pair.missing)) : Json(nullptr)},
                              {"off_mm", finite(pair.off_m * 1000)},
                              {"least_strength", finite(pair.least_strength)},
                              {"picture", pair.picture.empty() ? Json(nullptr) : Json(pair.picture)}});

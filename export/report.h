@@ -71,8 +71,8 @@ struct RunReport {
       std::size_t from = 0, to = 0;        ///< numbers of scans, from 1
       std::string verdict, reason, start;  ///< "good", "acceptable", "unacceptable"; why; how its pose was found
       double residual_m = 0, overlap = 0, off_m = 0, least_strength = 0;
-      std::optional<double> contradicted;  ///< nothing: nobody knows from where the scans were seen
-      std::string picture;                 ///< path; empty: none
+      std::optional<double> contradicted, missing;  ///< nothing: nobody knows from where the scans were seen
+      std::string picture;                          ///< path; empty: none
     };
     double spacing_m = 0;  ///< of the points that are compared
     std::vector<Scan> scans;

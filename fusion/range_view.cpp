@@ -48,6 +48,10 @@ RangeView::RangeView(const RangeScan& scan, const RangeSurface& surface) : sight
   const Image<SightLines::Sight> sights = sights_of(scan);
   choose_raster(sights, scan.points_m);
   for (const Triangle& triangle : surface.triangles) draw(scan, surface, sights, triangle);
+  farthest_m_ = std::numeric_limits<float>::lowest();
+  for (const Pixel& pixel : pixels_.pixels()) {
+    if (pixel.slope > 0) farthest_m_ = std::max(farthest_m_, pixel.range_m);
+  }
 }
 
 void RangeView::choose_raster(const Image<SightLines::Sight>& sights, const Image<Eigen::Vector3f>& points) {
@@ -167,6 +171,21 @@ std::optional<RangeView::Front> RangeView::front_of(const Eigen::Vector3d& p) co
   if (pixel == nullptr) return std::nullopt;
   const double distance = pixel->normal.cast<double>().dot(p - pixel->point.cast<double>());
   return Front{pixel, static_cast<float>(distance), static_cast<float>(pixel->range_m - sight->range_m)};
+}
+
+bool RangeView::sees_nothing_round(const Eigen::Vector3d& p) const {
+  const auto sight = sight_.look(p);
+  if (!sight || sight->range_m > farthest_m_) return false;
+  const auto place = place_of(*sight);
+  if (!place) return false;
+  for (int dy = -kEmptyPixels; dy <= kEmptyPixels; ++dy) {
+    for (int dx = -kEmptyPixels; dx <= kEmptyPixels; ++dx) {
+      const int x = place->first + dx;
+      const int y = place->second + dy;
+      if (pixels_.contains(x, y) && pixels_.at(x, y).slope > 0) return false;
+    }
+  }
+  return true;
 }
 
 std::optional<float> RangeView::surely_before(const Eigen::Vector3d& p) const {

@@ -49,6 +49,12 @@ class RangeView {
   /// Nothing where nothing is seen along the line.
   [[nodiscard]] std::optional<Front> front_of(const Eigen::Vector3d& p) const;
 
+  /// True where a whole neighbourhood of the line to `p`, kEmptyPixels to each side, shows nothing at all, though `p`
+  /// is not farther away than other things that are seen. A surface there that faces the scanner would have been seen,
+  /// most likely.
+  [[nodiscard]] bool sees_nothing_round(const Eigen::Vector3d& p) const;
+  static constexpr int kEmptyPixels = 3;
+
   /// The least `before_m` of the pixels within one of it; nothing where one of them sees nothing: rims tell little.
   [[nodiscard]] std::optional<float> surely_before(const Eigen::Vector3d& p) const;
 
@@ -63,6 +69,7 @@ class RangeView {
   SightLines sight_;
   Image<Pixel> pixels_;
   double first_u_ = 0, first_v_ = 0, step_u_ = 1, step_v_ = 1;
+  float farthest_m_ = 0;     ///< range of what is seen
   bool goes_round_ = false;  ///< the picture's last column has the first one beside it
 };
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kFeatureRadius = 5;  // coarse spacings
 constexpr int kCoarseRounds = 20;
 constexpr int kFineRounds = 40;
-constexpr std::size_t kRefined = 4;  // candidates of the coarse search that are registered finely
+constexpr std::size_t kRefined = 6;  // candidates of the coarse search that are registered finely
 constexpr double kAmbiguous = 0.9;   // of the best score: another pose that fits as well
 constexpr double kSameTurn = 0.15;   // rad; and
 constexpr double kSamePlace = 3;     // coarse spacings: two poses that are one
@@ -171,10 +171,14 @@ class ScanAligner {
     pair.judgement = {PairVerdict::kUnacceptable, "nothing alike was found"};
     pair.start = "search";
     if (fine.empty()) return pair;
+    // What can be refuted is no rival to what cannot.
+    const auto holds = [&](const FoundPose& found) { return counts(pair_of(from, to, found, "search")); };
+    std::stable_partition(fine.begin(), fine.end(), holds);
     pair = pair_of(from, to, fine.front(), "search");
     matches_[{from, to}] = fine.front().match;
-    const bool is_ambiguous = fine.size() > 1 && fine[1].score > kAmbiguous * fine[0].score;
-    if (counts(pair) && is_ambiguous) {
+    const bool is_ambiguous =
+        counts(pair) && fine.size() > 1 && holds(fine[1]) && fine[1].score > kAmbiguous * fine[0].score;
+    if (is_ambiguous) {
       pair.judgement = {PairVerdict::kUnacceptable, "it fits as well in another place: give --initial or --markers"};
     }
     return pair;

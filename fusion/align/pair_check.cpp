@@ -15,24 +15,27 @@ using Eigen::Vector3f;
 
 constexpr float kMeets = 2;  // spacings from the nearest point of the other scan, and
 constexpr float kLeastNormalCosine = 0.8f;
-constexpr float kInTheWay = 4;  // spacings before the surface: more than what does not fit by noise
+constexpr float kInTheWay = 4;   // spacings before the surface: more than what does not fit by noise
+constexpr double kFacing = 0.5;  // cosine: steeper than this a scanner may well see nothing
 constexpr std::size_t kMostPoints = 8000;
 
 // What makes a pair good, acceptable; see docs/align.md. Overlaps in shares, residuals in spacings.
 constexpr double kGoodOverlap = 0.25, kAcceptableOverlap = 0.12, kUnseenOverlap = 0.3;
 constexpr double kGoodResidual = 0.35, kAcceptableResidual = 0.55;
 constexpr double kGoodContradicted = 0.005, kAcceptableContradicted = 0.015;
+constexpr double kGoodMissing = 0.01, kAcceptableMissing = 0.02;
 constexpr double kGoodStrength = 0.004, kAcceptableStrength = 0.0015;
 
 /// What was found of one point.
 struct PointFinding {
   bool meets = false;
   bool is_in_the_way = false;
+  bool is_missing = false;
   float residual_m = 0;
 };
 
 struct SideMeasure {
-  std::size_t points = 0, meeting = 0, in_the_way = 0;
+  std::size_t points = 0, meeting = 0, in_the_way = 0, missing = 0;
   double squares = 0;
 };
 
@@ -44,6 +47,17 @@ bool is_in_the_way(const ScanModel& model, const Eigen::Vector3d& p, float margi
     if (!before || *before < margin_m) return false;
     const auto front = sight.view.front_of(p_view);
     return front && front->distance_m > margin_m;
+  });
+}
+
+/// True where one of the sights faced the point, and saw nothing there nor round it.
+bool is_missing(const ScanModel& model, const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+  return std::any_of(model.sights.begin(), model.sights.end(), [&](const ModelSight& sight) {
+    const Pose T_view_scan = sight.T_scan_view.inverse();
+    const Eigen::Vector3d p_view = T_view_scan * p;
+    if (!sight.view.sight().look(p_view)) return false;
+    const double slope = -(T_view_scan.linear() * n).dot(sight.view.sight().direction(p_view));
+    return slope > kFacing && sight.view.sees_nothing_round(p_view);
   });
 }
 
@@ -64,7 +78,9 @@ SideMeasure measure_side(const ScanLevel& from, const ScanLevel& to, const ScanM
       finding.meets = off.norm() < kMeets * spacing;
       finding.residual_m = off.dot((n + to.points.normals[*nearest]).normalized());
     }
-    if (!finding.meets) finding.is_in_the_way = is_in_the_way(to_model, p.cast<double>(), kInTheWay * spacing);
+    if (finding.meets) return;
+    finding.is_in_the_way = is_in_the_way(to_model, p.cast<double>(), kInTheWay * spacing);
+    finding.is_missing = is_missing(to_model, p.cast<double>(), n.cast<double>());
   });
   SideMeasure side{.points = findings.size()};
   for (const PointFinding& finding : findings) {
@@ -73,6 +89,7 @@ SideMeasure measure_side(const ScanLevel& from, const ScanLevel& to, const ScanM
       side.squares += double{finding.residual_m} * double{finding.residual_m};
     }
     if (finding.is_in_the_way) ++side.in_the_way;
+    if (finding.is_missing) ++side.missing;
   }
   return side;
 }
@@ -103,6 +120,8 @@ PairMeasure measure_pair(const PreparedScan& a, const PreparedScan& b, const Pos
   // The worse of both: what one scanner sees may be hidden from the other.
   measure.contradicted = std::max(share_of(of_a.in_the_way, of_a.in_the_way + of_a.meeting),
                                   share_of(of_b.in_the_way, of_b.in_the_way + of_b.meeting));
+  measure.missing = std::max(share_of(of_a.missing, of_a.missing + of_a.meeting),
+                             share_of(of_b.missing, of_b.missing + of_b.meeting));
   return measure;
 }
 
@@ -127,12 +146,17 @@ PairJudgement judge_pair(const PairMeasure& measure, double spacing_m) {
     return refused("one scan is in the way of the other: " + percent(measure.contradicted) +
                    " of it lies where the other scanner looked through");
   }
+  if (measure.missing > kAcceptableMissing) {
+    return refused("one scan shows what the other does not: " + percent(measure.missing) +
+                   " of it faced the other scanner, which saw nothing there");
+  }
   if (residual > kAcceptableResidual) return refused("the surfaces do not fit: the residual is as large as by chance");
   if (measure.least_strength < kAcceptableStrength) {
     return refused("they could slide along each other: what they share is flat, round or a cylinder");
   }
   if (measure.overlap < kGoodOverlap) return {PairVerdict::kAcceptable, "little overlap"};
   if (measure.contradicted > kGoodContradicted) return {PairVerdict::kAcceptable, "something is in the way"};
+  if (measure.missing > kGoodMissing) return {PairVerdict::kAcceptable, "something is missing"};
   if (residual > kGoodResidual) return {PairVerdict::kAcceptable, "large residual"};
   if (measure.least_strength < kGoodStrength) return {PairVerdict::kAcceptable, "held by little"};
   return {PairVerdict::kGood, ""};
@@ -140,7 +164,7 @@ PairJudgement judge_pair(const PairMeasure& measure, double spacing_m) {
 
 double score_of(const PairMeasure& measure, double spacing_m) {
   const double fit = std::max(0.0, 1 - measure.residual_m / (double{kMeets} * spacing_m));
-  return measure.overlap * fit * fit - 2 * measure.contradicted;
+  return measure.overlap * fit * fit - 4 * (measure.contradicted + measure.missing);
 }
 
 }  // namespace scanknit

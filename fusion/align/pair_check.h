@@ -19,6 +19,7 @@ struct PairMeasure {
   double overlap = 0;         ///< share of the scan with less area that meets the other one, 0 to 1
   double residual_m = 0;      ///< root mean square distance along normals of what meets
   double contradicted = 0;    ///< of what one scanner looked at, the share that the other scan has in its way, 0 to 1
+  double missing = 0;         ///< ... and the share that it should have seen, but saw nothing there
   bool is_seen = false;       ///< one of the scans tells from where it was seen: only then is `contradicted` known
   double least_strength = 0;  ///< FineMatch's
 };
