@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli_align.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/presets.h"
@@ -37,6 +38,7 @@ struct CommandLine {
   RecordArguments record;
   ShowArguments show;
   ExtractArguments extract;
+  AlignArguments align;
   SynthArguments synth;
   ConfigArguments config;
   InfoArguments info;
@@ -312,6 +314,14 @@ void add_extract(CLI::App& app, CommandLine& line) {
   command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
 }
 
+void add_align(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("align", "Bring several scans of one thing together, and write one mesh");
+  add_align_options(*command, line.align);
+  add_shorthand(*command, line, "--poses", "acquire.poses", "Where the poses of a recording's own frames come from");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
+}
+
 void add_synth(CLI::App& app, CommandLine& line) {
   SynthArguments& synth = line.synth;
   CLI::App* command = app.add_subcommand("synth", "Scan a scene that is known exactly, for tests and demonstrations");
@@ -471,6 +481,7 @@ int run_cli(int argc, const char* const* argv) {
   add_record(app, line);
   add_view(app, line);
   add_extract(app, line);
+  add_align(app, line);
   add_synth(app, line);
   add_convert(app, line);
   add_repair(app, line);

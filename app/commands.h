@@ -78,6 +78,13 @@ struct ExtractArguments {
   bool wants_stats = false;
 };
 
+struct AlignArguments {
+  std::vector<std::filesystem::path> inputs;
+  std::filesystem::path output;
+  std::optional<std::filesystem::path> report, trajectory, volume, points, initial, markers;
+  bool wants_refinement = false;  ///< poses that the files carry are a beginning, not the end
+};
+
 struct InfoArguments {
   std::filesystem::path file;
   VolumeOptions options;
@@ -106,6 +113,7 @@ struct ConfigArguments {
 [[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int record_command(const RecordArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int align_command(const AlignArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/align_output.h"
 #include "app/quantity.h"
 
 namespace scanknit {
@@ -96,7 +97,8 @@ std::string next_line(const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report) {
-  std::string text = frames_line(report) + tracking_line(report) + volume_line(report) + isovalue_line(report);
+  std::string text = frames_line(report) + tracking_line(report) + alignment_text(report) + volume_line(report) +
+                     isovalue_line(report);
   if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);
 }

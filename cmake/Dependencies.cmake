@@ -35,6 +35,11 @@ foreach(part common io filters search kdtree)
   target_link_libraries(scanknit_pcl INTERFACE ${PCL_${part}_LIBRARY})
 endforeach()
 
+add_library(scanknit_pcl_features INTERFACE IMPORTED)  # on top of those, for the one file that describes surfaces
+target_link_libraries(scanknit_pcl_features INTERFACE scanknit_pcl)
+find_library(PCL_features_LIBRARY pcl_features REQUIRED)
+target_link_libraries(scanknit_pcl_features INTERFACE ${PCL_features_LIBRARY})
+
 # Volume files. ITK's own configuration asks for all of its sixty modules; its readers of three headers are all we need.
 find_package(ZLIB REQUIRED)
 find_path(ITK_INCLUDE_DIR NrrdIO.h PATH_SUFFIXES ITK-5.2 REQUIRED)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "export/ascii_numbers.h"
+#include "core/ascii_numbers.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 

@@ -2,73 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
-#include "core/byte_reader.h"
-#include "export/ascii_numbers.h"
+#include "core/ply_numbers.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
-#include "export/ply_header.h"
 
 namespace scanknit {
 namespace {
-
-/// The body as a sequence of numbers, whatever the encoding. Every PLY type fits a double exactly.
-class NumberStream {
- public:
-  NumberStream(std::string_view body, PlyEncoding encoding)
-      : encoding_(encoding), text_(body), bytes_(std::as_bytes(std::span(body))) {}
-
-  [[nodiscard]] std::size_t remaining() const {
-    return encoding_ == PlyEncoding::kAscii ? text_.size() : bytes_.remaining();
-  }
-
-  [[nodiscard]] std::optional<double> next(PlyType type) {
-    if (encoding_ == PlyEncoding::kAscii) return parse_double(take_word(text_));
-    switch (type) {
-      case PlyType::kInt8: return binary<std::int8_t>();
-      case PlyType::kUint8: return binary<std::uint8_t>();
-      case PlyType::kInt16: return binary<std::int16_t>();
-      case PlyType::kUint16: return binary<std::uint16_t>();
-      case PlyType::kInt32: return binary<std::int32_t>();
-      case PlyType::kUint32: return binary<std::uint32_t>();
-      case PlyType::kFloat32: return binary<float>();
-      case PlyType::kFloat64: return binary<double>();
-    }
-    return std::nullopt;
-  }
-
-  /// A list's length: a whole number of values that the rest of the file could hold.
-  [[nodiscard]] std::optional<std::size_t> next_count(const PlyProperty& list) {
-    const auto count = next(*list.count_type);
-    if (!count || !(*count >= 0) || *count > static_cast<double>(remaining()) || *count != std::floor(*count)) {
-      return std::nullopt;
-    }
-    return static_cast<std::size_t>(*count);
-  }
-
-  /// Reads past one property.
-  [[nodiscard]] bool skip(const PlyProperty& property) {
-    const auto count = property.count_type ? next_count(property) : std::optional<std::size_t>(1);
-    if (!count) return false;
-    for (std::size_t i = 0; i < *count; ++i) {
-      if (!next(property.type)) return false;
-    }
-    return true;
-  }
-
- private:
-  template <typename T>
-  [[nodiscard]] std::optional<double> binary() {
-    const auto value = encoding_ == PlyEncoding::kBigEndian ? bytes_.big_endian<T>() : bytes_.little_endian<T>();
-    if (!value) return std::nullopt;
-    return static_cast<double>(*value);
-  }
-
-  PlyEncoding encoding_;
-  std::string_view text_;
-  ByteReader bytes_;
-};
 
 Error truncated(const PlyElement& element, std::size_t index) {
   return input_error(fmt::format("truncated or malformed in {} {} of {}", element.name, index, element.count));
@@ -104,7 +44,7 @@ std::uint8_t colour_byte(double value, PlyType type) {
   return value > 0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 255.0))) : std::uint8_t{0};
 }
 
-Result<void> read_vertices(const PlyElement& element, NumberStream& numbers, Mesh& mesh) {
+Result<void> read_vertices(const PlyElement& element, PlyNumbers& numbers, Mesh& mesh) {
   const VertexLayout layout(element);
   if (!layout.has_triple(0)) return input_error("PLY vertices without x, y and z");
   const bool has_normals = layout.has_triple(3);
@@ -137,7 +77,7 @@ bool is_corner_list(const PlyProperty& property) {
   return property.count_type && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-Result<void> read_faces(const PlyElement& element, NumberStream& numbers, const Limits& limits, Mesh& mesh) {
+Result<void> read_faces(const PlyElement& element, PlyNumbers& numbers, const Limits& limits, Mesh& mesh) {
   std::vector<std::uint32_t> corners;
   for (std::size_t i = 0; i < element.count; ++i) {
     for (const PlyProperty& property : element.properties) {
@@ -161,7 +101,7 @@ Result<void> read_faces(const PlyElement& element, NumberStream& numbers, const 
   return {};
 }
 
-Result<void> skip_element(const PlyElement& element, NumberStream& numbers) {
+Result<void> skip_element(const PlyElement& element, PlyNumbers& numbers) {
   for (std::size_t i = 0; i < element.count; ++i) {
     for (const PlyProperty& property : element.properties) {
       if (!numbers.skip(property)) return truncated(element, i);
@@ -188,7 +128,7 @@ Result<void> check_count(const PlyElement& element, PlyEncoding encoding, std::s
 Result<Mesh> read_ply(std::string_view bytes, const Limits& limits) {
   const auto header = parse_ply_header(bytes);
   if (!header) return header.error();
-  NumberStream numbers(bytes.substr(header->body_offset), header->encoding);
+  PlyNumbers numbers(bytes.substr(header->body_offset), header->encoding);
   Mesh mesh;
   bool has_vertices = false;
   for (const PlyElement& element : header->elements) {

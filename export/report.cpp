@@ -84,6 +84,44 @@ Json tracking_json(const std::optional<RunReport::Tracking>& tracking) {
   return json;
 }
 
+Json pose_json(const Pose& pose) {
+  Json rows = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    rows.push_back({finite(pose(row, 0)), finite(pose(row, 1)), finite(pose(row, 2)), finite(pose(row, 3))});
+  }
+  return rows;
+}
+
+Json alignment_json(const std::optional<RunReport::Aligned>& aligned) {
+  if (!aligned) return nullptr;
+  Json json;
+  json["spacing_m"] = finite(aligned->spacing_m);
+  json["scans"] = Json::array();
+  for (const auto& scan : aligned->scans) {
+    json["scans"].push_back({{"name", scan.name},
+                             {"kind", scan.kind},
+                             {"points", scan.points},
+                             {"is_placed", scan.is_placed},
+                             {"T_world_scan", scan.is_placed ? pose_json(scan.T_world_scan) : Json(nullptr)}});
+  }
+  json["pairs"] = Json::array();
+  for (const auto& pair : aligned->pairs) {
+    json["pairs"].push_back({{"from", pair.from},
+                             {"to", pair.to},
+                             {"verdict", pair.verdict},
+                             {"reason", pair.reason},
+                             {"start", pair.start},
+                             {"residual_mm", finite(pair.residual_m * 1000)},
+                             {"overlap", finite(pair.overlap)},
+                             {"contradicted", pair.contradicted ? Json(finite(*pair.contradicted)) : Json(nullptr)},
+                             {"missing", pair.missing ? Json(finite(*pair.missing)) : Json(nullptr)},
+                             {"off_mm", finite(pair.off_m * 1000)},
+                             {"least_strength", finite(pair.least_strength)},
+                             {"picture", pair.picture.empty() ? Json(nullptr) : Json(pair.picture)}});
+  }
+  return json;
+}
+
 Json stage_json(const StageTimes& times) {
   return Json{{"total_ms", finite(times.total_ms())},
               {"median_ms", finite(times.median_ms())},
@@ -176,6 +214,7 @@ std::string to_json(const RunReport& report) {
   json["losses"] = report.losses ? object_of(*report.losses) : Json();
   json["warnings"] = report.warnings;
   json["tracking"] = tracking_json(report.tracking);
+  json["alignment"] = alignment_json(report.alignment);
   json["stages"] = stages_json(report.stages);
   json["total_ms"] = finite(report.total_ms);
   json["peak_rss_mib"] = finite(report.peak_rss_mib);

@@ -72,6 +72,27 @@ struct RunReport {
   };
   std::optional<Tracking> tracking;
 
+  /// Nothing unless scans were brought together (`align`).
+  struct Aligned {
+    struct Scan {
+      std::string name, kind;  ///< "range scan", "recording", "mesh" or "point cloud"
+      std::size_t points = 0;
+      bool is_placed = false;
+      Pose T_world_scan = Pose::Identity();
+    };
+    struct Pair {
+      std::size_t from = 0, to = 0;        ///< numbers of scans, from 1
+      std::string verdict, reason, start;  ///< "good", "acceptable", "unacceptable"; why; how its pose was found
+      double residual_m = 0, overlap = 0, off_m = 0, least_strength = 0;
+      std::optional<double> contradicted, missing;  ///< nothing: nobody knows from where the scans were seen
+      std::string picture;                          ///< path; empty: none
+    };
+    double spacing_m = 0;  ///< of the points that are compared
+    std::vector<Scan> scans;
+    std::vector<Pair> pairs;
+  };
+  std::optional<Aligned> alignment;
+
   /// acquire filter track raycast integrate extract export: always all of them, and read and write for the files.
   std::map<std::string, StageTimes> stages;
   double total_ms = 0;

@@ -5,8 +5,8 @@
 #include <limits>
 #include <span>
 
+#include "core/ascii_numbers.h"
 #include "core/byte_reader.h"
-#include "export/ascii_numbers.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 

@@ -1,17 +1,10 @@
-// Organised point clouds of PCL, one PCD file a frame. PCL parses the body once our own check of the header passed.
-#include <pcl/PCLPointCloud2.h>
-#include <pcl/console/print.h>
-#include <pcl/io/pcd_io.h>
-
-#include <Eigen/Geometry>
+// Organised point clouds of PCL, one PCD file a frame.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <sstream>
 #include <string>
 
 #include "acquire/replay/layouts.h"
-#include "acquire/replay/pcd_header.h"
+#include "acquire/replay/pcd_points.h"
 #include "acquire/replay/picture_codec.h"
 #include "core/read_file.h"
 
@@ -25,61 +18,6 @@ constexpr std::size_t kFewestPoints = 16;
 
 bool is_pcd(const std::string& name) {
   return fs::path(name).extension() == ".pcd";
-}
-
-const PcdField* find_field(const PcdHeader& header, std::string_view name, std::size_t size) {
-  const auto match = std::find_if(header.fields.begin(), header.fields.end(), [&](const PcdField& field) {
-    return field.name == name && field.size == size && field.count == 1;
-  });
-  return match == header.fields.end() ? nullptr : &*match;
-}
-
-// The points through PCL, or nothing when it refuses them.
-std::optional<pcl::PCLPointCloud2> read_points(std::span<const std::byte> bytes, const PcdHeader& expected) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // a library never prints on input
-  try {
-    pcl::PCDReader reader;
-    pcl::PCLPointCloud2 cloud;
-    std::string text(bytes.size(), '\0');
-    std::memcpy(text.data(), bytes.data(), bytes.size());
-    std::istringstream stream(text);
-    Eigen::Vector4f origin;
-    Eigen::Quaternionf orientation;
-    int version = 0;
-    int encoding = 0;
-    unsigned int body = 0;
-    if (reader.readHeader(stream, cloud, origin, orientation, version, encoding, body) != 0) return std::nullopt;
-    // PCL's reading of the header must be ours, since ours is the one that was checked.
-    const bool agrees = cloud.width == static_cast<std::uint32_t>(expected.width) &&
-                        cloud.height == static_cast<std::uint32_t>(expected.height) &&
-                        cloud.point_step == expected.point_bytes && body == expected.header_bytes &&
-                        encoding == static_cast<int>(expected.encoding);
-    if (!agrees) return std::nullopt;
-    cloud.data.resize(std::size_t{cloud.width} * cloud.height * cloud.point_step);
-    int status = 0;
-    if (expected.encoding == PcdEncoding::kAscii) {
-      stream.clear();
-      stream.seekg(body);
-      status = reader.readBodyASCII(stream, cloud, version);
-    } else {
-      std::vector<unsigned char> raw(bytes.size());
-      std::memcpy(raw.data(), bytes.data(), bytes.size());
-      const bool is_compressed = expected.encoding == PcdEncoding::kBinaryCompressed;
-      status = reader.readBodyBinary(raw.data(), cloud, version, is_compressed, body);
-    }
-    if (status != 0) return std::nullopt;
-    return cloud;
-  } catch (const std::exception&) {  // pcl::IOException, std::bad_alloc, boost's casts
-    return std::nullopt;
-  }
-}
-
-// Values of `field` of point i, from PCL's bytes.
-template <typename T>
-T value_at(const pcl::PCLPointCloud2& cloud, const PcdField& field, std::size_t i) {
-  T value;
-  std::memcpy(&value, cloud.data.data() + i * cloud.point_step + field.offset, sizeof(T));
-  return value;
 }
 
 // Least squares of pixel = focal * slope + centre.
@@ -114,20 +52,18 @@ struct CloudPicture {
   std::optional<CameraIntrinsics> camera;
 };
 
-CloudPicture to_depth(const pcl::PCLPointCloud2& cloud, const PcdField& fx, const PcdField& fy, const PcdField& fz) {
-  CloudPicture picture{DepthImage(static_cast<int>(cloud.width), static_cast<int>(cloud.height)), {}};
+CloudPicture to_depth(const PcdPoints& cloud) {
+  CloudPicture picture{DepthImage(cloud.header.width, cloud.header.height), {}};
   LineFit across;
   LineFit down;
   std::size_t i = 0;
   for (int v = 0; v < picture.depth_m.height(); ++v) {
     for (int u = 0; u < picture.depth_m.width(); ++u, ++i) {
-      const auto x = value_at<float>(cloud, fx, i);
-      const auto y = value_at<float>(cloud, fy, i);
-      const auto z = value_at<float>(cloud, fz, i);
-      if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z) || !(z > 0)) continue;
-      picture.depth_m.at(u, v) = z;
-      across.add(double{x} / z, u);
-      down.add(double{y} / z, v);
+      const Eigen::Vector3f& p = cloud.points_m[i];
+      if (!p.allFinite() || !(p.z() > 0)) continue;
+      picture.depth_m.at(u, v) = p.z();
+      across.add(double{p.x()} / p.z(), u);
+      down.add(double{p.y()} / p.z(), v);
     }
   }
   const auto horizontal = across.solve();
@@ -139,57 +75,26 @@ CloudPicture to_depth(const pcl::PCLPointCloud2& cloud, const PcdField& fx, cons
   return picture;
 }
 
-// PCL packs colour as 0x00RRGGBB in four bytes, whether the field is called a float (rgb) or an integer (rgba).
-ColourImage to_colour(const pcl::PCLPointCloud2& cloud, const PcdField& field) {
-  ColourImage colour(static_cast<int>(cloud.width), static_cast<int>(cloud.height));
-  for (std::size_t i = 0; i < colour.size(); ++i) {
-    const auto packed = value_at<std::uint32_t>(cloud, field, i);
-    colour.pixels()[i] = {static_cast<std::uint8_t>(packed >> 16 & 0xFF), static_cast<std::uint8_t>(packed >> 8 & 0xFF),
-                          static_cast<std::uint8_t>(packed & 0xFF)};
-  }
-  return colour;
-}
-
-Result<Pose> viewpoint_pose(const PcdHeader& header, const fs::path& path) {
-  const auto& [tx, ty, tz, qw, qx, qy, qz] = header.viewpoint;
-  const Eigen::Quaterniond q(qw, qx, qy, qz);
-  if (!(std::abs(q.norm() - 1) <= 0.01)) {
-    return Error{ErrorCode::kInput, "VIEWPOINT is not rigid: its quaternion's length is not 1", path.string()};
-  }
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<3, 3>() = q.normalized().toRotationMatrix();
-  matrix.topRightCorner<3, 1>() << tx, ty, tz;
-  return pose_from_matrix(matrix);
-}
-
 OrDrop<DecodedFrame> decode_pcd_frame(const FrameEntry& entry, const DecodeSettings& settings) {
   const auto unreadable = [&](std::string what) {
     return make_drop(DropReason::kUnreadable, std::move(what), entry.depth);
   };
   auto bytes = read_picture(entry.depth, settings.limits);
   if (auto* drop = std::get_if<Drop>(&bytes)) return std::move(*drop);
-  const auto header = parse_pcd_header(std::get<0>(bytes), settings.limits);
-  if (!header) return unreadable(header.error().message);
-  if (header->height < 2 || header->width < 2) {
+  const auto cloud = parse_pcd_points(std::get<0>(bytes), settings.limits);
+  if (!cloud) return unreadable(cloud.error().message);
+  if (cloud->header.height < 2 || cloud->header.width < 2) {
     return unreadable("the cloud is not organised (HEIGHT 1): a picture of width x height points is needed");
   }
-  const PcdField* x = find_field(*header, "x", 4);
-  const PcdField* y = find_field(*header, "y", 4);
-  const PcdField* z = find_field(*header, "z", 4);
-  if (x == nullptr || y == nullptr || z == nullptr || x->type != 'F' || y->type != 'F' || z->type != 'F') {
-    return unreadable("no x, y, z as 4-byte floats");
-  }
-  const auto cloud = read_points(std::get<0>(bytes), *header);
-  if (!cloud) return unreadable("PCL cannot read the points");
-
   DecodedFrame frame;
-  CloudPicture picture = to_depth(*cloud, *x, *y, *z);
+  CloudPicture picture = to_depth(*cloud);
   frame.depth_m = std::move(picture.depth_m);
   frame.camera = picture.camera;
-  const PcdField* colour = find_field(*header, "rgb", 4);
-  if (colour == nullptr) colour = find_field(*header, "rgba", 4);
-  if (colour != nullptr) frame.colour = to_colour(*cloud, *colour);
-  frame.T_world_camera = viewpoint_pose(*header, entry.depth);
+  if (!cloud->colours.empty()) {
+    frame.colour = ColourImage(cloud->header.width, cloud->header.height);
+    std::copy(cloud->colours.begin(), cloud->colours.end(), frame.colour.pixels().begin());
+  }
+  frame.T_world_camera = viewpoint_pose(cloud->header);
   return frame;
 }
 

@@ -1,12 +1,16 @@
-#include "export/ply_header.h"
+#include "core/ply_header.h"
 
 #include <array>
+#include <utility>
 
-#include "export/ascii_numbers.h"
-#include "export/mesh_builder.h"
+#include "core/ascii_numbers.h"
 
 namespace scanknit {
 namespace {
+
+Error input_error(std::string what) {
+  return {ErrorCode::kInput, std::move(what)};
+}
 
 constexpr std::size_t kMaxHeaderBytes = 1u << 16;  // real ones have less than 2 KiB
 
@@ -63,7 +67,11 @@ std::optional<PlyProperty> parse_property(std::string_view words) {
 Result<void> parse_line(std::string_view line, PlyHeader& header, bool& has_format) {
   std::string_view words = line;
   const std::string_view keyword = take_word(words);
-  if (keyword == "comment" || keyword == "obj_info" || keyword.empty()) return {};
+  if (keyword == "comment" || keyword.empty()) return {};
+  if (keyword == "obj_info") {
+    header.obj_info.emplace_back(words);
+    return {};
+  }
   if (keyword == "format") {
     const auto encoding = encoding_named(take_word(words));
     if (!encoding) return input_error("PLY header: unknown format");

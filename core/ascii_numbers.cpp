@@ -1,4 +1,4 @@
-#include "export/ascii_numbers.h"
+#include "core/ascii_numbers.h"
 
 #include <charconv>
 

@@ -34,7 +34,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kAscii;
   std::vector<PlyElement> elements;
-  std::size_t body_offset = 0;  ///< of the first byte after "end_header"
+  std::vector<std::string> obj_info;  ///< what follows the keyword, in the order of the file
+  std::size_t body_offset = 0;        ///< of the first byte after "end_header"
 };
 
 /// Counts are only parsed, not believed. Errors: kInput.

@@ -1,0 +1,68 @@
+#include "acquire/range/range_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <new>
+#include <utility>
+
+#include "core/read_file.h"
+
+namespace scanknit {
+namespace {
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// ".ply" of "bun000.ply.gz".
+std::string ending(const std::filesystem::path& path) {
+  const std::filesystem::path inner = lower(path.extension().string()) == ".gz" ? path.stem() : path;
+  return lower(inner.extension().string());
+}
+
+Result<RangeFile> parse(const std::string& kind, std::string_view bytes, const Limits& limits) {
+  RangeFile file;
+  if (kind == ".pcd") return parse_pcd_range(bytes, limits);
+  if (kind == ".ptx") {
+    auto scans = parse_ptx(bytes, limits);
+    if (!scans) return scans.error();
+    file.scans = *std::move(scans);
+    return file;
+  }
+  if (!is_range_ply(bytes)) return file;
+  auto scan = parse_range_ply(bytes, limits);
+  if (!scan) return scan.error();
+  file.scans.push_back(*std::move(scan));
+  return file;
+}
+
+}  // namespace
+
+bool is_range_path(const std::filesystem::path& path) {
+  const std::string kind = ending(path);
+  return kind == ".ply" || kind == ".pcd" || kind == ".ptx";
+}
+
+Result<RangeFile> read_range_file(const std::filesystem::path& path, const Limits& limits) {
+  const auto failure = [&](const Error& error) { return Error{error.code, error.message, path.string()}; };
+  auto packed = read_text_file(path, limits.max_range_bytes);
+  if (!packed) return packed.error();
+  const auto bytes = unpack_gzip(*std::move(packed), limits.max_range_bytes);
+  if (!bytes) return failure(bytes.error());
+  try {
+    auto file = parse(ending(path), *bytes, limits);
+    if (!file) return failure(file.error());
+    const std::string name = path.filename().string();
+    for (std::size_t i = 0; i < file->scans.size(); ++i) {
+      file->scans[i].name = file->scans.size() == 1 ? name : name + "#" + std::to_string(i + 1);
+    }
+    for (PointCloud& cloud : file->clouds) cloud.name = name;
+    return file;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kInput, "does not fit into memory", path.string()};
+  }
+}
+
+}  // namespace scanknit

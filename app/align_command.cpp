@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "app/align_inputs.h"
+#include "app/align_output.h"
+#include "app/commands.h"
+#include "app/quantity.h"
+#include "app/run_report.h"
+#include "app/signals.h"
+#include "app/stage_timer.h"
+#include "core/atomic_file.h"
+#include "export/write_points.h"
+
+namespace scanknit {
+namespace {
+
+/// True if somebody asked for a voxel size: two starts then give the same.
+bool has_own_voxel_size(const ConfigSources& sources) {
+  Config start;
+  start.fusion.voxel_size_m = 0.0123;
+  const auto config = load_config(sources, start);
+  return config && config->fusion.voxel_size_m != start.fusion.voxel_size_m;
+}
+
+/// Two digits of the spacing of the coarsest scan: finer voxels show nothing more.
+double voxel_size_for(const AlignInputs& inputs) {
+  double spacing = 0;
+  for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
+    if (inputs.inputs[i].kind == AlignKind::kRange) spacing = std::max(spacing, inputs.models[i].spacing_m);
+  }
+  const double digit = std::pow(10.0, std::floor(std::log10(spacing)) - 1);
+  return std::clamp(std::round(spacing / digit) * digit, 0.0002, 0.1);
+}
+
+class AlignRun {
+ public:
+  AlignRun(const AlignArguments& arguments, const CommonArguments& common, Job& job, std::stop_token stop,
+           Console& console, RunReport& report)
+      : arguments_(arguments), common_(common), job_(job), stop_(std::move(stop)), console_(console), report_(report) {}
+
+  [[nodiscard]] Result<void> run() {
+    if (auto writable = check(); !writable) return writable;
+    auto loaded = load_align_inputs(arguments_.inputs, job_.config, stop_, console_, report_);
+    if (!loaded) return loaded.error();
+    inputs_ = *std::move(loaded);
+    const auto priors = load_align_priors(arguments_, inputs_, job_.config.acquire.limits);
+    if (!priors) return priors.error();
+    if (stop_.stop_requested()) return Error{ErrorCode::kTooLittle, "interrupted before anything was brought together"};
+    alignment_ = timed(report_, "align", [&] {
+      return align_scans(inputs_.models, *priors,
+                         [&](std::size_t done, std::size_t total) { console_.progress("comparing", done, total); });
+    });
+    if (auto described = describe_alignment(inputs_, alignment_, picture_folder(), report_); !described)
+      return described;
+    if (auto placed = check_placed(); !placed) return placed;
+    if (priors->are_final) warn_of_misfits();
+    return write();
+  }
+
+ private:
+  [[nodiscard]] Result<void> check() const {
+    if (arguments_.points && !is_points_path(*arguments_.points)) {
+      return Error{ErrorCode::kUsage, "--points writes .ply or .pcd", arguments_.points->string()};
+    }
+    if (auto writable = check_outputs(job_.outputs); !writable) return writable;
+    return arguments_.points ? check_writable(*arguments_.points) : Result<void>();
+  }
+
+  /// Where the preview goes, too: with -o FILE there are no pictures.
+  [[nodiscard]] std::optional<std::filesystem::path> picture_folder() const {
+    if (!job_.outputs.preview) return std::nullopt;
+    return job_.outputs.preview->parent_path();
+  }
+
+  [[nodiscard]] Result<void> check_placed() const {
+    std::vector<std::string> lost;
+    for (std::size_t i = 0; i < inputs_.inputs.size(); ++i) {
+      if (!alignment_.is_placed[i]) lost.push_back(fmt::format("{} ({})", i + 1, inputs_.inputs[i].name));
+    }
+    if (lost.empty()) return {};
+    std::string reasons;
+    for (const AlignedPair& pair : alignment_.pairs) {
+      if (alignment_.is_placed[pair.from] == alignment_.is_placed[pair.to]) continue;
+      reasons += fmt::format("\n  {} and {}: {}", pair.from + 1, pair.to + 1, pair.judgement.reason);
+    }
+    return Error{ErrorCode::kTooLittle,
+                 fmt::format("no place was found for {} beside scan 1 ({}). Scan so that at least a third of each scan "
+                             "is in another one too, say where it is with --initial or --markers, or leave it out{}",
+                             fmt::join(lost, ", "), inputs_.inputs[0].name, reasons)};
+  }
+
+  void warn_of_misfits() {
+    for (const AlignedPair& pair : alignment_.pairs) {
+      if (pair.judgement.verdict != PairVerdict::kUnacceptable || pair.measure.overlap < 0.12) continue;
+      const std::string warning =
+          fmt::format("the given poses of {} and {} do not fit: {}", inputs_.inputs[pair.from].name,
+                      inputs_.inputs[pair.to].name, pair.judgement.reason);
+      console_.warn(warning);
+      report_.warnings.push_back(warning);
+    }
+  }
+
+  [[nodiscard]] Result<void> write() {
+    const auto& inputs = inputs_.inputs;
+    const auto fusable =
+        std::count_if(inputs.begin(), inputs.end(), [](const AlignInput& input) { return input.is_fusable(); });
+    auto points = arguments_.points;
+    if (fusable == 0) {
+      console_.warn(
+          "meshes and points alone hold nothing to fuse: their points are written, each scan in its place, and no "
+          "mesh");
+      if (!points)
+        points = job_.outputs.meshes.empty()
+                     ? "points.ply"
+                     : std::filesystem::path(job_.outputs.meshes[0]).replace_filename("points.ply");
+    } else if (fusable < static_cast<std::ptrdiff_t>(inputs.size())) {
+      console_.warn("meshes and points are brought to their place, but only range scans and recordings are fused");
+    }
+    if (points) {
+      if (auto written = write_aligned_points(inputs_, alignment_, *points, report_); !written) return written;
+    }
+    if (fusable > 0) {
+      const bool has_grids = std::any_of(inputs.begin(), inputs.end(),
+                                         [](const AlignInput& input) { return input.kind == AlignKind::kRange; });
+      if (has_grids && !has_own_voxel_size(common_.config)) {
+        job_.config.fusion.voxel_size_m = voxel_size_for(inputs_);
+        console_.info(
+            fmt::format("fusion.voxel_size: {}, the spacing of the points; --set fusion.voxel_size=... for another",
+                        format_length(job_.config.fusion.voxel_size_m)));
+        report_.config_json = begin_report(job_).config_json;
+      }
+      return fuse_aligned(inputs_, alignment_, job_, stop_, console_, report_);
+    }
+    job_.outputs.meshes.clear();
+    return {};
+  }
+
+  const AlignArguments& arguments_;
+  const CommonArguments& common_;
+  Job& job_;
+  std::stop_token stop_;
+  Console& console_;
+  RunReport& report_;
+  AlignInputs inputs_;
+  Alignment alignment_;
+};
+
+}  // namespace
+
+int align_command(const AlignArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal stop_on_signal;  // before any other thread
+  const auto begin = std::chrono::steady_clock::now();
+  auto config = load_config(with_run_defaults(common.config));
+  if (!config) return fail(config.error(), common);
+  auto outputs = plan_outputs({.output = arguments.output,
+                               .report = arguments.report,
+                               .trajectory = arguments.trajectory,
+                               .volume = arguments.volume},
+                              config->output);
+  if (!outputs) return fail(outputs.error(), common);
+  Job job{arguments.inputs.front(), std::move(*config), *outputs, Pace::kFast};
+  RunReport report = begin_report(job);
+  Console console(common.verbosity);
+  AlignRun align(arguments, common, job, stop_on_signal.token(), console, report);
+  const Result<void> result = align.run();
+  close_report(report, result, stop_on_signal.token().stop_requested(), begin);
+  return conclude(report, result, job, common);
+}
+
+}  // namespace scanknit

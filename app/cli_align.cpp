@@ -1,0 +1,36 @@
+#include "app/cli_align.h"
+
+#include <CLI/CLI.hpp>
+
+namespace scanknit {
+
+void add_align_options(CLI::App& command, AlignArguments& align) {
+  command
+      .add_option("scans", align.inputs,
+                  "Recordings, range scans (.ply .ply.gz .pcd .ptx), a list of them with poses (.conf), meshes, point "
+                  "clouds with normals")
+      ->required()
+      ->type_name("SCAN...");
+  command.add_option("-o,--output", align.output, "Folder, or one mesh file (.glb .ply .obj .stl)")
+      ->required()
+      ->type_name("OUT");
+  command
+      .add_option("--initial", align.initial,
+                  "Where scans are, about: lines of SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row; "
+                  "SCAN is its number, from 1, or its file")
+      ->type_name("FILE");
+  command
+      .add_option("--markers", align.markers,
+                  "Points that several scans have in common: lines of SCAN MARKER x y z, metres in the scan's frame")
+      ->type_name("FILE");
+  command.add_flag("--refine", align.wants_refinement,
+                   "Correct the poses that a .conf or a PTX gives; default: they are taken as they are");
+  command.add_option("--points", align.points, "Write the points of all scans here, in one frame")
+      ->type_name("FILE.ply|.pcd");
+  command.add_option("--report", align.report, "Write report.json here")->type_name("FILE");
+  command.add_option("--trajectory", align.trajectory, "Write the poses of the scans here (TUM format)")
+      ->type_name("FILE");
+  command.add_option("--save-volume", align.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+}
+
+}  // namespace scanknit

@@ -1,0 +1,30 @@
+// RangeScan: an organised grid of points that a range scanner measured from one place, without a pinhole.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "core/image.h"
+#include "core/pose.h"
+#include "core/sight_lines.h"
+
+namespace scanknit {
+
+/// Neighbours in the grid are neighbours on the surface, or lie at both sides of a step in depth.
+struct RangeScan {
+  std::string name;                       ///< of the file, for people
+  Image<Eigen::Vector3f> points_m;        ///< the scan's own frame; x is NaN where there was no return
+  Image<Rgb8> colours;                    ///< sRGB; empty, or as large as `points_m`
+  SightLines sight;                       ///< in the scan's own frame
+  std::optional<Pose> T_world_scan = {};  ///< from the file; rigid and finite
+};
+
+[[nodiscard]] inline bool has_return(const Eigen::Vector3f& p) {
+  return !std::isnan(p.x());
+}
+
+inline const Eigen::Vector3f kNoReturn(NAN, NAN, NAN);
+
+}  // namespace scanknit
