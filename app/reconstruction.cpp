@@ -55,7 +55,7 @@ void Reconstruction::expect_loops() {
 
 void Reconstruction::note_for_loops(const Frame& frame, const Pose& T_world_camera) {
   fused_.push_back(frame.sequence);
-  if (keys_) timed(report_, "loops", [&] { keys_->add(frame, T_world_camera, was_lost_); });
+  if (keys_) timed(report_, "key_frames", [&] { keys_->add(frame, T_world_camera, was_lost_); });
   was_lost_ = false;
 }
 
