@@ -1,6 +1,7 @@
 // FrameSource: one frame after another, from a recording or a scanner (live/live_source.h).
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -45,6 +46,13 @@ class FrameSource {
   /// Blocks until a frame, a dropped frame, the end, or an error that ends the source. A stop request is an
   /// EndOfStream.
   [[nodiscard]] virtual FrameEvent next(std::stop_token stop) = 0;
+
+  /// Waits until next() would return at once, for `patience` at most, and says whether it would: for callers who have
+  /// something else to do while a scanner, or a person, takes its time. A source that lets nobody wait says so at once.
+  [[nodiscard]] virtual bool wait([[maybe_unused]] std::stop_token stop,
+                                  [[maybe_unused]] std::chrono::milliseconds patience) {
+    return true;
+  }
 };
 
 /// Opens a recording: a folder, or one file of it; a folder that holds exactly one recording up to two levels below

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <utility>
 
 #include "app/commands.h"
 #include "app/live_scanner.h"
@@ -71,12 +72,28 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   if (!source) return source.error();
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
-  const Result<void> meshed = mesh_source(**source, job, stop, console, report, view);
-  LossCounters losses = (*source)->losses();
-  if (*recorder != nullptr) {
+  bool is_recording = *recorder != nullptr;
+  const auto finish_recording = [&] {
+    if (!std::exchange(is_recording, false)) return;
     if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
-    losses.writer += (*recorder)->lost();
+  };
+  SecondLook again;  // Ctrl-C ends the scan, not what comes after it; a second one ends the program
+  if (is_recording) {
+    again.open = [&] {
+      finish_recording();
+      return open_recording(report.files["recording"], job.config.acquire);
+    };
   }
+  const auto losses_so_far = [&] {
+    LossCounters losses = (*source)->losses();
+    if (*recorder != nullptr) losses.writer += (*recorder)->lost();
+    return losses;
+  };
+  view.watch_losses(losses_so_far);
+  const Result<void> meshed = mesh_source(**source, job, stop, console, report, view, again);
+  view.watch_losses(nullptr);
+  finish_recording();
+  const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;

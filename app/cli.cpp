@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -147,11 +149,13 @@ void add_common(CLI::App& app, CommandLine& line) {
 
 void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed) {
   const auto set_port = [&server](const std::uint16_t& port) { server.port = port; };
-  auto* address = app.add_option("--listen", server.address,
-                                 "Address of this computer that the page is served on, 0.0.0.0 for all; default: "
-                                 "127.0.0.1, this computer only. Others need the link with its token")
-                      ->type_name("ADDRESS")
-                      ->group("Live view");
+  auto* address =
+      app.add_option("--listen", server.address,
+                     "Address of this computer that the page is served on, 0.0.0.0 for all; default: "
+                     "127.0.0.1, this computer only. Unless it is a loopback address, the link has a token, "
+                     "without which nothing is shown")
+          ->type_name("ADDRESS")
+          ->group("Live view");
   auto* port = app.add_option_function<std::uint16_t>("--port", set_port, "Default: 8765, or any free one; 0: any")
                    ->type_name("PORT")
                    ->group("Live view");
@@ -205,6 +209,11 @@ void add_run(CLI::App& app, CommandLine& line) {
   });
 }
 
+/// "nan" is neither below nor above any limit.
+std::string why_not_finite(const std::string& text) {
+  return std::isfinite(std::strtod(text.c_str(), nullptr)) ? "" : "expected a finite number, got '" + text + "'";
+}
+
 void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
   const std::string group = "Scanner";
   app.add_option("--device", scanner.device, "Which scanner, as `scanknit devices` lists it; default: the first")
@@ -214,22 +223,28 @@ void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
       ->check(CLI::Range(16, 8192))
       ->group(group);
   app.add_option("--height", scanner.height, "Height of the depth pictures")->check(CLI::Range(16, 8192))->group(group);
-  app.add_option("--fps", scanner.frames_per_second, "Pictures a second")->check(CLI::Range(1.0, 1000.0))->group(group);
+  app.add_option("--fps", scanner.frames_per_second, "Pictures a second")
+      ->check(why_not_finite)
+      ->check(CLI::Range(1.0, 1000.0))
+      ->group(group);
   auto* frames = app.add_option("--frames", scanner.frames, "End after so many depth pictures")
                      ->check(CLI::Range(1, 100'000'000))
                      ->type_name("N")
                      ->group(group);
   app.add_option("--seconds", scanner.seconds, "End after so long")
+      ->check(why_not_finite)
       ->check(CLI::PositiveNumber)
       ->excludes(frames)
       ->type_name("S")
       ->group(group);
   app.add_option("--wait", scanner.wait_s, "Wait so many seconds for a scanner that is not plugged in yet")
+      ->check(why_not_finite)
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->group(group);
   app.add_option("--reconnect", scanner.reconnect_s,
                  "Wait so many seconds for a scanner that was unplugged, default 30; 0: the scan ends")
+      ->check(why_not_finite)
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->group(group);

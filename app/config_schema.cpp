@@ -304,6 +304,11 @@ std::vector<ConfigKey> fusion_keys() {
           {"fusion.carve_free_space", "",
            "Frames that look through a known voxel push it towards free space; removes what moved away."},
           [](auto& c) -> auto& { return c.fusion.carve_free_space; }),
+      boolean(
+          {"fusion.loop_closure", "",
+           "When poses are tracked and the walk comes back to where it has been, the drift is distributed over it at "
+           "the end and the frames are fused again."},
+          [](auto& c) -> auto& { return c.fusion.loop_closure; }),
       memory(
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "

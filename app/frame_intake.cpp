@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "app/frame_count.h"
-#include "app/stage_timer.h"
 
 namespace scanknit {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kPatience{50};
 constexpr std::size_t kMessagesInReport = 100;
 constexpr std::size_t kMessagesOnConsole = 5;
 
@@ -43,27 +46,43 @@ FrameIntake::FrameIntake(FrameSource& source, const AcquireConfig& config, std::
       report_(report),
       expected_(selected_frames(source.info(), config)) {}
 
+std::optional<FrameEvent> FrameIntake::next_event() {
+  const auto begin = Clock::now();
+  std::optional<FrameEvent> event;
+  if (source_.wait(stop_, kPatience)) event = source_.next(stop_);
+  waited_ += Clock::now() - begin;
+  if (!event) return event;
+  const std::chrono::duration<double, std::milli> spent = std::exchange(waited_, {});
+  report_.stages["acquire"].samples_ms.push_back(spent.count());
+  return event;
+}
+
 std::optional<Frame> FrameIntake::next() {
-  while (true) {
-    FrameEvent event = timed(report_, "acquire", [&] { return source_.next(stop_); });
-    if (std::holds_alternative<EndOfStream>(event)) return std::nullopt;
-    if (auto* error = std::get_if<Error>(&event)) {
-      error_ = std::move(*error);
-      return std::nullopt;
-    }
-    ++report_.frames.read;
-    console_.progress("fusing", report_.frames.read, expected_);
-    if (auto* dropped = std::get_if<FrameDropped>(&event)) {
-      note_dropped(*dropped);
-      continue;
-    }
-    Frame& frame = std::get<Frame>(event);
-    if (source_.info().poses == PoseMode::kRecording && !frame.T_world_camera) {
-      note_dropped({frame.sequence, DropReason::kNoPose, {ErrorCode::kInput, "the recording has no pose for it"}});
-      continue;
-    }
-    return std::move(frame);
+  if (is_over_) return std::nullopt;
+  auto event = next_event();
+  if (!event) return std::nullopt;
+  if (auto* error = std::get_if<Error>(&*event)) error_ = std::move(*error);
+  if (error_ || std::holds_alternative<EndOfStream>(*event)) {
+    is_over_ = true;
+    return std::nullopt;
   }
+  ++report_.frames.read;
+  console_.progress("fusing", report_.frames.read, expected_);
+  if (auto* dropped = std::get_if<FrameDropped>(&*event)) {
+    note_dropped(*dropped);
+    return std::nullopt;
+  }
+  Frame& frame = std::get<Frame>(*event);
+  if (source_.info().poses == PoseMode::kRecording && !frame.T_world_camera) {
+    note_dropped({frame.sequence, DropReason::kNoPose, {ErrorCode::kInput, "the recording has no pose for it"}});
+    return std::nullopt;
+  }
+  return std::move(frame);
+}
+
+void FrameIntake::finish() {
+  is_over_ = true;
+  is_finished_ = true;
 }
 
 void FrameIntake::note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached) {
@@ -84,12 +103,10 @@ void FrameIntake::note_refused(const Frame& frame, const Error& error) {
   note_dropped({frame.sequence, DropReason::kBadPose, error});
 }
 
-bool FrameIntake::pass_over(const char* reason) {
-  const auto frame = next();
-  if (!frame) return false;
+void FrameIntake::pass_over(const char* reason) {
+  if (!next()) return;
   ++report_.frames.dropped;
   ++report_.frames.dropped_by_reason[reason];
-  return true;
 }
 
 void FrameIntake::start_over() {
@@ -102,6 +119,10 @@ void FrameIntake::start_over() {
   report_.tracking.reset();
   report_.volume.is_budget_reached = false;
   trajectory_.clear();
+}
+
+void FrameIntake::correct(const std::vector<Pose>& T_world_cameras) {
+  for (std::size_t i = 0; i < trajectory_.size(); ++i) trajectory_[i].T_world_camera = T_world_cameras[i];
 }
 
 void FrameIntake::note_dropped(const FrameDropped& dropped) {
@@ -135,6 +156,7 @@ Result<void> FrameIntake::result() {
     return {};
   }
   if (stop_.stop_requested()) return Error{ErrorCode::kInput, "interrupted before the first frame was fused"};
+  if (is_finished_) return Error{ErrorCode::kInput, "finished before the first frame was fused"};
   return no_usable_frame_error(frames);
 }
 

@@ -1,6 +1,7 @@
 // FrameIntake: usable frames one by one, with everything that happens on the way counted in the report.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -19,20 +20,29 @@ class FrameIntake {
   FrameIntake(FrameSource& source, const AcquireConfig& config, std::stop_token stop, Console& console,
               RunReport& report);
 
-  /// The next frame that has depth and a pose, or is to be tracked; nothing at the end, after an error of the source,
-  /// or when stopped. Dropped frames are counted and passed over.
+  /// The next frame that has depth and a pose, or is to be tracked. Nothing when it had to be dropped, which is
+  /// counted; when none has come for a twentieth of a second; and when it is over.
   [[nodiscard]] std::optional<Frame> next();
+
+  /// No more frames: the source has ended or failed, was stopped, or finish() was called.
+  [[nodiscard]] bool is_over() const { return is_over_; }
+
+  /// Somebody wants no more frames.
+  void finish();
 
   void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
 
   /// The volume would not have the frame because of its pose: counted as dropped.
   void note_refused(const Frame& frame, const Error& error);
 
-  /// Takes the next frame and leaves it out, counted as dropped for `reason`, one word. False: there is none.
-  [[nodiscard]] bool pass_over(const char* reason);
+  /// As next(), but the frame is left out, counted as dropped for `reason`, one word.
+  void pass_over(const char* reason);
 
   /// What was fused, or lost, counts as dropped ("reset"); the trajectory is empty.
   void start_over();
+
+  /// Other poses for the frames that were fused, in their order.
+  void correct(const std::vector<Pose>& T_world_cameras);
 
   /// After the last frame: what was dropped is said on the console. Errors: the source's own; kInput when not one frame
   /// was fused.
@@ -41,6 +51,7 @@ class FrameIntake {
   [[nodiscard]] const std::vector<StampedPose>& trajectory() const { return trajectory_; }
 
  private:
+  [[nodiscard]] std::optional<FrameEvent> next_event();
   void note_dropped(const FrameDropped& dropped);
   void say_dropped();
 
@@ -50,6 +61,8 @@ class FrameIntake {
   Console& console_;
   RunReport& report_;
   std::size_t expected_ = 0;
+  std::chrono::steady_clock::duration waited_{};  ///< for the next frame, so far
+  bool is_over_ = false, is_finished_ = false;
   std::optional<Error> error_;
   std::vector<StampedPose> trajectory_;
 };

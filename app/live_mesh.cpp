@@ -108,7 +108,8 @@ DressedPatch dressed(const TsdfVolume& volume, const MeshPatch& patch) {
 
 }  // namespace
 
-LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher) : mesher_(std::move(mesher)) {
+LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher)
+    : mesher_(std::move(mesher)), voxel_size_m_(volume.config().voxel_size_m) {
   for (const VolumeBlock& block : volume.index().blocks()) note(volume, block.origin);
 }
 
@@ -185,6 +186,22 @@ Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const
     triangles_ += chunk->second.triangles;
   }
   return {};
+}
+
+bool LiveMesh::has_triangle_in(const Eigen::AlignedBox3d& box) const {
+  const Eigen::AlignedBox3f box_f = box.cast<float>();
+  for (const auto& [origin, patch] : mesher_.patches()) {
+    const Eigen::Vector3d first = voxel_size_m_ * origin.cast<double>();
+    const Eigen::AlignedBox3d cells(first, first + Eigen::Vector3d::Constant(voxel_size_m_ * kLeafVoxels));
+    if (!box.intersects(cells)) continue;
+    const Mesh& mesh = patch.mesh;
+    const auto is_inside = [&](std::uint32_t vertex) { return box_f.contains(mesh.positions_m[vertex]); };
+    const auto lies_inside = [&](const auto& triangle) {
+      return std::all_of(triangle.begin(), triangle.end(), is_inside);
+    };
+    if (std::any_of(mesh.triangles.begin(), mesh.triangles.end(), lies_inside)) return true;
+  }
+  return false;
 }
 
 std::string LiveMesh::message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -31,6 +32,10 @@ class LiveMesh {
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
+
+  /// Whether a triangle of it lies within the box; world, metres.
+  [[nodiscard]] bool has_triangle_in(const Eigen::AlignedBox3d& box) const;
+
   [[nodiscard]] bool is_up_to_date() const { return new_.empty() && changed_.empty() && free_.empty(); }
 
  private:
@@ -45,6 +50,7 @@ class LiveMesh {
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
+  double voxel_size_m_;
   enum class Waiting : std::uint8_t { kNot, kFree, kMatter };
   struct BlockState {
     Waiting waiting = Waiting::kNot;

@@ -3,22 +3,30 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+
 namespace scanknit {
 namespace {
 
-constexpr int kPatience_ms = 100;  // between two looks at the stop token
+using Clock = std::chrono::steady_clock;
 
-// True when Enter was pressed; false when stdin has ended or `stop` was requested.
-bool wait_for_enter(const std::stop_token& stop) {
+constexpr std::chrono::milliseconds kLongest{100};  // between two looks at the stop token
+
+/// An Enter is a step; the end of stdin, or a stop request, the end of all.
+Step wait_for_enter(const std::stop_token& stop, std::chrono::milliseconds patience) {
+  const auto deadline = Clock::now() + patience;
   pollfd input{STDIN_FILENO, POLLIN, 0};
   while (!stop.stop_requested()) {
-    const int ready = ::poll(&input, 1, kPatience_ms);
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    const int ready = ::poll(&input, 1, static_cast<int>(std::clamp(left, {}, kLongest).count()));
+    if (ready <= 0 && Clock::now() >= deadline) return Step::kNotYet;
     if (ready <= 0) continue;  // nothing yet, or interrupted
     char letter = '\0';
-    if (::read(STDIN_FILENO, &letter, 1) != 1) return false;
-    if (letter == '\n') return true;
+    if (::read(STDIN_FILENO, &letter, 1) != 1) return Step::kNoMore;
+    if (letter == '\n') return Step::kTaken;
   }
-  return false;
+  return Step::kNoMore;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "app/config.h"
 #include "app/console.h"
 #include "app/outputs.h"
+#include "app/second_look.h"
 #include "core/result.h"
 #include "export/report.h"
 
@@ -24,14 +25,14 @@ struct Job {
 };
 
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
-/// after an error. A stop request ends the fusing; what has been fused becomes the mesh. Errors: kOutput before any
-/// work; kInput without a usable frame; kBudget; kMesh for an empty mesh.
-/// Those who look on through `view` may end it.
+/// after an error. A stop request, or those who look on through `view`, end the fusing; what has been fused becomes the
+/// mesh. Then loops are closed, when there are any. Errors: kOutput before any work; kInput without a usable frame;
+/// kBudget; kMesh for an empty mesh.
 [[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report,
                                         ScanView& view);
 
 /// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked.
 [[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
-                                       RunReport& report, ScanView& view);
+                                       RunReport& report, ScanView& view, const SecondLook& again);
 
 }  // namespace scanknit

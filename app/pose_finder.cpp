@@ -61,7 +61,8 @@ PoseFinder::PoseFinder(PoseMode mode)
 
 std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, RunReport& report) {
   if (!is_tracked(mode_)) return frame.T_world_camera;
-  if (!report.tracking) report.tracking = RunReport::Tracking{mode_ == PoseMode::kRefine ? "refine" : "track", {}, {}};
+  if (!report.tracking)
+    report.tracking = RunReport::Tracking{mode_ == PoseMode::kRefine ? "refine" : "track", {}, {}, {}};
   const auto begin = std::chrono::steady_clock::now();
   const TrackResult result = tracker_.track(frame, volume);
   const auto spent = std::chrono::steady_clock::now() - begin;

@@ -1,14 +1,17 @@
 #include "app/reconstruction.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "acquire/depth_filter.h"
 #include "app/mesh_output.h"
+#include "app/retrack.h"
 #include "app/stage_timer.h"
 #include "core/atomic_file.h"
-#include "extract/extract_surface.h"
 #include "fusion/integrate.h"
 
 namespace scanknit {
@@ -43,10 +46,26 @@ Result<Reconstruction> Reconstruction::create(const Job& job, const RecordingInf
   return Reconstruction(job, info, intake, report, *std::move(volume));
 }
 
+void Reconstruction::expect_loops() {
+  fused_.clear();
+  keys_.reset();
+  was_lost_ = false;
+  if (info_.poses == PoseMode::kTrack && job_.config.fusion.loop_closure) keys_.emplace(job_.config.fusion.noise);
+}
+
+void Reconstruction::note_for_loops(const Frame& frame, const Pose& T_world_camera) {
+  fused_.push_back(frame.sequence);
+  if (keys_) timed(report_, "loops", [&] { keys_->add(frame, T_world_camera, was_lost_); });
+  was_lost_ = false;
+}
+
 Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
   timed(report_, "filter", [&] { filter_frame(frame, job_.config.acquire, job_.config.fusion.noise); });
   const std::optional<Pose> T_world_camera = poses_.find(frame, volume_, report_);
-  if (!T_world_camera) return T_world_camera;
+  if (!T_world_camera) {
+    was_lost_ = true;
+    return T_world_camera;
+  }
   const auto fused = timed(report_, "integrate", [&] { return integrate(frame, *T_world_camera, volume_); });
   if (!fused && fused.error().code == ErrorCode::kInput) {
     intake_.note_refused(frame, fused.error());
@@ -54,6 +73,7 @@ Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
   }
   if (!fused) return fused.error();
   intake_.note_fused(frame, *T_world_camera, fused->is_budget_reached);
+  note_for_loops(frame, *T_world_camera);
   return T_world_camera;
 }
 
@@ -62,25 +82,66 @@ Result<void> Reconstruction::start_over() {
   if (!volume) return volume.error();
   volume_ = *std::move(volume);
   poses_ = PoseFinder(info_.poses);
+  expect_loops();
   intake_.start_over();
   return {};
 }
 
-Result<void> Reconstruction::write_mesh(RunReport& report) const {
+std::optional<LoopClosure> Reconstruction::find_loops() {
+  if (!keys_) return std::nullopt;
+  const FusionConfig& fusion = job_.config.fusion;
+  return timed(report_, "loops", [&] { return close_loops(*keys_, fusion.noise, fusion.voxel_size_m / 2); });
+}
+
+Result<void> Reconstruction::track_again(const FrameRange& frames, FrameSource& source, std::stop_token stop) {
+  const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
+  const auto poses = timed(report_, "loops", [&] { return track_alone(source, sequences, job_.config, stop); });
+  if (!poses) return poses.error();
+  keys_->replace(frames.first, *poses);
+  return {};
+}
+
+Result<void> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
+                                     std::stop_token stop, Console& console) {
+  PosesBySequence poses;
+  for (std::size_t i = 0; i < fused_.size(); ++i) poses.emplace(fused_[i], T_world_cameras[i]);
+  auto empty = TsdfVolume::create(job_.config.fusion);
+  if (!empty) return empty.error();
+  volume_ = *std::move(empty);
+  const auto fused =
+      timed(report_, "fuse_again", [&] { return fuse_again(source, poses, job_.config, volume_, stop, console); });
+  if (!fused) return fused.error();
+  if (*fused != poses.size()) {
+    return Error{ErrorCode::kInput, fmt::format("only {} of {} frames could be read again", *fused, poses.size())};
+  }
+  intake_.correct(T_world_cameras);
+  return {};
+}
+
+Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
+  const auto extract = [&](const std::optional<Eigen::AlignedBox3d>& crop) {
+    return timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop), job_.config.extract); });
+  };
+  auto cropped = extract(crop_);
+  if (!cropped || !crop_ || !cropped->mesh.empty()) return cropped;
+  if (empty_crop == EmptyCrop::kRefused) {
+    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
+                 job_.input.string()};
+  }
+  report.warnings.emplace_back(kCropIgnored);
+  return extract(std::nullopt);
+}
+
+Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {
   const auto& trajectory = intake_.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
   // Seen from where the scanner stood half way through the scan.
   const MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
   report.extract.isovalue = job_.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto surface =
-      timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop_), job_.config.extract); });
-  if (!surface) return surface.error();
-  if (surface->mesh.empty() && crop_) {
-    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
-                 job_.input.string()};
-  }
-  return write_surface(*surface, frame, job_, report);
+  const auto meshed = surface(empty_crop, report);
+  if (!meshed) return meshed.error();
+  return write_surface(*meshed, frame, job_, report);
 }
 
 Result<void> Reconstruction::write_volume() {

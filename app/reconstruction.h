@@ -2,16 +2,31 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "acquire/frame_source.h"
 #include "app/frame_intake.h"
+#include "app/fuse_again.h"
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
 #include "core/result.h"
+#include "extract/extract_surface.h"
+#include "fusion/loop_closure.h"
 #include "fusion/tsdf_volume.h"
 
 namespace scanknit {
+
+/// The warning of EmptyCrop::kIgnored.
+inline constexpr const char* kCropIgnored =
+    "nothing lay within the crop box of the live view: the whole mesh was written";
+
+/// What becomes of a crop box that holds nothing of the mesh.
+enum class EmptyCrop {
+  kRefused,  ///< an error: the box can still be changed
+  kIgnored,  ///< the whole mesh is written, with a warning in the report: a scan is never lost
+};
 
 class Reconstruction {
  public:
@@ -28,20 +43,42 @@ class Reconstruction {
 
   /// Outside of `box` nothing is meshed; world, metres.
   void crop(const std::optional<Eigen::AlignedBox3d>& box) { crop_ = box; }
+  [[nodiscard]] const std::optional<Eigen::AlignedBox3d>& crop() const { return crop_; }
 
   /// The mesh of what has been fused, to all files of the job; `report` tells of it. Errors: kTooLittle before the
   /// first frame; kMesh where there is no surface; kOutput.
-  [[nodiscard]] Result<void> write_mesh(RunReport& report) const;
+  [[nodiscard]] Result<void> write_mesh(RunReport& report, EmptyCrop empty_crop) const;
+
+  /// Looks for places that the walk came back to; nothing unless poses are tracked and fusion.loop_closure is on.
+  [[nodiscard]] std::optional<LoopClosure> find_loops();
+
+  /// Tracks these frames of `source` again with nothing in the volume but what they show, and takes the walk from there
+  /// along with them; the volume stays as it is. Frames after one at which that is lost keep their steps. Errors:
+  /// track_alone().
+  [[nodiscard]] Result<void> track_again(const FrameRange& frames, FrameSource& source, std::stop_token stop);
+
+  /// The frames of `source`, which are those that were fused, again at these poses, in a volume that is empty at first
+  /// and keeps its address. Errors: fuse_again(); kInput when not all of them are there again.
+  [[nodiscard]] Result<void> fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
+                                     std::stop_token stop, Console& console);
 
   /// What the job asks for beside the mesh. Errors: kOutput.
   [[nodiscard]] Result<void> write_volume();
   [[nodiscard]] Result<void> write_trajectory();
 
+  /// Of a frame that was fused, by its place among them.
+  [[nodiscard]] std::uint64_t sequence_of(std::size_t fused) const { return fused_[fused]; }
+
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
 
  private:
+  [[nodiscard]] Result<Surface> surface(EmptyCrop empty_crop, RunReport& report) const;
   Reconstruction(const Job& job, const RecordingInfo& info, FrameIntake& intake, RunReport& report, TsdfVolume volume)
-      : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {}
+      : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {
+    expect_loops();
+  }
+  void expect_loops();
+  void note_for_loops(const Frame& frame, const Pose& T_world_camera);
 
   const Job& job_;
   const RecordingInfo& info_;
@@ -50,6 +87,9 @@ class Reconstruction {
   TsdfVolume volume_;
   PoseFinder poses_;
   std::optional<Eigen::AlignedBox3d> crop_;
+  std::vector<std::uint64_t> fused_;  ///< sequence numbers
+  std::optional<KeyFrames> keys_;     ///< when loops are looked for
+  bool was_lost_ = false;             ///< since the last frame that was fused
 };
 
 }  // namespace scanknit

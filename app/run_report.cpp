@@ -23,9 +23,10 @@ bool is_partial(const RunReport& report) {
   return report.exit_code == exit_code_of(ErrorCode::kBudget) && report.mesh;
 }
 
-/// Which outcomes leave a report: whatever was found out about the input. A refused disk or budget leaves none.
+/// Which outcomes leave a report: whatever was found out about the input. A refused option, disk or budget leaves none.
 bool wants_report(const RunReport& report) {
   switch (report.exit_code) {
+    case exit_code_of(ErrorCode::kUsage):
     case exit_code_of(ErrorCode::kOutput): return false;
     case exit_code_of(ErrorCode::kBudget): return is_partial(report);
     default: return true;

@@ -8,6 +8,7 @@
 
 #include "app/exit_codes.h"
 #include "app/frame_count.h"
+#include "app/live_scanner.h"
 #include "app/stage_timer.h"
 #include "app/tracking_advice.h"
 #include "app/view_links.h"
@@ -26,6 +27,7 @@ constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
 constexpr auto kRateWindow = 2s;
+constexpr auto kSilence = 2s;  // of a scanner, from which on it is told
 
 /// Moves `cost` by a quarter towards how long it lived: a single delay by other programs says little.
 class Cost {
@@ -42,6 +44,16 @@ class Cost {
 
 double seconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double>(time).count();
+}
+
+/// Before anything has come of a frame there is nothing to be seen yet.
+ViewPhase phase_in_progress(const RunReport& report) {
+  return report.frames.fused + report.frames.lost > 0 ? ViewPhase::kScanning : ViewPhase::kWaiting;
+}
+
+std::map<std::string, std::uint64_t> without_zeros(std::map<std::string, std::uint64_t> counts) {
+  std::erase_if(counts, [](const auto& count) { return count.second == 0; });
+  return counts;
 }
 
 std::string why_not(const Result<void>& result) {
@@ -72,6 +84,7 @@ Result<void> ScanView::open(UpAxis world_up) {
   auto server = LiveView::start(arguments_.server, hello);
   if (!server) return server.error();
   server_ = *std::move(server);
+  server_->refuse_commands("the scan has not begun: the scanner is not ready yet");
   announce(server_->links(), console_);
   publish_state(/*is_urgent=*/true);
   return {};
@@ -82,6 +95,8 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   auto mesh = LiveMesh::create(volume, job_.config.extract);
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
+  server_->refuse_commands("");
+  frame_at_ = Clock::now();
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
   begun_at_ = Clock::now();
   return {};
@@ -97,6 +112,7 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   const StageTimer timer(report.stages["view"]);
   const auto begin = Clock::now();
   note(frame, T_world_camera, report);
+  is_mesh_behind_ = true;
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
   if (may_spend(mesh_cost_)) {
     const Cost cost(mesh_cost_);
@@ -112,21 +128,42 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   spent_ += Clock::now() - begin;
 }
 
-void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
-  const auto now = Clock::now();
-  if (T_world_camera) {
-    T_world_camera_ = T_world_camera;
-    fused_at_.push_back(now);
+void ScanView::show_progress(TsdfVolume& volume, RunReport& report) {
+  if (server_ == nullptr) return;
+  note_counts(report);
+  if (is_mesh_behind_ && may_spend(mesh_cost_)) {
+    const StageTimer timer(report.stages["view"]);
+    const auto begin = Clock::now();
+    const Cost cost(mesh_cost_);
+    update_mesh(volume, kMostLeaves);
+    spent_ += Clock::now() - begin;
   }
-  while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
-  const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
-  state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
-  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
-  state_.phase = ViewPhase::kScanning;
+  publish_news();
+}
+
+void ScanView::note_counts(const RunReport& report) {
+  const auto now = Clock::now();
+  if (state_.frame != report.frames.read) frame_at_ = now;
   state_.frame = report.frames.read;
   state_.fused = report.frames.fused;
   state_.dropped = report.frames.dropped;
   state_.lost = report.frames.lost;
+  if (losses_) state_.losses = without_zeros(named(losses_()));
+  while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
+  const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
+  state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
+  const bool is_silent = mode_ == "capture" && now - frame_at_ >= kSilence;
+  state_.silent_s = is_silent ? static_cast<std::size_t>(seconds(now - frame_at_)) : 0;
+}
+
+void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
+  if (T_world_camera) {
+    T_world_camera_ = T_world_camera;
+    fused_at_.push_back(Clock::now());
+  }
+  note_counts(report);
+  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
+  state_.phase = ViewPhase::kScanning;
   if (report.tracking && !report.tracking->frames.empty()) {
     const RunReport::TrackedFrame& tracked = report.tracking->frames.back();
     const bool is_news = tracked.state != state_.tracking;
@@ -147,9 +184,15 @@ void ScanView::publish_state(bool is_urgent) {
   if (!is_urgent && now - state_at_ < kStateEvery) return;
   state_at_ = now;
   state_.triangles = mesh_ ? mesh_->triangles() : 0;
+  state_.is_crop_empty = mesh_ && crop_ && !mesh_->has_triangle_in(*crop_);
   const double elapsed = seconds(now - begun_at_);
   state_.view_share = elapsed > 0 ? seconds(spent_) / elapsed : 0;
   server_->publish(state_);
+  published_ = state_;
+}
+
+void ScanView::publish_news() {
+  if (state_ != published_) publish_state(/*is_urgent=*/false);
 }
 
 void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
@@ -159,54 +202,55 @@ void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
   });
   // What cannot be shown is not worth ending a scan for; the mesh of the files tells what is wrong.
   if (!updated) state_.message = updated.error().text();
+  is_mesh_behind_ = updated && !mesh_->is_up_to_date();
 }
 
-Wish ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  if (server_ == nullptr) return Wish::kGoOn;
-  while (wish_ == Wish::kGoOn) {  // what was asked for after Finish is refused by linger()
+void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
+  if (server_ == nullptr) return;
+  while (!intake.is_over()) {  // what was asked for after Finish is refused by linger()
     const auto command = server_->next_command(stop_, 0ns);
     if (!command) break;
-    obey_one(*command, scan, report);
+    obey_one(*command, scan, intake, report);
   }
   if (state_.phase == ViewPhase::kPaused) wait_while_paused(scan, intake, report);
-  return wish_;
 }
 
 void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   show_all(scan.volume());
-  while (state_.phase == ViewPhase::kPaused && wish_ == Wish::kGoOn && !stop_.stop_requested()) {
+  while (state_.phase == ViewPhase::kPaused && !intake.is_over() && !stop_.stop_requested()) {
     const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
-    if (command) obey_one(*command, scan, report);
-    if (!command && is_paced_ && !intake.pass_over("paused")) return;
-    state_.frame = report.frames.read;
-    state_.dropped = report.frames.dropped;
-    publish_state(/*is_urgent=*/false);
+    if (command) obey_one(*command, scan, intake, report);
+    if (!command && is_paced_) intake.pass_over("paused");
+    note_counts(report);
+    publish_news();
   }
 }
 
-void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report) {
+void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   std::string error;
   switch (command.action) {
-    case ViewAction::kStart: state_.phase = ViewPhase::kScanning; break;
+    case ViewAction::kStart: state_.phase = phase_in_progress(report); break;
     case ViewAction::kPause: state_.phase = ViewPhase::kPaused; break;
     case ViewAction::kReset: error = why_not(start_over(scan, report)); break;
     case ViewAction::kExport: error = why_not(export_now(scan, report)); break;
-    case ViewAction::kFinish: wish_ = Wish::kFinish; break;
-    case ViewAction::kCrop:
-      scan.crop(command.box);
-      server_->publish(command.box);
-      break;
+    case ViewAction::kFinish: intake.finish(); break;
+    case ViewAction::kCrop: crop(command.box, scan); break;
   }
   server_->answer(command, error);
   publish_state(/*is_urgent=*/true);
+}
+
+void ScanView::crop(const CropBox& box, Reconstruction& scan) {
+  scan.crop(box);
+  crop_ = box;
+  server_->publish(box);
 }
 
 Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   mesh_.reset();
   if (auto begun = scan.start_over(); !begun) return begun;
   if (state_.tracking != "none") {  // another world: the box would be somewhere else
-    scan.crop(std::nullopt);
-    server_->publish(CropBox());
+    crop(std::nullopt, scan);
   }
   report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
   server_->clear(0);
@@ -214,8 +258,7 @@ Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   state_.tracking = "none";
   state_.reason.clear();
   state_.advice.clear();
-  state_.fused = state_.lost = 0;
-  state_.dropped = report.frames.dropped;
+  note_counts(report);
   auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
@@ -227,16 +270,32 @@ Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& r
   state_.phase = ViewPhase::kExporting;
   publish_state(/*is_urgent=*/true);
   RunReport of_now = report;
-  auto written = scan.write_mesh(of_now);
+  auto written = scan.write_mesh(of_now, EmptyCrop::kRefused);
   if (written) publish_files(of_now);
   state_.phase = before;
   return written;
+}
+
+void ScanView::show_writing() {
+  if (server_ == nullptr) return;
+  state_.phase = ViewPhase::kExporting;
+  publish_state(/*is_urgent=*/true);
 }
 
 void ScanView::show_all(TsdfVolume& volume) {
   if (server_ == nullptr) return;
   update_mesh(volume, kAll);
   publish_state(/*is_urgent=*/true);
+}
+
+void ScanView::show_anew(TsdfVolume& volume) {
+  if (server_ == nullptr) return;
+  server_->clear(0);
+  mesh_.reset();
+  auto mesh = LiveMesh::create(volume, job_.config.extract);
+  if (!mesh) return console_.warn(mesh.error().text());
+  mesh_ = *std::move(mesh);
+  show_all(volume);
 }
 
 void ScanView::publish_files(const RunReport& report) {
@@ -252,10 +311,11 @@ void ScanView::linger(const RunReport& report) {
   const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = report.exit_code == kExitOk ? "" : report.status;
-  state_.frame = report.frames.read;
-  state_.fused = report.frames.fused;
-  state_.dropped = report.frames.dropped;
-  state_.lost = report.frames.lost;
+  const auto& warnings = report.warnings;
+  const bool is_crop_ignored = std::find(warnings.begin(), warnings.end(), kCropIgnored) != warnings.end();
+  if (state_.message.empty() && is_crop_ignored) state_.message = kCropIgnored;
+  note_counts(report);
+  if (report.losses) state_.losses = without_zeros(*report.losses);
   publish_files(report);
   publish_state(/*is_urgent=*/true);
   if (stop_.stop_requested() || report.frames.fused == 0) return;

@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 
 #include "acquire/frame_source.h"
+#include "acquire/raw_frame.h"
 #include "app/commands.h"
 #include "app/console.h"
 #include "app/frame_intake.h"
@@ -21,30 +24,40 @@
 
 namespace scanknit {
 
-/// What follows from the commands of those who look on.
-enum class Wish { kGoOn, kFinish };
-
 class ScanView {
  public:
   /// All references outlive it. Unless a view is wanted, nothing happens in any of the functions. `mode`: "run" or
   /// "capture".
   ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop, Console& console);
 
-  /// Listens, and says where on the console. Errors: LiveView::start().
+  /// Listens, and says where on the console. Until begin(), commands are refused. Errors: LiveView::start().
   [[nodiscard]] Result<void> open(UpAxis world_up);
 
   /// `volume`, empty still, is what grows from now on; it keeps its address. Errors: IncrementalMesher::create().
   [[nodiscard]] Result<void> begin(const TsdfVolume& volume, const RecordingInfo& info);
 
+  /// Asked while frames are taken, until told otherwise by nothing: pictures that the scanner sent in vain.
+  void watch_losses(std::function<LossCounters()> losses) { losses_ = std::move(losses); }
+
   /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes
   /// into it: stage "view" of the report.
   void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, RunReport& report);
 
-  /// Does what was asked for since the last frame, and waits while the scan is paused (a scanner's frames pass by).
-  [[nodiscard]] Wish obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
+  /// No frame could be used, or none has come for a moment: the page is told what is different, and some more of the
+  /// mesh is shown.
+  void show_progress(TsdfVolume& volume, RunReport& report);
+
+  /// Does what was asked for since the last time, and waits while the scan is paused (a scanner's frames pass by).
+  void obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
+
+  /// No more frames: the files are being written.
+  void show_writing();
 
   /// The scan is over: the whole mesh, however long it takes.
   void show_all(TsdfVolume& volume);
+
+  /// The frames have been fused again: the whole mesh, in place of the one that was shown.
+  void show_anew(TsdfVolume& volume);
 
   /// How it ended, and what can be downloaded. Then serves the page until stopped; returns at once if that was asked
   /// for already, or if nothing has been fused.
@@ -54,11 +67,14 @@ class ScanView {
   using Clock = std::chrono::steady_clock;
 
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
+  void note_counts(const RunReport& report);
   void publish_state(bool is_urgent);
+  void publish_news();
+  void crop(const CropBox& box, Reconstruction& scan);
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
   [[nodiscard]] bool may_spend(Clock::duration expected) const;
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
-  void obey_one(const ViewCommand& command, Reconstruction& scan, RunReport& report);
+  void obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report);
   [[nodiscard]] Result<void> start_over(Reconstruction& scan, RunReport& report);
   [[nodiscard]] Result<void> export_now(const Reconstruction& scan, const RunReport& report);
   void publish_files(const RunReport& report);
@@ -71,14 +87,16 @@ class ScanView {
   Console& console_;
   std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
   std::optional<LiveMesh> mesh_;
-  ViewState state_;
+  CropBox crop_;                 ///< in force
+  bool is_mesh_behind_ = false;  ///< the volume may have what it does not show
+  ViewState state_, published_;
+  std::function<LossCounters()> losses_;
   std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
   std::deque<Clock::time_point> fused_at_;
-  Clock::time_point begun_at_ = Clock::now(), state_at_{}, picture_at_{};
+  Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
   Clock::duration spent_{};
   Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
   std::uint32_t pictures_ = 0;
-  Wish wish_ = Wish::kGoOn;
 };
 
 }  // namespace scanknit

@@ -11,11 +11,18 @@ namespace {
 
 constexpr int kWakeUp = SIGUSR1;  // sent to the waiting thread alone, to end it
 
+/// As nohup leaves it.
+bool outlives_terminal() {
+  struct sigaction action {};
+  return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 sigset_t awaited_signals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
+  if (!outlives_terminal()) sigaddset(&signals, SIGHUP);
   sigaddset(&signals, kWakeUp);
   return signals;
 }
@@ -24,7 +31,8 @@ void wait_for_signals(std::stop_source source) {
   const sigset_t signals = awaited_signals();
   for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kWakeUp;) {
     // Nothing half-written has its final name (core/atomic_file.h), so leaving here is safe.
-    if (!source.request_stop()) ::_exit(kExitInterrupted);
+    const bool is_first = source.request_stop();
+    if (!is_first && signal != SIGHUP) ::_exit(kExitInterrupted);
   }
 }
 

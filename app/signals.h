@@ -7,8 +7,10 @@
 namespace scanknit {
 
 /// While it lives, the first SIGINT or SIGTERM is a stop request and the second ends the process at once with exit code
-/// 130. Make it before any other thread: threads started later inherit the blocked signals, so that only its own thread
-/// takes them. No signal handler and no global is needed. A pipe that nobody reads any more is no reason to end.
+/// 130. A closed terminal is a stop request, too, however often it says so (SIGHUP: the shell and the kernel both do),
+/// unless the program was started to outlive it (nohup). Make it before any other thread: threads started later inherit
+/// the blocked signals, so that only its own thread takes them. No signal handler and no global is needed. A pipe that
+/// nobody reads any more is no reason to end.
 class StopOnSignal {
  public:
   StopOnSignal();

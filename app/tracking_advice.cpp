@@ -18,6 +18,8 @@ std::string tracking_advice(std::string_view reason) {
       Advice{"scene is changing", "wait until nothing moves"},
       Advice{"scene has changed", "wait until nothing moves"},
       Advice{"little overlap", "move more slowly"},
+      Advice{"recorded pose kept", "what is seen here cannot improve it"},
+      Advice{"recorded pose does not fit", "frames like this are left out"},
   };
   for (const auto& [known, advice] : kAdvice) {
     if (known == reason) return std::string(advice);

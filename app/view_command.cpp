@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 /// The mesh file that is meant by a file or a folder.
 Result<fs::path> find_mesh(const fs::path& given) {
   std::error_code ignored;
+  if (!fs::exists(given, ignored)) return Error{ErrorCode::kInput, "no such file or folder", given.string()};
   if (!fs::is_directory(given, ignored)) return given;
   for (const char* name : {"model.glb", "model.ply", "model.obj", "model.stl"}) {
     if (fs::is_regular_file(given / name, ignored)) return given / name;

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 namespace scanknit {
 namespace {
@@ -142,9 +143,19 @@ Result<void> write_file_atomically(const std::filesystem::path& destination, std
 }
 
 Result<void> check_writable(const std::filesystem::path& destination) {
-  auto file = AtomicFile::create(destination);  // made and removed again
-  if (!file) return file.error();
-  return {};
+  std::vector<std::filesystem::path> absent;  // the innermost first
+  std::error_code ignored;
+  for (std::filesystem::path folder = folder_of(destination);
+       !folder.empty() && !std::filesystem::exists(folder, ignored); folder = folder.parent_path()) {
+    absent.push_back(folder);
+  }
+  Result<void> result;
+  {
+    auto file = AtomicFile::create(destination);  // made and removed again
+    if (!file) result = file.error();
+  }
+  for (const auto& folder : absent) ::rmdir(folder.c_str());
+  return result;
 }
 
 }  // namespace scanknit

@@ -49,7 +49,7 @@ class AtomicFile {
 [[nodiscard]] Result<void> write_file_atomically(const std::filesystem::path& destination, std::string_view text);
 
 /// Asks, before any long work, whether `destination` could be written: its folder exists (or can be made) and is
-/// writable, and it is not a folder itself.
+/// writable, and it is not a folder itself. Leaves nothing behind: folders that it had to make are gone again.
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& destination);
 
 }  // namespace scanknit

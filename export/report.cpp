@@ -43,6 +43,24 @@ Json frames_json(const RunReport::Frames& frames) {
   return json;
 }
 
+Json loops_json(const std::optional<RunReport::Loops>& loops) {
+  if (!loops) return nullptr;
+  Json json;
+  json["is_corrected"] = loops->is_corrected;
+  json["drift_m"] = finite(loops->drift_m);
+  json["largest_correction_m"] = finite(loops->largest_correction_m);
+  json["pairs"] = Json::array();
+  for (const RunReport::LoopPair& pair : loops->pairs) {
+    json["pairs"].push_back({{"from", pair.from},
+                             {"to", pair.to},
+                             {"shift_m", finite(pair.shift_m)},
+                             {"overlap", finite(pair.overlap)},
+                             {"inlier_share", finite(pair.inlier_share)},
+                             {"refused", pair.refused}});
+  }
+  return json;
+}
+
 Json tracking_json(const std::optional<RunReport::Tracking>& tracking) {
   if (!tracking) return nullptr;
   Json json;
@@ -62,6 +80,7 @@ Json tracking_json(const std::optional<RunReport::Tracking>& tracking) {
                               {"rms_sigma", finite(frame.rms_sigma)},
                               {"weak_directions", frame.weak_directions}});
   }
+  json["loops"] = loops_json(tracking->loops);
   return json;
 }
 

@@ -51,11 +51,24 @@ struct RunReport {
     std::size_t points = 0;
     int weak_directions = 0;
   };
+  /// Two frames that show the same place.
+  struct LoopPair {
+    std::uint64_t from, to;  ///< sequence numbers
+    double shift_m = 0, overlap = 0, inlier_share = 0;
+    std::string refused;  ///< why it was not believed; empty when it was
+  };
+  /// What came of looking for places that the walk came back to.
+  struct Loops {
+    bool is_corrected = false;
+    double drift_m = 0, largest_correction_m = 0;
+    std::vector<LoopPair> pairs;
+  };
   /// Nothing unless poses were tracked.
   struct Tracking {
     std::string mode;  ///< "track" or "refine"
     std::map<std::string, std::size_t> states;
     std::vector<TrackedFrame> frames;
+    std::optional<Loops> loops;  ///< nothing unless they were looked for
   };
   std::optional<Tracking> tracking;
 

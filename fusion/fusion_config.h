@@ -18,6 +18,7 @@ struct FusionConfig {
   NoiseModel noise;
   double max_weight = 4095;              ///< the running mean forgets beyond this weight
   bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
+  bool loop_closure = true;              ///< the drift of a tracked walk that comes back is distributed at its end
   std::size_t memory_budget_mib = 4096;  ///< at least kLeastMemoryBudgetMib
 };
 

@@ -87,6 +87,10 @@ std::optional<ViewCommand> LiveView::next_command(std::stop_token stop, std::chr
   return server_->hub().commands.pop(std::move(stop), timeout);
 }
 
+void LiveView::refuse_commands(std::string why) {
+  server_->change([why = std::move(why)](ViewHub& hub) { hub.refusal = why; });
+}
+
 void LiveView::answer(const ViewCommand& command, std::string_view error) {
   server_->tell(command.client, shared_text(ack_message(command.id, error)));
 }

@@ -52,6 +52,8 @@ class LiveView {
 
   /// What somebody asked for; nothing when nobody did within `timeout`, or when stopped.
   [[nodiscard]] std::optional<ViewCommand> next_command(std::stop_token stop, std::chrono::nanoseconds timeout);
+  /// From now on commands are answered with `why` and do not arrive here; empty: they do.
+  void refuse_commands(std::string why);
   /// `error` empty: it was done.
   void answer(const ViewCommand& command, std::string_view error);
 

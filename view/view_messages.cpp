@@ -117,7 +117,10 @@ std::string to_message(const ViewState& state) {
                   {"dropped", state.dropped},
                   {"lost", state.lost},
                   {"fps", state.fps},
+                  {"silent_s", state.silent_s},
+                  {"losses", state.losses},
                   {"triangles", state.triangles},
+                  {"is_crop_empty", state.is_crop_empty},
                   {"memory_mib", state.memory_mib},
                   {"view_share", state.view_share},
                   {"message", state.message}});

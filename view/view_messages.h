@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,11 +40,16 @@ struct ViewState {
   std::size_t frame = 0;          ///< frames read
   std::size_t frames_total = 0;   ///< 0: unknown
   std::size_t fused = 0, dropped = 0, lost = 0;
-  double fps = 0;  ///< frames fused a second, lately
+  double fps = 0;            ///< frames fused a second, lately
+  std::size_t silent_s = 0;  ///< for how long a scanner has sent nothing; 0: less than two seconds
+  std::map<std::string, std::uint64_t> losses = {};  ///< pictures lost before anybody could fuse them, by where
   std::size_t triangles = 0;
-  double memory_mib = 0;     ///< of the volume
-  double view_share = 0;     ///< time spent on the view / time of the scan
-  std::string message = {};  ///< of kFinished and kFailed
+  bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write all of the mesh
+  double memory_mib = 0;       ///< of the volume
+  double view_share = 0;       ///< time spent on the view / time of the scan
+  std::string message = {};    ///< of kFinished and kFailed
+
+  friend bool operator==(const ViewState&, const ViewState&) = default;
 };
 
 struct ViewPose {

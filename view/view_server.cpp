@@ -10,7 +10,8 @@
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 #include <chrono>
-#include <deque>
+#include <optional>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -18,6 +19,8 @@
 #include "view/own_addresses.h"
 #include "view/page_files.h"
 #include "view/view_access.h"
+#include "view/view_feed.h"
+#include "view/view_routes.h"
 
 namespace scanknit {
 namespace {
@@ -32,13 +35,11 @@ using ErrorCodeOf = beast::error_code;
 constexpr std::uint16_t kUsualPort = 8765;
 constexpr std::size_t kMostConnections = 96;
 constexpr std::size_t kMostClients = 32;
-constexpr std::size_t kMostTextsWaiting = 256;
-// A page that draws slowly still takes a few chunks for each picture that it draws.
-constexpr std::uint32_t kBinaryInFlight = 8;
 constexpr std::uint32_t kMostHeaderBytes = 8 * 1024;
 constexpr std::size_t kMostMessageBytes = 64 * 1024;
-constexpr std::chrono::seconds kRequestTimeout{15};
+constexpr std::chrono::seconds kRequestTimeout{5};
 constexpr std::chrono::seconds kIdleTimeout{30};
+constexpr std::size_t kFilePieceBytes = 64 * 1024;
 constexpr const char* kSubprotocol = "scanknit.v1";
 
 std::string_view view_of(beast::string_view text) {
@@ -56,16 +57,9 @@ struct Hub {
   std::uint16_t port = 0;
   std::map<std::uint64_t, class Client*> clients;
   std::uint64_t last_client = 0;
-  std::size_t connections = 0;
+  std::set<class Connection*> connections;
 
   [[nodiscard]] std::string cookie_name() const { return fmt::format("scanknit_{}", port); }
-
-  [[nodiscard]] bool is_allowed(const Request& request, std::string_view query) const {
-    if (token.empty()) return true;
-    const std::string_view cookies = view_of(request[http::field::cookie]);
-    return is_same_secret(value_of(query, "token", "&"), token) ||
-           is_same_secret(value_of(cookies, cookie_name(), "; "), token);
-  }
 };
 
 /// One page that is looking on.
@@ -98,31 +92,26 @@ class Client : public std::enable_shared_from_this<Client> {
   }
 
   void say(ViewBytes text) {
-    if (texts_.size() >= kMostTextsWaiting) return close();  // it does not read at all
-    texts_.push_back(std::move(text));
+    if (!feed_->say(std::move(text))) return close();
     pump();
   }
 
   /// Sends what the client has not seen yet, if it can take something now.
   void pump() {
     if (is_writing_ || is_closed_) return;
-    bool is_text = true;
-    ViewBytes message = next_text();
-    if (message == nullptr) {
-      is_text = false;
-      message = next_binary();
-    }
+    const auto [message, is_text] = feed_->next();
     if (message == nullptr) return;
     is_writing_ = true;
     stream_.text(is_text);
-    stream_.async_write(asio::buffer(*message), [self = shared_from_this(), message](ErrorCodeOf error, std::size_t) {
-      self->is_writing_ = false;
-      if (error) return self->close();
-      self->pump();
-    });
+    stream_.async_write(asio::buffer(*message),
+                        [self = shared_from_this(), kept = message](ErrorCodeOf error, std::size_t) {
+                          self->is_writing_ = false;
+                          if (error) return self->close();
+                          self->pump();
+                        });
   }
 
-  [[nodiscard]] bool has_seen_all() const { return texts_.empty() && state_seen_ == hub_.view.scene.state_serial; }
+  [[nodiscard]] bool has_seen_all() const { return feed_->has_told_all(); }
 
   void close() {
     is_closed_ = true;
@@ -134,10 +123,7 @@ class Client : public std::enable_shared_from_this<Client> {
     number_ = ++hub_.last_client;
     hub_.clients[number_] = this;
     hub_.view.clients = hub_.clients.size();
-    for (const ViewBytes& text : {hub_.view.scene.hello, hub_.view.scene.files, hub_.view.scene.crop}) {
-      if (text != nullptr) texts_.push_back(text);
-    }
-    texts_.push_back(shared_text(trail_message(hub_.view.scene.trail())));
+    feed_.emplace(hub_.view.scene);
     pump();
     read();
   }
@@ -159,74 +145,47 @@ class Client : public std::enable_shared_from_this<Client> {
     auto message = parse_client_message(text);
     if (!message) return false;
     if (const auto* credit = std::get_if<ViewCredit>(&*message)) {
-      in_flight_ -= std::min(in_flight_, credit->messages);
+      feed_->give_credit(credit->messages);
       pump();
       return true;
     }
     ViewCommand& command = std::get<ViewCommand>(*message);
     command.client = number_;
     const std::uint64_t id = command.id;
-    if (!hub_.view.commands.try_push(std::move(command)))
+    if (!hub_.view.refusal.empty()) {
+      say(shared_text(ack_message(id, hub_.view.refusal)));
+    } else if (!hub_.view.commands.try_push(std::move(command))) {
       say(shared_text(ack_message(id, "too many commands are waiting; try again in a moment")));
+    }
     return true;
-  }
-
-  ViewBytes next_text() {
-    if (!texts_.empty()) {
-      ViewBytes text = std::move(texts_.front());
-      texts_.pop_front();
-      return text;
-    }
-    if (state_seen_ != hub_.view.scene.state_serial) {
-      state_seen_ = hub_.view.scene.state_serial;
-      return hub_.view.scene.state;
-    }
-    if (pose_seen_ != hub_.view.scene.pose_serial) {
-      pose_seen_ = hub_.view.scene.pose_serial;
-      return hub_.view.scene.pose;
-    }
-    return nullptr;
-  }
-
-  /// Pictures and chunks take turns.
-  ViewBytes next_binary() {
-    if (in_flight_ >= kBinaryInFlight) return nullptr;
-    const bool has_picture = picture_seen_ != hub_.view.scene.picture_serial;
-    const auto chunk = hub_.view.scene.next_after(chunk_seen_);
-    if (!has_picture && !chunk) return nullptr;
-    ++in_flight_;
-    if (has_picture && (!chunk || !was_picture_)) {
-      was_picture_ = true;
-      picture_seen_ = hub_.view.scene.picture_serial;
-      return hub_.view.scene.picture;
-    }
-    was_picture_ = false;
-    chunk_seen_ = chunk->serial;
-    return chunk->message;
   }
 
   Hub& hub_;
   websocket::stream<beast::tcp_stream> stream_;
   beast::flat_buffer buffer_;
-  std::deque<ViewBytes> texts_;
+  std::optional<ViewFeed> feed_;  ///< from the handshake on
   std::uint64_t number_ = 0;
-  std::uint64_t state_seen_ = 0, pose_seen_ = 0, picture_seen_ = 0, chunk_seen_ = 0;
-  std::uint32_t in_flight_ = 0;
-  bool is_writing_ = false, is_closed_ = false, was_picture_ = false;
+  bool is_writing_ = false, is_closed_ = false;
 };
 
 /// One connection until it closes, or becomes a Client.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) { ++hub_.connections; }
-  ~Connection() { --hub_.connections; }
+  Connection(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) { hub_.connections.insert(this); }
+  ~Connection() { hub_.connections.erase(this); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
   void read() {
+    is_trusted_ = false;
+    since_ = std::chrono::steady_clock::now();
     parser_.emplace();
     parser_->header_limit(kMostHeaderBytes);
     parser_->body_limit(0);
     stream_.expires_after(kRequestTimeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCodeOf error, std::size_t) {
+      if (error == http::error::body_limit && self->parser_->get().method() != http::verb::get)
+        return self->refuse(http::status::method_not_allowed, "Only GET is answered.");
       if (error == http::error::body_limit || error == http::error::header_limit)
         return self->refuse(http::status::payload_too_large, "This request is too large.");
       if (error) return;
@@ -234,32 +193,33 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
+  /// Nobody who may look on waits for it: the sooner the longer ago it began to wait.
+  [[nodiscard]] bool can_be_spared() const { return !is_trusted_; }
+  [[nodiscard]] std::chrono::steady_clock::time_point since() const { return since_; }
+
+  void end() {
+    hub_.connections.erase(this);
+    stream_.close();
+  }
+
  private:
   void answer(Request request) {
-    const std::string_view target = view_of(request.target());
-    const std::size_t mark = target.find('?');
-    const std::string_view path = target.substr(0, mark);
-    const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
-    const std::string_view host = view_of(request[http::field::host]);
     keeps_alive_ = request.keep_alive();
-    host_ = std::string(host);
-    if (request.method() != http::verb::get) return refuse(http::status::method_not_allowed, "Only GET is answered.");
-    if (!is_own_host(host))
-      return refuse(http::status::forbidden, "This address does not name the computer that scans.");
-
-    const auto page =
-        std::find_if(page_files().begin(), page_files().end(), [&](const PageFile& file) { return file.path == path; });
-    const bool is_page = page != page_files().end();
-    const bool is_open_to_all = is_page && path != "/";
-    if (!is_open_to_all && !hub_.is_allowed(request, query))
-      return refuse(http::status::unauthorized, "The token is missing or wrong: open the link that the scan printed.");
-    if (is_page) return send_page(*page);
-    if (path == "/api/v1/live") return become_client(std::move(request));
-    if (path == "/api/v1/state" && hub_.view.scene.state != nullptr)
-      return send_text(http::status::ok, "application/json", *hub_.view.scene.state);
-    constexpr std::string_view kFiles = "/files/";
-    if (path.substr(0, kFiles.size()) == kFiles) return send_file(percent_decoded(path.substr(kFiles.size())));
-    refuse(http::status::not_found, "There is no such page.");
+    host_ = std::string(view_of(request[http::field::host]));
+    const ViewRequest asked{.is_get = request.method() == http::verb::get,
+                            .hosts = request.count(http::field::host),
+                            .target = view_of(request.target()),
+                            .host = host_,
+                            .cookie = view_of(request[http::field::cookie])};
+    const ViewRoute route = route_of(asked, hub_.token, hub_.cookie_name());
+    is_trusted_ = route.is_trusted;
+    switch (route.place) {
+      case ViewPlace::kRefused: return refuse(static_cast<http::status>(route.status), route.why);
+      case ViewPlace::kPage: return send_page(route.name);
+      case ViewPlace::kLive: return become_client(std::move(request));
+      case ViewPlace::kState: return send_state();
+      case ViewPlace::kFile: return send_file(route.name);
+    }
   }
 
   void become_client(Request request) {
@@ -283,7 +243,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response.keep_alive(keeps_alive_);
   }
 
-  void send_page(const PageFile& file) {
+  void send_page(const std::string& path) {
+    const PageFile& file =
+        *std::find_if(page_files().begin(), page_files().end(), [&](const PageFile& one) { return one.path == path; });
     http::response<http::string_body> response(http::status::ok, 11);
     set_fields(response, file.type);
     response.set("Content-Security-Policy",
@@ -296,6 +258,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     response.body() = std::string(file.bytes);
     send(std::move(response));
+  }
+
+  void send_state() {
+    if (hub_.view.scene.state == nullptr) return refuse(http::status::not_found, "There is nothing to tell yet.");
+    send_text(http::status::ok, "application/json", *hub_.view.scene.state);
   }
 
   void send_text(http::status status, std::string_view type, std::string text) {
@@ -328,9 +295,18 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send(http::response<Body> response) {
     response.prepare_payload();
     auto kept = std::make_shared<http::response<Body>>(std::move(response));
+    auto rest = std::make_shared<http::response_serializer<Body>>(*kept);
+    rest->limit(kFilePieceBytes);
+    write_some(kept, rest);
+  }
+
+  /// Whoever takes a large file over a slow network has time for each piece of it.
+  template <typename Response, typename Serializer>
+  void write_some(std::shared_ptr<Response> response, std::shared_ptr<Serializer> rest) {
     stream_.expires_after(kIdleTimeout);
-    http::async_write(stream_, *kept, [self = shared_from_this(), kept](ErrorCodeOf error, std::size_t) {
+    http::async_write_some(stream_, *rest, [self = shared_from_this(), response, rest](ErrorCodeOf error, std::size_t) {
       if (error) return;
+      if (!rest->is_done()) return self->write_some(response, rest);
       if (self->keeps_alive_) return self->read();
       ErrorCodeOf ignored;
       self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
@@ -342,7 +318,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   std::string host_;
-  bool keeps_alive_ = false;
+  bool keeps_alive_ = false, is_trusted_ = false;
+  std::chrono::steady_clock::time_point since_;  ///< when it began to wait for a request
 };
 
 }  // namespace
@@ -429,13 +406,25 @@ class ViewServer::Network {
     acceptor_.async_accept([this](ErrorCodeOf error, Tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
       if (error) return accept_later();  // out of file descriptors, most likely
-      if (hub_.connections + hub_.clients.size() < kMostConnections) {
+      if (has_room()) {
         ErrorCodeOf ignored;
         socket.set_option(Tcp::no_delay(true), ignored);
         std::make_shared<Connection>(std::move(socket), hub_)->read();
       }
       accept();
     });
+  }
+
+  /// Whoever has waited longest without a right to anything makes room: many connections of strangers keep nobody out.
+  bool has_room() {
+    if (hub_.connections.size() + hub_.clients.size() < kMostConnections) return true;
+    Connection* first = nullptr;
+    for (Connection* one : hub_.connections) {
+      if (one->can_be_spared() && (first == nullptr || one->since() < first->since())) first = one;
+    }
+    if (first == nullptr) return false;
+    first->end();
+    return true;
   }
 
   void accept_later() {
@@ -478,6 +467,8 @@ Result<std::unique_ptr<ViewServer>> ViewServer::start(const LiveViewOptions& opt
   if (token.empty() && !address.is_loopback()) token = random_token();
   std::unique_ptr<ViewServer> server(new ViewServer);
   server->hub_->scene.hello = std::move(hello);
+  server->hub_->scene.files = shared_text(to_message(std::vector<ViewFile>{}));
+  server->hub_->scene.crop = shared_text(to_message(CropBox{}));
   server->network_ = std::make_unique<Network>(address, std::move(token), *server->hub_);
   if (auto listening = server->network_->listen(options.port); !listening) return listening.error();
   server->network_->start();

@@ -23,6 +23,7 @@ struct ViewHub {
   std::map<std::string, std::filesystem::path> files;  ///< that can be downloaded, by name
   std::vector<ViewBytes> announcements;                ///< texts that each client is still to be told
   BoundedQueue<ViewCommand> commands{64};
+  std::string refusal;  ///< what commands are answered with; empty: they are taken
   std::atomic<std::size_t> clients = 0;
 };
 

@@ -146,23 +146,37 @@ FrameEvent LiveSource::decode(const RawPair& pair) {
   return *std::move(frame);
 }
 
-FrameEvent LiveSource::next(std::stop_token stop) {
+bool LiveSource::has_ended(const std::stop_token& stop) const {
+  return stop.stop_requested() || is_over() || failure_;
+}
+
+bool LiveSource::wait(std::stop_token stop, std::chrono::milliseconds patience) {
+  const auto deadline = steady_clock::now() + patience;
   while (true) {
     report_events();
     report_losses();
     report_recorder_failure();
-    if (!skipped_.empty()) {
-      FrameDropped first = std::move(skipped_.front());
-      skipped_.pop_front();
-      return first;
-    }
-    const bool has_ended = stop.stop_requested() || is_over() || failure_;
-    if (has_ended) {
-      device_->stop();
-      return EndOfStream{};
-    }
-    if (const auto pair = newest_pair()) return decode(*pair);
+    if (ready_ || !skipped_.empty() || has_ended(stop)) return true;
+    ready_ = newest_pair();
+    if (!ready_ && steady_clock::now() >= deadline) return false;
   }
+}
+
+FrameEvent LiveSource::next(std::stop_token stop) {
+  while (!wait(stop, kPatience)) {
+  }
+  if (ready_) {
+    const RawPair pair = *std::move(ready_);
+    ready_.reset();
+    return decode(pair);
+  }
+  if (!skipped_.empty()) {
+    FrameDropped first = std::move(skipped_.front());
+    skipped_.pop_front();
+    return first;
+  }
+  device_->stop();
+  return EndOfStream{};
 }
 
 }  // namespace scanknit

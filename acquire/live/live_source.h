@@ -51,6 +51,7 @@ class LiveSource final : public FrameSource {
 
   /// Ends when stopped, at the limits of LiveOptions, and when the scanner has failed; the scanner is then stopped.
   [[nodiscard]] FrameEvent next(std::stop_token stop) override;
+  [[nodiscard]] bool wait(std::stop_token stop, std::chrono::milliseconds patience) override;
 
   /// Why the scanner sends no more frames; nothing while it does.
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
@@ -65,6 +66,7 @@ class LiveSource final : public FrameSource {
   void report_losses();
   void report_recorder_failure();
   [[nodiscard]] bool is_over() const;
+  [[nodiscard]] bool has_ended(const std::stop_token& stop) const;
   [[nodiscard]] std::optional<RawPair> newest_pair();
   [[nodiscard]] FrameEvent decode(const RawPair& pair);
 
@@ -83,6 +85,7 @@ class LiveSource final : public FrameSource {
 
   FramePairing pairing_;
   std::deque<FrameDropped> skipped_;
+  std::optional<RawPair> ready_;  ///< came while somebody waited
   std::size_t pictures_ = 0;
   std::optional<std::chrono::steady_clock::time_point> first_at_;
   std::chrono::steady_clock::time_point losses_at_{};

@@ -17,13 +17,20 @@ enum class Pace {
   kStepped,   ///< one frame for each call of PaceControl::wait_for_step
 };
 
+/// What became of waiting for a step.
+enum class Step {
+  kTaken,
+  kNotYet,
+  kNoMore,  ///< none will come
+};
+
 /// Where the waiting is done; tests have a clock of their own.
 struct PaceControl {
   std::function<std::chrono::steady_clock::time_point()> now;
   /// Returns at that time, or at once when stopped.
   std::function<void(std::chrono::steady_clock::time_point, const std::stop_token&)> wait_until;
-  /// False: no further step will come, which ends the source.
-  std::function<bool(const std::stop_token&)> wait_for_step;
+  /// Waits for that long at most. kNoMore, also when stopped, ends the source.
+  std::function<Step(const std::stop_token&, std::chrono::milliseconds)> wait_for_step;
 };
 
 /// The steady clock; steps that come at once.

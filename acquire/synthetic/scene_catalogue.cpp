@@ -26,6 +26,13 @@ Texture paint(int index, Pattern pattern, double period_m) {
   return texture;
 }
 
+/// Painted walls: next to nothing to hold on to.
+Texture bare(int index) {
+  Texture texture = paint(index, Pattern::kMarble, 0.7);
+  texture.dark = texture.light - Eigen::Vector3d::Constant(0.03);
+  return texture;
+}
+
 /// Collects solids drawn on the plan (z up).
 class Drawing {
  public:
@@ -173,12 +180,12 @@ std::unique_ptr<SyntheticScene> room() {
   return std::move(drawing).scene("room", walk_path({1.3, 0.8, 1.4}), 1000);
 }
 
-/// A corridor round a block: the start comes into view again only at the end of 26 m.
+/// A corridor round a block, with bare walls: the start comes into view again only at the end of 26 m.
 std::unique_ptr<SyntheticScene> gallery() {
   constexpr double kHeight_m = 2.6;
   Drawing drawing;
-  drawing.add_room({10.0, 8.0, kHeight_m}, paint(50, Pattern::kChecks, 0.17));
-  drawing.add(Box{{2.9, 1.9, kHeight_m / 2 + kSunk_m}, 0.02}, {0, 0, kHeight_m / 2}, paint(51, Pattern::kMarble, 0.11));
+  drawing.add_room({10.0, 8.0, kHeight_m}, bare(50));
+  drawing.add(Box{{2.9, 1.9, kHeight_m / 2 + kSunk_m}, 0.02}, {0, 0, kHeight_m / 2}, bare(51));
   drawing.stand_box(1.4, -3.8, 0, {0.9, 0.38, 0.8}, paint(52, Pattern::kStripes, 0.07));  // a chest
   drawing.add(vase(), {1.5, -3.8, 0.91 - kSunk_m}, paint(53, Pattern::kChecks, 0.03));
   drawing.stand_cylinder(4.6, -3.5, 0, 0.25, 1.3, paint(54, Pattern::kChecks, 0.09));

@@ -38,7 +38,13 @@ class Paced : public ::testing::Test {
   [[nodiscard]] PaceControl control() {
     return {.now = [this] { return now_; },
             .wait_until = [this](Clock::time_point due, const std::stop_token&) { now_ = std::max(now_, due); },
-            .wait_for_step = [this](const std::stop_token&) { return steps_-- > 0; }};
+            .wait_for_step =
+                [this](const std::stop_token&, std::chrono::milliseconds patience) {
+                  if (steps_ > 0) return --steps_, Step::kTaken;
+                  if (has_ended_) return Step::kNoMore;
+                  now_ += patience;
+                  return Step::kNotYet;
+                }};
   }
   void open(Pace pace, std::uint64_t count, bool has_clock = true) {
     source_ = paced(std::make_unique<Metronome>(count, has_clock), pace, control());
@@ -55,6 +61,7 @@ class Paced : public ::testing::Test {
 
   Clock::time_point begin_{}, now_{};
   int steps_ = 0;
+  bool has_ended_ = false;  // no more steps will come
   std::unique_ptr<FrameSource> source_;
 };
 
@@ -90,13 +97,38 @@ TEST_F(Paced, RealtimeWithoutAClockIsThirtyFramesASecond) {
 TEST_F(Paced, SteppedGivesAFrameForEachStep) {
   open(Pace::kStepped, 9);
   steps_ = 2;
+  has_ended_ = true;
   EXPECT_EQ(next(), 0);
+  EXPECT_EQ(next(), 1);
+  EXPECT_EQ(next(), -2);
+}
+
+TEST_F(Paced, WaitingForAStepEndsWithItsPatienceAndTakesNone) {
+  open(Pace::kStepped, 9);
+  EXPECT_FALSE(source_->wait({}, 50ms));
+  EXPECT_EQ(spent(), 50ms);
+  steps_ = 1;
+  EXPECT_TRUE(source_->wait({}, 50ms));
+  EXPECT_TRUE(source_->wait({}, 50ms)) << "the same step still";
+  EXPECT_EQ(next(), 0);
+  EXPECT_FALSE(source_->wait({}, 50ms));
+}
+
+TEST_F(Paced, WaitingForTheClockEndsWithItsPatienceAndLosesNoFrame) {
+  open(Pace::kRealtime, 2);
+  EXPECT_TRUE(source_->wait({}, 30ms)) << "the first sets the clock";
+  EXPECT_EQ(next(), 0);
+  EXPECT_FALSE(source_->wait({}, 30ms));
+  EXPECT_EQ(spent(), 30ms);
+  EXPECT_TRUE(source_->wait({}, 1s));
+  EXPECT_EQ(spent(), 100ms);
   EXPECT_EQ(next(), 1);
   EXPECT_EQ(next(), -2);
 }
 
 TEST_F(Paced, FastWaitsForNothing) {
   open(Pace::kFast, 3);
+  EXPECT_TRUE(source_->wait({}, 1h));
   for (int i = 0; i < 3; ++i) EXPECT_EQ(next(), i);
   EXPECT_EQ(spent(), 0ms);
 }

@@ -7,9 +7,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 namespace scanknit {
 namespace {
@@ -48,8 +50,15 @@ TempFolder::~TempFolder() {
 }
 
 Program::Program(const std::vector<std::string>& arguments, std::optional<std::uintmax_t> max_file_bytes) {
+  std::array<int, 2> keys{};
+  if (::pipe2(keys.data(), O_CLOEXEC) != 0) ADD_FAILURE() << "no pipe";
   process_ = ::fork();
-  if (process_ == 0) become_scanknit(arguments, folder_.path(), max_file_bytes);
+  if (process_ == 0) {
+    if (::dup2(keys[0], STDIN_FILENO) < 0) ::_exit(127);
+    become_scanknit(arguments, folder_.path(), max_file_bytes);
+  }
+  ::close(keys[0]);
+  keyboard_ = keys[1];
 }
 
 Program::~Program() {
@@ -73,7 +82,12 @@ void Program::send(int signal) const {
   ::kill(process_, signal);
 }
 
+void Program::type(const std::string& text) const {
+  EXPECT_EQ(::write(keyboard_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+}
+
 Outcome Program::wait() {
+  if (keyboard_ >= 0) ::close(std::exchange(keyboard_, -1));
   if (!status_) {
     int status = 0;
     ::waitpid(process_, &status, 0);

@@ -31,7 +31,8 @@ class TempFolder {
   std::filesystem::path path_;
 };
 
-/// A scanknit that runs in the background. Ended and waited for at the latest when destroyed.
+/// A scanknit that runs in the background, with nothing on its stdin until something is typed. Ended and waited for at
+/// the latest when destroyed.
 class Program {
  public:
   /// `max_file_bytes` stands in for a full disk: writing beyond it fails.
@@ -44,11 +45,14 @@ class Program {
   [[nodiscard]] bool is_running();
   [[nodiscard]] pid_t process() const { return process_; }
   void send(int signal) const;
+  void type(const std::string& text) const;
+  /// After stdin has ended.
   [[nodiscard]] Outcome wait();
 
  private:
   TempFolder folder_;
   pid_t process_ = -1;
+  int keyboard_ = -1;  ///< writes to its stdin
   std::optional<int> status_;
 };
 

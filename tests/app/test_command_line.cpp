@@ -106,6 +106,18 @@ TEST(CommandLine, UnreadableInputsExitWith4) {
   EXPECT_EQ(scanknit_command({"distance", "/nowhere.ply", "/nowhere"}).exit_code, 4);
 }
 
+TEST(CommandLine, TimesAndRatesAreFiniteNumbers) {
+  const TempFolder folder;
+  for (const char* command : {"capture", "record"}) {
+    for (const char* option : {"--seconds", "--wait", "--reconnect", "--fps"}) {
+      for (const char* value : {"nan", "-nan", "inf"}) {
+        const Outcome outcome = scanknit_command({command, "-o", (folder / "scan.mcap").string(), option, value});
+        EXPECT_EQ(outcome.exit_code, 2) << command << ' ' << option << ' ' << value << ": " << outcome.err;
+      }
+    }
+  }
+}
+
 TEST(CommandLine, SynthListsItsScenes) {
   const Outcome outcome = scanknit_command({"synth", "--list"});
   EXPECT_EQ(outcome.exit_code, 0);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "app/live_mesh.h"
@@ -145,6 +146,57 @@ TEST_F(LiveMeshTest, BeginsWithWhatTheVolumeHoldsAlready) {
   (void)volume->take_changed_blocks();
   update(*mesh, 100'000);
   EXPECT_GT(triangles_in(chunks), 0u);
+}
+
+TEST_F(LiveMeshTest, KnowsWhetherABoxHoldsATriangle) {
+  auto mesh = LiveMesh::create(*volume, {});
+  ASSERT_TRUE(mesh);
+  const Eigen::Vector3d far(100, 100, 100);
+  EXPECT_FALSE(mesh->has_triangle_in({-far, far})) << "no mesh yet";
+  fuse(frames.front());
+  update(*mesh, 100'000);
+  EXPECT_TRUE(mesh->has_triangle_in({-far, far}));
+  EXPECT_FALSE(mesh->has_triangle_in({far, 2 * far}));
+  const auto all = middles(chunks);
+  ASSERT_FALSE(all.empty());
+  const Eigen::Vector3d middle = Eigen::Vector3f(all[0][0], all[0][1], all[0][2]).cast<double>();
+  const auto box_of = [&](double half_m) {
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(half_m);
+    return Eigen::AlignedBox3d(middle - half, middle + half);
+  };
+  EXPECT_TRUE(mesh->has_triangle_in(box_of(2 * kVoxel_m)));
+  EXPECT_FALSE(mesh->has_triangle_in(box_of(1e-6))) << "it cuts one, and holds none";
+}
+
+TEST_F(LiveMeshTest, AnAirLeafThatGetsMatterIsShownWithTheOthers) {
+  // Walls across a camera that looks along -z: the leaf before a wall comes after the wall's own in every axis, so that
+  // meshing the one does not mesh the other.
+  const auto wall = [](double z_m) {
+    Frame frame;
+    frame.intrinsics = {160, 120, 131.25, 131.25, 79.5, 59.5};
+    frame.depth_m = DepthImage(160, 120, static_cast<float>(-z_m));
+    frame.T_world_camera = Pose(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
+    filter_frame(frame, AcquireConfig{}, NoiseModel{});
+    return frame;
+  };
+  constexpr double kBoundary_m = -12 * 8 * kVoxel_m;  // of two layers of leaves
+  const auto with_matter = [&] {
+    const auto& blocks = volume->index().blocks();
+    return static_cast<std::size_t>(
+        std::count_if(blocks.begin(), blocks.end(), [](const VolumeBlock& block) { return block.has_matter; }));
+  };
+  auto mesh = LiveMesh::create(*volume, {});
+  ASSERT_TRUE(mesh);
+  fuse(wall(kBoundary_m - 1.5 * kVoxel_m));
+  const std::size_t behind = with_matter();
+  ASSERT_LT(behind, volume->index().blocks().size()) << "the layer before it is air";
+  update(*mesh, 0);  // all wait
+  for (int i = 0; i < 5; ++i) fuse(wall(kBoundary_m + 2.5 * kVoxel_m));
+  ASSERT_GT(with_matter(), behind) << "and is air no more";
+  update(*mesh, behind);
+  const auto shown = middles(chunks);
+  const auto is_before = [&](const std::array<float, 3>& middle) { return middle[2] > kBoundary_m; };
+  EXPECT_TRUE(std::any_of(shown.begin(), shown.end(), is_before)) << "the newest wait behind all others";
 }
 
 TEST_F(LiveMeshTest, WhatIsSeenOftenIsCovered) {

@@ -1,7 +1,11 @@
 // The main job on a synthetic recording: what comes out.
 #include <gtest/gtest.h>
+#include <pty.h>
 #include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -271,6 +275,69 @@ TEST(Interrupt, ASecondCtrlCLeavesAtOnce) {
   wait_until_fusing(program);
   while (program.is_running()) program.send(SIGINT);
   EXPECT_EQ(program.wait().exit_code, 130);
+}
+
+/// Three frames, and then it waits for Enter.
+std::vector<std::string> stepped_run(const Scan& scan) {
+  return {"run",   scan.recording().string(), "-o",     scan.output().string(),
+          "--set", "fusion.voxel_size=8mm",   "--pace", "stepped"};
+}
+
+TEST(Interrupt, AClosedTerminalEndsTheScanWithItsMesh) {
+  const Scan scan;
+  Program program(stepped_run(scan));
+  program.type("\n\n\n");
+  wait_until_fusing(program);
+  while (program.is_running()) program.send(SIGHUP);  // the shell and the kernel say it both
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
+  EXPECT_EQ(scan.report()["exit_code"], 130);
+}
+
+/// In a terminal of its own, which then goes: what it says can no more be written.
+TEST(Interrupt, AScanWhoseTerminalIsGoneWritesItsMeshAllTheSame) {
+  const Scan scan;
+  std::vector<std::string> arguments = stepped_run(scan);
+  arguments.insert(arguments.begin(), SCANKNIT_PROGRAM);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  int terminal = -1;
+  const pid_t process = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  ASSERT_GE(process, 0);
+  if (process == 0) {
+    ::execv(SCANKNIT_PROGRAM, argv.data());
+    ::_exit(127);
+  }
+  ASSERT_EQ(::write(terminal, "\n", 1), 1);
+  std::string said;
+  std::array<char, 256> piece{};
+  while (said.find("fusing 1") == std::string::npos) {
+    const ssize_t bytes = ::read(terminal, piece.data(), piece.size());
+    ASSERT_GT(bytes, 0) << said;
+    said.append(piece.data(), static_cast<std::size_t>(bytes));
+  }
+  ::close(terminal);
+  int status = 0;
+  ASSERT_EQ(::waitpid(process, &status, 0), process);
+  EXPECT_TRUE(WIFEXITED(status)) << "ended by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
+}
+
+TEST(Interrupt, NohupOutlivesTheTerminal) {
+  const Scan scan;
+  const auto before = ::signal(SIGHUP, SIG_IGN);
+  Program program(stepped_run(scan));
+  ::signal(SIGHUP, before);
+  program.type("\n\n\n");
+  wait_until_fusing(program);
+  program.send(SIGHUP);
+  program.type("\n\n");
+  const Outcome outcome = program.wait();  // closes stdin, which is the end
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(scan.report()["frames"]["read"], 5);
 }
 
 }  // namespace

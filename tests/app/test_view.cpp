@@ -53,11 +53,11 @@ class ViewTest : public testing::Test {
       GTEST_SKIP() << "SKIPPED: built without the page (npm ci --prefix view/page)";
   }
 
-  /// A scan of five seconds at the scanner's pace, and somebody who looks on from the beginning.
-  void watch(const std::vector<std::string>& more = {}) {
+  /// A scan of five seconds at the scanner's pace, or by steps, and somebody who looks on from the beginning.
+  void watch(const std::vector<std::string>& more = {}, const char* pace = "realtime") {
     scan.emplace(ScanSize{.frames = 150});
     std::vector<std::string> arguments = run_with_view(*scan, more);
-    arguments.insert(arguments.end(), {"--pace", "realtime"});
+    arguments.insert(arguments.end(), {"--pace", pace});
     program.emplace(arguments);
     port = port_of(*program);
     ASSERT_NE(port, 0) << program->err_so_far();
@@ -125,6 +125,47 @@ TEST_F(ViewTest, PausedFramesAreLeftOutAndCounted) {
   EXPECT_GT(frames["fused"], 0);
 }
 
+TEST_F(ViewTest, CommandsAreAnsweredBeforeTheFirstFrame) {
+  watch({}, "stepped");
+  ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");
+  EXPECT_EQ(ask("export"), "nothing has been fused yet");
+  EXPECT_EQ(ask("pause"), "");
+  EXPECT_EQ(ask("start"), "");
+  EXPECT_FALSE(state_in_phase("waiting").is_null()) << "nothing has been seen";
+  EXPECT_EQ(ask("reset"), "");
+  EXPECT_EQ(ask("finish"), "");
+  const Outcome outcome = program->wait();
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+  EXPECT_NE(outcome.err.find("finished before the first frame"), std::string::npos) << outcome.err;
+}
+
+TEST_F(ViewTest, CommandsAreAnsweredWhileNoOtherFrameComes) {
+  watch({}, "stepped");
+  program->type("\n\n");
+  while (client->next_of("state")["fused"].get<int>() < 2) {
+  }
+  EXPECT_EQ(ask("export"), "");
+  EXPECT_EQ(ask("finish"), "");
+  EXPECT_FALSE(state_in_phase("finished").is_null());
+  EXPECT_EQ(report_at_the_end()["frames"]["read"], 2);
+}
+
+TEST_F(ViewTest, FramesThatAreDroppedAreToldAtOnce) {
+  scan.emplace(ScanSize{.frames = 6});
+  for (std::size_t place = 0; place < 3; ++place) std::ofstream(scan->depth_picture(place)) << "no picture";
+  program.emplace(run_with_view(*scan, {"--pace", "stepped"}));
+  port = port_of(*program);
+  ASSERT_NE(port, 0) << program->err_so_far();
+  client = PageClient::connect(port);
+  ASSERT_NE(client, nullptr);
+  program->type("\n\n");
+  Json state = client->next_of("state");
+  while (!state.is_null() && state["dropped"] != 2) state = client->next_of("state");
+  ASSERT_FALSE(state.is_null()) << "nobody said that two frames were dropped";
+  EXPECT_EQ(state["phase"], "waiting");
+  EXPECT_EQ(state["frame"], 2);
+}
+
 TEST_F(ViewTest, ExportWritesTheMeshOfNow) {
   watch();
   while (client->next_of("state")["fused"].get<int>() == 0) {
@@ -186,6 +227,21 @@ TEST_F(ViewTest, ACropBoxThatHoldsNothingIsNamedAndCanBeCleared) {
   EXPECT_EQ(report_at_the_end()["exit_code"], 0);
 }
 
+TEST_F(ViewTest, FinishUnderACropBoxThatHoldsNothingWritesTheWholeMesh) {
+  watch();
+  while (client->next_of("state")["triangles"].get<int>() == 0) {
+  }
+  ASSERT_EQ(ask("crop", R"(,"box":[[100,100,100],[101,101,101]])"), "");
+  Json told = client->next_of("state");
+  while (!told.is_null() && !told["is_crop_empty"].get<bool>()) told = client->next_of("state");
+  ASSERT_FALSE(told.is_null()) << "nobody said so beforehand";
+  ASSERT_EQ(ask("finish"), "");
+  EXPECT_NE(state_in_phase("finished")["message"].get<std::string>().find("crop box"), std::string::npos);
+  const Json report = report_at_the_end();
+  EXPECT_GT(report["mesh"]["triangles"], 0);
+  EXPECT_NE(report["warnings"].dump().find("whole mesh"), std::string::npos) << report["warnings"];
+}
+
 TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
   watch();
   ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");  // the sphere's middle is the origin
@@ -216,6 +272,11 @@ TEST_F(ViewTest, WhatIsNoMeshIsSaidToBeNone) {
   std::ofstream(folder / "text.glb") << "this is no mesh";
   EXPECT_EQ(scanknit_command({"view", (folder / "text.glb").string()}).exit_code, 4);
   EXPECT_EQ(scanknit_command({"view", (folder / "absent.ply").string()}).exit_code, 4);
+  for (const char* name : {"absent.ply", "absent"}) {
+    EXPECT_NE(scanknit_command({"view", (folder / name).string()}).err.find("no such file or folder"),
+              std::string::npos)
+        << name;
+  }
   const Outcome empty_folder = scanknit_command({"view", folder.path().string()});
   EXPECT_EQ(empty_folder.exit_code, 4);
   EXPECT_NE(empty_folder.err.find("--view"), std::string::npos) << "what to do for a recording";
@@ -227,7 +288,7 @@ TEST_F(ViewTest, OptionsThatCannotBeAreRefusedBeforeAnyWork) {
   EXPECT_EQ(plain.run({"--view", "--listen", "example.org"}).exit_code, 2);
   EXPECT_EQ(plain.run({"--view", "--port", "70000"}).exit_code, 2);
   EXPECT_EQ(plain.run({"--view", "--port", "0", "--listen", "203.0.113.1"}).exit_code, 8);  // of no computer
-  EXPECT_FALSE(fs::exists(plain.output() / "model.glb"));
+  EXPECT_FALSE(fs::exists(plain.output())) << "not even an empty folder";
 }
 
 }  // namespace

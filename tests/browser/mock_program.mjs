@@ -53,15 +53,20 @@ export class MockProgram {
     };
     this.state = {
       type: 'state', phase: 'waiting', tracking: 'ok', reason: '', advice: '', frame: 0, frames_total: 0, fused: 0, dropped: 0, lost: 0,
-      fps: 0, triangles: 0, memory_mib: 0, view_share: 0.01, message: '',
+      fps: 0, silent_s: 0, losses: {}, triangles: 0, is_crop_empty: false, memory_mib: 0, view_share: 0.01, message: '',
     };
     this.chunks = new Map();  // number -> message
-    this.others = new Map();  // type -> message: trail, files, crop, pose
+    this.others = new Map([   // type -> message, told to each client after hello
+      { type: 'files', files: [] }, { type: 'crop', box: null }, { type: 'trail', points: [] },
+    ].map((message) => [message.type, message]));
+    this.isFull = false;      // no page is let in
   }
 
   async listen(port = 0) {
     this.http = createServer((request, response) => this.get(request, response));
-    this.sockets = new WebSocketServer({ server: this.http, path: '/api/v1/live', handleProtocols: () => 'scanknit.v1' });
+    this.sockets = new WebSocketServer({
+      server: this.http, path: '/api/v1/live', handleProtocols: () => 'scanknit.v1', verifyClient: () => !this.isFull,
+    });
     this.sockets.on('connection', (socket) => this.welcome(socket));
     await new Promise((resolve) => this.http.listen(port, '127.0.0.1', resolve));
     this.port = this.http.address().port;

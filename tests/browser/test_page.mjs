@@ -1,44 +1,16 @@
-// The page by itself, against a program that says on cue what the real one says rarely.
+// What the page draws, and how it fits a screen, a finger and a keyboard.
 
 import assert from 'node:assert/strict';
-import { copyFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
 import { test } from 'node:test';
-import { fileURLToPath } from 'node:url';
 import {
-  banner, colourAt, command, isWiderThanScreen, keepScreenshot, kPhone, look, openPage, smallTargets, untilBanner, untilTriangles, useBrowser,
+  colourAt, isWiderThanScreen, keepScreenshot, kPhone, look, openPage,
+  smallTargets, untilTriangles, useBrowser,
 } from './browser.mjs';
-import { MockProgram, binaryMessage, chunkBody } from './mock_program.mjs';
+import { kCorners, lookAtSquare, square, startMock } from './mock_page.mjs';
+import { binaryMessage, chunkBody } from './mock_program.mjs';
 import { chunksOfVase, depthJpeg, orbitPose } from './mock_scan.mjs';
-import { temporaryFolder } from './program.mjs';
-
-const kPage = join(dirname(fileURLToPath(import.meta.url)), '../../view/page');
-
-/// The page as it is built, where the mock can serve it.
-function builtPage() {
-  const folder = temporaryFolder();
-  for (const name of ['index.html', 'view.css', 'icon.svg']) { copyFileSync(join(kPage, name), join(folder, name)); }
-  copyFileSync(process.env.SCANKNIT_VIEW_SCRIPT, join(folder, 'view.js'));
-  return folder;
-}
 
 useBrowser();
-const folder = builtPage();
-
-async function startMock(context) {
-  const program = await new MockProgram(folder).listen();
-  context.after(() => program.close());
-  return program;
-}
-
-/// A square of side 2 in the plane z = 0, seen from -z (y down, as a camera sees), corners in four colours.
-const kCorners = [[200, 60, 40], [60, 180, 75], [40, 90, 200], [7, 1, 30]];
-function square({ colours = kCorners, normal = [0, 0, -1], hasColours = true, shift = 0, coverage } = {}) {
-  const places = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
-  const vertices = places.map(([x, y], i) => ({ p: [x + shift, y, 0], colour: colours[i], normal, coverage }));
-  return chunkBody(vertices, [0, 2, 1, 0, 3, 2], { hasColours });
-}
-const lookAtSquare = (page) => page.evaluate(() => window.scanknit.look([0, 0, -3], [0, 0, 0]));
 
 test('unlit pixels are the bytes of the vertices, however dark', async (context) => {
   const program = await startMock(context);
@@ -117,108 +89,6 @@ test('indices of 32 bits reach vertices beyond 65,535', async (context) => {
   assert.deepEqual(await colourAt(page, [0.4, -0.4, 0]), colour);
 });
 
-test('the banner says in words, colour and sign how it goes and what to do', async (context) => {
-  const program = await startMock(context);
-  const page = await openPage(program.url);
-  const cases = [
-    [{ phase: 'scanning', tracking: 'ok', reason: '', advice: '' }, { tone: 'good', head: 'Tracking well', advice: '' }],
-    [{ tracking: 'weak', reason: 'flat scene', advice: 'let something with edges into view' },
-      { tone: 'warn', head: 'Weak: flat scene', advice: 'Let something with edges into view' }],
-    [{ tracking: 'lost', reason: 'turned too fast', advice: 'turn back a little' },
-      { tone: 'bad', head: 'Lost: turned too fast', advice: 'Turn back a little' }],
-    [{ tracking: 'recovered', reason: '', advice: '' }, { tone: 'good', head: 'Found again', advice: '' }],
-    [{ tracking: 'none' }, { tone: 'good', head: 'Scanning', advice: '' }],
-    [{ phase: 'paused' }, { tone: 'quiet', head: 'Paused', advice: 'Start goes on where it stopped.' }],
-    [{ phase: 'failed', message: 'the disk is full' }, { tone: 'bad', head: 'The scan failed', advice: 'The disk is full' }],
-  ];
-  const signs = new Set();
-  for (const [state, words] of cases) {
-    program.sendText({ type: 'state', ...state });
-    await untilBanner(page, words.head);
-    assert.deepEqual(await banner(page), words);
-    if (words.tone !== 'good') { signs.add(await page.locator('#banner-sign').textContent()); }
-  }
-  assert.equal(signs.size, 3, 'not by colour only: each tone has a sign of its own (lost and failed share theirs)');
-  assert.equal(await page.locator('#banner-words').getAttribute('aria-live'), 'assertive');
-});
-
-test('a broken connection is said, and mended with the whole mesh', async (context) => {
-  const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
-  program.sendBinary(binaryMessage(1, 1, 1, square()));
-  program.sendBinary(binaryMessage(1, 2, 1, square({ shift: 2 })));
-  const page = await openPage(program.url);
-  await untilTriangles(page, 4);
-  program.chunks.delete(2);  // gone while the page is away
-  program.drop();
-  await page.waitForFunction(() => window.heads.includes('Connection lost'));
-  await untilBanner(page, 'Tracking well');
-  await page.waitForFunction(() => window.scanknit.triangles === 2);
-  assert.equal(await look(page, 'chunks'), 1);
-});
-
-test('only the commands that the scan takes are shown, and a refusal is told', async (context) => {
-  const program = await startMock(context);
-  program.hello.commands = ['pause', 'export'];
-  program.sendText({ type: 'state', phase: 'scanning' });
-  program.answer = ({ cmd }) => (cmd === 'export' ? 'nothing to write yet' : '');
-  const page = await openPage(program.url);
-  await command(page, 'pause').waitFor();
-  const shown = await page.locator('[data-command]:visible').evaluateAll((buttons) => buttons.map((button) => button.dataset.command));
-  assert.deepEqual(shown, ['pause', 'export']);
-  await command(page, 'export').click();
-  await page.locator('#note.bad').waitFor();
-  assert.equal(await page.locator('#note').textContent(), 'Export: nothing to write yet');
-});
-
-test('reset asks once more', async (context) => {
-  const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
-  const page = await openPage(program.url);
-  await command(page, 'reset').click();
-  await page.keyboard.press('Escape');
-  await command(page, 'reset').click();
-  await page.locator('#ask-no').click();
-  assert.deepEqual(program.commands, []);
-  await command(page, 'reset').click();
-  await page.locator('#ask-yes').click();
-  await page.locator('#note').waitFor();
-  assert.deepEqual(program.commands.map(({ cmd }) => cmd), ['reset']);
-});
-
-test('the crop box is drawn, moved by keys and by a finger, and sent in metres of the world', async (context) => {
-  const program = await startMock(context);
-  program.hello.up = [0, 0, 1];  // whatever is up: the box keeps to the scan's axes
-  program.sendText({ type: 'state', phase: 'paused' });
-  const vase = chunksOfVase(chunkBody);
-  for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
-  const page = await openPage(program.url, { size: kPhone });
-  await untilTriangles(page, vase.triangles(1));
-  await command(page, 'crop').click();
-  const [low] = await look(page, 'bounds');
-  await page.getByLabel('X from').focus();
-  for (let i = 0; i < 100; ++i) { await page.keyboard.press('ArrowRight'); }
-  await page.evaluate(() => window.scanknit.look([0, -0.1, -0.6], [0, -0.1, 0]));
-  const canvas = await page.locator('#view').boundingBox();
-  const handle = await page.evaluate(() => window.scanknit.cropHandle('X', 'max'));
-  const [x, y] = [canvas.x + handle[0], canvas.y + handle[1]];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  const [right] = await page.evaluate(() => window.scanknit.place([1, 0, 0]));
-  const inwards = right > handle[0] - canvas.x ? -1 : 1;
-  await page.mouse.move(x + 30 * inwards, y, { steps: 3 });
-  await page.mouse.up();
-  const screen = await page.locator('#crop-rows output').allTextContents();
-  await keepScreenshot(page, 'crop_phone');
-  await page.locator('#crop-apply').click();
-  await page.locator('#crop').waitFor({ state: 'hidden' });
-  const [{ cmd, box }] = program.commands;
-  assert.equal(cmd, 'crop');
-  assert.ok(box[0][0] > low[0] + 0.02 && box[0][0] < box[1][0], `the low side of x went in: ${box}`);
-  assert.ok(box[1][0] < 0.08, `the high side of x was dragged in: ${box}`);
-  assert.equal(screen[0], `${(1000 * box[0][0]).toFixed(0)} mm`);
-});
-
 test('the ring tells from which sides the object was seen', async (context) => {
   const program = await startMock(context);
   const vase = chunksOfVase(chunkBody);
@@ -235,6 +105,24 @@ test('the ring tells from which sides the object was seen', async (context) => {
   }
   await page.waitForFunction(() => window.scanknit.sectorsSeen === 36);
   assert.equal(await page.locator('#ring-text').textContent(), '36 of 36 sides seen');
+});
+
+test('a reset empties the ring, and a new scan fills it again', async (context) => {
+  const program = await startMock(context);
+  program.sendBinary(binaryMessage(1, 1, 1, square()));
+  program.sendText({ type: 'trail', points: Array.from({ length: 40 }, (_, i) => orbitPose(i / 20).slice(12, 15)) });
+  const page = await openPage(program.url);
+  const drawn = () => page.locator('#ring-sectors path.seen').count();
+  await page.waitForFunction(() => window.scanknit.sectorsSeen > 5);
+  assert.ok((await drawn()) > 5);
+  program.sendBinary(binaryMessage(2, 1, 2));
+  program.sendText({ type: 'trail', points: [] });
+  await page.waitForFunction(() => window.scanknit.sectorsSeen === 0);
+  assert.equal(await drawn(), 0);
+  assert.equal(await page.locator('#ring-text').textContent(), '0 of 36 sides seen');
+  program.sendBinary(binaryMessage(1, 1, 3, square()));
+  program.sendText({ type: 'pose', T: orbitPose(1), half: [0.5, 0.4], is_lost: false });
+  await page.waitForFunction(() => window.scanknit.sectorsSeen === 1);
 });
 
 test('a lost scanner leaves no trail and turns no sector on', async (context) => {

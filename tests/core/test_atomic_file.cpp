@@ -141,6 +141,12 @@ TEST(CheckWritable, LeavesNoTrace) {
   EXPECT_EQ(folder.entries(), 0u);
 }
 
+TEST(CheckWritable, LeavesNoFolderEither) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(check_writable(folder / "new/newer/a.txt"));
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
 TEST(CheckWritable, RefusesAPathBelowAFile) {
   const TemporaryFolder folder;
   write_text(folder / "plain", "x");

@@ -68,8 +68,10 @@ RunReport sample() {
   report.status = "ok";
   report.frames = {10, 8, 2, 0, {{"no_pose", 2}}, {"frame-000003.pose.txt: no such file"}};
   report.warnings = {"no data for 333 ms"};
-  report.tracking =
-      RunReport::Tracking{"track", {{"ok", 8}, {"lost", 1}}, {{3, "lost", "too fast", 0.9, 0.3, 1.5, 70'000, 0}}};
+  report.tracking = RunReport::Tracking{"track",
+                                        {{"ok", 8}, {"lost", 1}},
+                                        {{3, "lost", "too fast", 0.9, 0.3, 1.5, 70'000, 0}},
+                                        RunReport::Loops{true, 0.2, 0.1, {{4, 90, 0.2, 0.5, 0.9, ""}}}};
   report.stages["integrate"].samples_ms = {4, 1, 3, 2};
   report.total_ms = 12.5;
   report.peak_rss_mib = 300;

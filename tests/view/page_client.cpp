@@ -70,6 +70,28 @@ void send_bytes(std::uint16_t port, const std::string& bytes) {
   asio::write(socket, asio::buffer(bytes), error);
 }
 
+std::string answer_to(std::uint16_t port, const std::string& bytes) {
+  asio::io_context io;
+  Tcp::socket socket(io);
+  connect_to(socket, port);
+  beast::error_code error;
+  asio::write(socket, asio::buffer(bytes), error);
+  std::string answer;
+  asio::async_read(socket, asio::dynamic_buffer(answer), [](beast::error_code, std::size_t) {});
+  io.run_for(kPatience);
+  return answer;
+}
+
+struct SilentConnection::Socket {
+  asio::io_context io;
+  Tcp::socket socket{io};
+};
+
+SilentConnection::SilentConnection(std::uint16_t port) : socket_(std::make_unique<Socket>()) {
+  connect_to(socket_->socket, port);
+}
+SilentConnection::~SilentConnection() = default;
+
 struct PageClient::Stream {
   asio::io_context io;
   beast::websocket::stream<Tcp::socket> socket{io};

@@ -25,6 +25,20 @@ HttpAnswer http_request(std::uint16_t port, const std::string& method, const std
 /// Sends the bytes, then closes.
 void send_bytes(std::uint16_t port, const std::string& bytes);
 
+/// Sends the bytes and gives all that comes back until the other side ends it.
+std::string answer_to(std::uint16_t port, const std::string& bytes);
+
+/// Somebody who connects and says nothing.
+class SilentConnection {
+ public:
+  explicit SilentConnection(std::uint16_t port);
+  ~SilentConnection();
+
+ private:
+  struct Socket;
+  std::unique_ptr<Socket> socket_;
+};
+
 struct PageMessage {
   bool is_text = false;
   std::string bytes;

@@ -87,6 +87,7 @@ TEST_F(LiveViewTest, RefusesWhatItDoesNotKnow) {
   for (const char* method : {"POST", "PUT", "DELETE", "HEAD", "OPTIONS", "TRACE"})
     EXPECT_EQ(http_request(port, method, "/").status, 405) << method;
   EXPECT_EQ(http_request(port, "GET", "/", {}, "a body").status, 413);
+  EXPECT_EQ(http_request(port, "POST", "/", {}, "a body").status, 405);
   EXPECT_EQ(http_request(port, "GET", "/", {{"X-Long", std::string(20'000, 'x')}}).status, 413);
   EXPECT_EQ(http_request(port, "GET", "/api/v1/live").status, 426);
 }
@@ -95,6 +96,48 @@ TEST_F(LiveViewTest, RefusesNamesThatOthersPointHere) {
   start();
   EXPECT_EQ(http_request(port, "GET", "/", {{"Host", "evil.example"}}).status, 403);
   EXPECT_EQ(http_request(port, "GET", "/", {{"Host", "localhost:9000"}}).status, 200);
+}
+
+TEST_F(LiveViewTest, RefusesARequestOfTwoHosts) {
+  start();
+  const std::string own = "Host: 127.0.0.1:" + std::to_string(port) + "\r\n";
+  const auto status_of = [&](const std::string& hosts) {
+    return test::answer_to(port, "GET /api/v1/state HTTP/1.1\r\nConnection: close\r\n" + hosts + "\r\n").substr(9, 3);
+  };
+  EXPECT_EQ(status_of(own), "200");
+  EXPECT_EQ(status_of(own + "Host: evil.example\r\n"), "400");
+  EXPECT_EQ(status_of("Host: evil.example\r\n" + own), "400");
+  EXPECT_EQ(status_of(""), "400");
+}
+
+TEST_F(LiveViewTest, StrangersWhoSayNothingKeepNobodyOut) {
+  start();
+  const auto looks_on = PageClient::connect(port);
+  ASSERT_NE(looks_on, nullptr);
+  EXPECT_EQ(looks_on->next_of("hello")["title"], "test");
+  std::vector<std::unique_ptr<test::SilentConnection>> strangers;
+  for (int i = 0; i < 200; ++i) strangers.push_back(std::make_unique<test::SilentConnection>(port));
+  expect_that_it_still_serves();
+  ViewState state;
+  state.frame = 7;
+  view->publish(state);
+  for (auto told = looks_on->next_of("state"); told["frame"] != 7; told = looks_on->next_of("state")) {
+    ASSERT_FALSE(told.is_null()) << "who was there has been thrown out";
+  }
+}
+
+TEST_F(LiveViewTest, CommandsThatAreNotTakenAreAnsweredByTheServer) {
+  start();
+  const auto client = PageClient::connect(port);
+  ASSERT_NE(client, nullptr);
+  view->refuse_commands("not yet");
+  EXPECT_EQ(client->next_of("hello")["title"], "test");
+  client->say(R"({"cmd":"finish","id":1})");
+  EXPECT_EQ(client->next_of("ack")["error"], "not yet");
+  EXPECT_FALSE(view->next_command({}, 0ns));
+  view->refuse_commands("");
+  client->say(R"({"cmd":"finish","id":2})");
+  EXPECT_TRUE(view->next_command({}, 3s));
 }
 
 TEST_F(LiveViewTest, RefusesTheWebSocketsOfOtherPages) {
@@ -146,6 +189,8 @@ TEST_F(LiveViewTest, BeginsWithHelloAndTheNewest) {
   const auto client = PageClient::connect(port);
   ASSERT_NE(client, nullptr);
   EXPECT_EQ(client->next_of("hello")["title"], "test");
+  EXPECT_TRUE(client->next_of("files")["files"].empty()) << "those of a program before are no more";
+  EXPECT_TRUE(client->next_of("crop")["box"].is_null());
   EXPECT_EQ(client->next_of("trail")["points"].size(), 1u);
   EXPECT_EQ(client->next_of("state")["frame"], 7);
   EXPECT_EQ(client->next_of("pose")["T"].size(), 16u);

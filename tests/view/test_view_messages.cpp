@@ -22,15 +22,19 @@ TEST(ViewMessages, TheStateSaysWhatTheProtocolNames) {
   state.tracking = "lost";
   state.reason = "too fast";
   state.frame = 12;
+  state.losses = {{"transport", 3}};
   const Json json = Json::parse(to_message(state));
-  for (const char* key : {"type", "phase", "tracking", "reason", "advice", "frame", "frames_total", "fused", "dropped",
-                          "lost", "fps", "triangles", "memory_mib", "view_share", "message"}) {
+  for (const char* key :
+       {"type", "phase", "tracking", "reason", "advice", "frame", "frames_total", "fused", "dropped", "lost", "fps",
+        "silent_s", "losses", "triangles", "is_crop_empty", "memory_mib", "view_share", "message"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["type"], "state");
   EXPECT_EQ(json["phase"], "scanning");
   EXPECT_EQ(json["tracking"], "lost");
   EXPECT_EQ(json["frame"], 12);
+  EXPECT_EQ(json["losses"], Json::parse(R"({"transport":3})"));
+  EXPECT_TRUE(Json::parse(to_message(ViewState{}))["losses"].is_object());
 }
 
 TEST(ViewMessages, APoseIsWrittenColumnAfterColumn) {

@@ -85,6 +85,35 @@ TEST(CaptureView, PausesGoesOnAndFinishesWithTheMesh) {
   EXPECT_LT(error->vertices.mean_m, kVoxel_m / 4);
 }
 
+TEST(CaptureView, TellsOfLostPicturesAndOfSilenceAndFinishesMeanwhile) {
+  (void)slow_desk_view();
+  EmulatedBus bus;
+  const int address = bus.plug(camera_at(slow_desk_view()));
+  bus.with_camera(address, [](Vcam& camera) {
+    camera.depth_faults[2] = Fault::kTruncated;
+    camera.lasting_fault = {Fault::kSilentForever, 20};
+  });
+  const TempFolder folder;
+  Program program({"capture", "-o", (folder / "out").string(), "--fps", "15", "--set", "fusion.voxel_size=8mm",
+                   "--view", "--port", "0"});
+  bus.serve(address, program.process());
+  const std::uint16_t port = port_of(program);
+  ASSERT_NE(port, 0) << program.err_so_far();
+  const auto client = PageClient::connect(port);
+  ASSERT_NE(client, nullptr);
+  const auto has_lost = [](const json& state) { return state["losses"].value("transport", 0) > 0; };
+  ASSERT_FALSE(state_that(*client, has_lost).is_null()) << program.err_so_far();
+  const auto is_silent = [](const json& state) { return state["silent_s"] >= 2; };
+  ASSERT_FALSE(state_that(*client, is_silent).is_null()) << program.err_so_far();
+  client->say(R"({"cmd":"finish","id":1})");
+  EXPECT_EQ(client->next_of("ack")["ok"], true);
+  ASSERT_FALSE(state_that(*client, [](const json& state) { return state["phase"] == "finished"; }).is_null());
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(read_mesh(folder / "out/model.ply"));
+}
+
 TEST(CaptureView, IsThereWhileTheScannerIsNotYet) {
   EmulatedBus bus;
   const TempFolder folder;
@@ -94,6 +123,8 @@ TEST(CaptureView, IsThereWhileTheScannerIsNotYet) {
   const auto client = PageClient::connect(port);
   ASSERT_NE(client, nullptr);
   EXPECT_EQ(client->next_of("state")["phase"], "waiting");
+  client->say(R"({"cmd":"finish","id":1})");
+  EXPECT_NE(client->next_of("ack")["error"].get<std::string>().find("not ready"), std::string::npos);
   program.send(SIGINT);
   EXPECT_EQ(program.wait().exit_code, 5);
 }

@@ -1,6 +1,8 @@
 // The one thing to read from two metres away: how the scan goes, and what to do.
 
-/// {tone, sign, head, advice} for the link's status ('connecting', 'open', 'lost', 'refused'), the newest state and hello.
+import { count } from './quantities.js';
+
+/// {tone, sign, head, advice} for the link's status ('connecting', 'open', 'lost', 'refused', 'full'), the newest state and hello.
 export function wordsFor(link, state, hello) {
   const over = state?.phase === 'finished' || state?.phase === 'failed';
   if (link === 'refused') {
@@ -8,6 +10,9 @@ export function wordsFor(link, state, hello) {
   }
   if (link === 'lost' && !over) {
     return { tone: 'gone', sign: '⌁', head: 'Connection lost', advice: 'Trying again. The scan goes on without this page.' };
+  }
+  if (link === 'full' && !over) {
+    return { tone: 'gone', sign: '⌁', head: 'No room for this page', advice: 'Too many pages look on. Close one of them: this one tries again.' };
   }
   if (link === 'connecting' || !state) {
     return { tone: 'quiet', sign: '…', head: 'Connecting', advice: '' };
@@ -19,10 +24,12 @@ export function wordsFor(link, state, hello) {
   return phase ?? wordsForTracking(state);
 }
 
-function wordsForPhase({ phase, message }, link) {
+function wordsForPhase({ phase, message, frame, silent_s: silentS }, link) {
   switch (phase) {
     case 'waiting':
-      return { tone: 'quiet', sign: '…', head: 'Waiting for the first frame', advice: '' };
+      return { tone: 'quiet', sign: '…', head: 'Waiting for the first frame', advice: frame > 0 ? `Of ${count(frame)} so far none could be used.` : silence(silentS) };
+    case 'scanning':
+      return silentS > 0 ? { tone: 'warn', sign: '!', head: 'No frames come', advice: silence(silentS) } : null;
     case 'paused':
       return { tone: 'quiet', sign: '❚❚', head: 'Paused', advice: 'Start goes on where it stopped.' };
     case 'exporting':
@@ -47,6 +54,10 @@ const kTracking = {
 function wordsForTracking({ tracking, reason, advice }) {
   const words = kTracking[tracking] ?? kTracking.none;
   return { ...words, head: reason ? `${words.head}: ${reason}` : words.head, advice: sentence(advice) };
+}
+
+function silence(seconds) {
+  return seconds > 0 ? `Nothing from the scanner for ${count(seconds)} s.` : '';
 }
 
 function sentence(text) {

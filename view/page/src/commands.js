@@ -3,10 +3,10 @@
 import { ask, note } from './dialogs.js';
 
 const kWhen = {
-  start: ['waiting', 'paused'],
-  pause: ['scanning'],
+  start: ['paused'],
+  pause: ['waiting', 'scanning'],
   reset: ['scanning', 'paused'],
-  crop: ['waiting', 'scanning', 'paused'],
+  crop: ['scanning', 'paused'],
   export: ['scanning', 'paused'],
   finish: ['waiting', 'scanning', 'paused'],
 };
@@ -14,39 +14,58 @@ const kQuestions = {
   reset: { head: 'Begin anew?', text: 'The mesh so far is thrown away.', yes: 'Reset', no: 'Keep it' },
   finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
 };
-const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The scan is finished.', crop: 'The crop box is set.' };
+const kCropIgnored = 'Nothing of the mesh is in the crop box: the whole mesh is written, and nothing more is added to it.';
+const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The mesh is being written.', crop: 'The crop box is set.' };
 
 export class Commands {
-  /// done(command): after the program has said that it did it; crop(): the crop button was pressed.
+  /// done(command): after the program has said that it did it; crop(): the crop button was pressed; null: there is none.
   constructor(bar, connection, { done, crop }) {
     this.bar = bar;
     this.connection = connection;
     this.done = done;
     this.allowed = new Set();
     this.phase = 'waiting';
+    this.isHeld = false;       // paused: Start stands where Pause stands else
+    this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
     this.isOpen = false;
     this.busy = new Set();
+    this.hasCrop = crop !== null;
     this.buttons = new Map([...bar.querySelectorAll('[data-command]')].map((button) => [button.dataset.command, button]));
     for (const [command, button] of this.buttons) {
       button.addEventListener('click', () => (command === 'crop' ? crop() : this.ask(command)));
     }
   }
 
-  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen }) {
-    Object.assign(this, { allowed, phase, isOpen });
+  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen, isCropEmpty = this.isCropEmpty }) {
+    if (isCropEmpty && !this.isCropEmpty) { note('Nothing of the mesh is in the crop box.', { isBad: true }); }
+    Object.assign(this, { allowed, phase, isOpen, isCropEmpty });
+    if (phase !== 'exporting') { this.isHeld = phase === 'paused'; }  // an export changes nothing of that
+    const { isHeld } = this;
     const focused = document.activeElement;
     for (const [command, button] of this.buttons) {
-      const isMeant = allowed.has(command) && !(command === 'start' && phase === 'scanning') && !(command === 'pause' && phase !== 'scanning');
+      const isMeant = allowed.has(command) && (command !== 'crop' || this.hasCrop) && !(command === 'start' && !isHeld) && !(command === 'pause' && isHeld);
       button.hidden = !isMeant || phase === 'finished' || phase === 'failed';
-      button.disabled = !isOpen || this.busy.has(command) || !kWhen[command].includes(phase);
+      button.disabled = !this.isPossible(command);
       button.classList.toggle('busy', this.busy.has(command));
       if (button.hidden && button === focused) { [...this.buttons.values()].find((other) => !other.hidden)?.focus(); }
     }
     this.bar.hidden = ![...this.bar.children].some((button) => !button.hidden);
   }
 
+  isPossible(command) {
+    return this.isOpen && this.allowed.has(command) && !this.busy.has(command) && kWhen[command].includes(this.phase);
+  }
+
+  nameOf(command) { return this.buttons.get(command).firstChild.textContent.trim(); }
+
   async ask(command) {
-    if (kQuestions[command] && !(await ask(kQuestions[command]))) { return; }
+    let question = kQuestions[command];
+    if (command === 'finish' && this.isCropEmpty) { question = { ...question, text: kCropIgnored }; }
+    if (question && !(await ask(question))) { return; }
+    if (!this.isPossible(command)) {  // the scan went on behind the question
+      note(`${this.nameOf(command)}: not possible any more.`, { isBad: true });
+      return;
+    }
     await this.send(command);
   }
 
@@ -60,7 +79,7 @@ export class Commands {
       isDone = true;
       if (kDone[command]) { note(fields.box === null ? 'The crop box is gone.' : kDone[command]); }
     } catch (error) {
-      note(`${this.buttons.get(command).firstChild.textContent.trim()}: ${error.message}`, { isBad: true });
+      note(`${this.nameOf(command)}: ${error.message}`, { isBad: true });
     }
     this.busy.delete(command);
     this.update({});

@@ -7,13 +7,16 @@ const kSilenceMs = 8000;
 const kProbeMs = 4000;
 
 export class Connection {
-  /// handlers: text(message), binary(buffer), status('connecting' | 'open' | 'lost' | 'refused').
+  /// handlers: text(message), binary(buffer), status('connecting' | 'open' | 'lost' | 'refused' | 'full').
   constructor(handlers) {
     this.handlers = handlers;
     this.socket = null;
     this.wait = kFirstWaitMs;
     this.timer = 0;
     this.heardAt = 0;
+    this.stateText = '';       // the newest state, as it came
+    this.missed = 0;           // times in a row that the program had another state than the one that came
+    this.isWelcome = false;    // this socket has said hello
     this.nextId = 1;
     this.waiting = new Map();  // id of a command -> what settles its promise
     document.addEventListener('visibilitychange', () => document.visibilityState === 'visible' && this.retryNow());
@@ -30,6 +33,7 @@ export class Connection {
     const socket = new WebSocket(address, 'scanknit.v1');
     socket.binaryType = 'arraybuffer';
     this.socket = socket;
+    this.isWelcome = false;
     socket.onopen = () => { this.heardAt = performance.now(); };
     socket.onmessage = (event) => this.receive(socket, event.data);
     socket.onclose = () => this.closed(socket);
@@ -38,14 +42,20 @@ export class Connection {
   receive(socket, data) {
     if (socket !== this.socket) { return; }
     this.heardAt = performance.now();
+    this.missed = 0;
     if (typeof data !== 'string') {
-      this.handlers.binary(data);
-      socket.send('{"got":1}');
+      try {
+        this.handlers.binary(data);
+      } finally {
+        socket.send('{"got":1}');  // whatever was wrong with it: without credit nothing more would come
+      }
       return;
     }
     const message = JSON.parse(data);
+    if (message.type === 'state') { this.stateText = data; }
     if (message.type === 'hello') {
       this.wait = kFirstWaitMs;
+      this.isWelcome = true;
       this.handlers.status('open');
     }
     if (message.type === 'ack') {
@@ -77,10 +87,13 @@ export class Connection {
     this.waiting.clear();
     this.timer = setTimeout(() => this.open(), this.wait * (0.75 + 0.5 * Math.random()));
     this.wait = Math.min(2 * this.wait, kLongestWaitMs);
-    this.handlers.status('lost');
+    const { isWelcome } = this;
+    if (isWelcome) { this.handlers.status('lost'); }
     // A WebSocket does not tell why it was not opened; the same port's HTTP does.
-    const answer = await probe();
-    if (this.timer !== 0 && (answer === 401 || answer === 403)) { this.handlers.status('refused'); }
+    const { status } = await probe();
+    if (this.timer === 0) { return; }
+    const isRefused = status === 401 || status === 403;
+    this.handlers.status(isRefused ? 'refused' : status === 200 && !isWelcome ? 'full' : 'lost');
   }
 
   retryNow() {
@@ -102,15 +115,20 @@ export class Connection {
     const socket = this.socket;
     if (socket?.readyState !== WebSocket.OPEN || performance.now() - this.heardAt < kSilenceMs) { return; }
     this.heardAt = performance.now();
-    if (await probe() === 0 && socket === this.socket) { this.again(); }
+    const { status, text } = await probe();
+    if (socket !== this.socket) { return; }
+    // A connection that the network forgot, as of a phone that slept, stays open and silent.
+    this.missed = status === 200 && text !== this.stateText ? this.missed + 1 : 0;
+    if (status !== 200 || this.missed > 1) { this.again(); }
   }
 }
 
-/// The HTTP status of the program's state; 0 when nobody answers.
+/// The program's state, and the HTTP status of asking for it; 0 when nobody answers.
 async function probe() {
   try {
-    return (await fetch('api/v1/state', { signal: AbortSignal.timeout(kProbeMs), cache: 'no-store' })).status;
+    const answer = await fetch('api/v1/state', { signal: AbortSignal.timeout(kProbeMs), cache: 'no-store' });
+    return { status: answer.status, text: await answer.text() };
   } catch {
-    return 0;
+    return { status: 0, text: '' };
   }
 }

@@ -13,10 +13,12 @@ const kDrafted = 0xffd166;
 const kInForce = 0x94a3b8;
 
 export class CropBox {
-  constructor({ viewer, materials, panel, rows, extent }) {
-    Object.assign(this, { viewer, materials, panel, extent });
+  /// onToggle(isOpen): the panel came or went.
+  constructor({ viewer, materials, panel, rows, extent, onToggle }) {
+    Object.assign(this, { viewer, materials, panel, extent, onToggle });
     this.inForce = null;   // Box3 that the program said, or null
     this.draft = null;     // Box3 while the panel is open
+    this.held = null;      // the side whose handle a finger holds
     this.range = new Box3();
     this.sides = kAxes.flatMap((name, axis) => ['min', 'max'].map((end) => ({ name, axis, end })));
     rows.append(...kAxes.map((name, axis) => this.row(name, axis)));
@@ -68,13 +70,16 @@ export class CropBox {
     if (this.inForce) { this.range.union(this.inForce); }
     this.draft = (this.inForce ?? this.range).clone();
     this.panel.hidden = false;
+    this.onToggle(true);
     this.show();
     return true;
   }
 
   close() {
     this.draft = null;
+    this.held = null;
     this.panel.hidden = true;
+    this.onToggle(false);
     this.show();
   }
 
@@ -121,19 +126,18 @@ export class CropBox {
   }
 
   catchHandles(canvas) {
-    let held = null;
     canvas.addEventListener('pointerdown', (event) => {
-      held = this.isOpen ? this.sideAt(event, canvas) : null;
-      if (!held) { return; }
+      this.held = this.isOpen ? this.sideAt(event, canvas) : null;
+      if (!this.held) { return; }
       event.stopImmediatePropagation();
       canvas.setPointerCapture(event.pointerId);
     }, { capture: true });
     canvas.addEventListener('pointermove', (event) => {
-      if (!held) { return; }
+      if (!this.held) { return; }
       event.stopImmediatePropagation();
-      this.dragSide(held, event, canvas);
+      this.dragSide(this.held, event, canvas);
     }, { capture: true });
-    for (const end of ['pointerup', 'pointercancel']) { canvas.addEventListener(end, () => { held = null; }, { capture: true }); }
+    for (const end of ['pointerup', 'pointercancel']) { canvas.addEventListener(end, () => { this.held = null; }, { capture: true }); }
   }
 
   sideAt(event, canvas) {

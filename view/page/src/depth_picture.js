@@ -12,6 +12,12 @@ export class DepthPicture {
     });
   }
 
+  /// Until another comes.
+  clear() {
+    this.waiting = null;
+    this.button.hidden = true;
+  }
+
   show(jpeg) {
     this.waiting = jpeg;
     if (!this.isBusy) { this.next(); }

@@ -14,6 +14,7 @@ export class FilesPanel {
     this.openButton = open;
     this.count = count;
     this.files = [];
+    this.showsNext = false;    // open it with the next list that comes
     open.addEventListener('click', () => this.show(this.panel.hidden));
     close.addEventListener('click', () => {
       this.show(false);
@@ -31,7 +32,16 @@ export class FilesPanel {
     this.openButton.hidden = files.length === 0;
     this.count.textContent = files.length;
     this.list.replaceChildren(...files.map(item));
-    if (files.length === 0) { this.show(false); }
+    if (files.length === 0 || this.showsNext) { this.show(this.showsNext); }
+    if (files.length > 0) { this.showsNext = false; }
+  }
+
+  showNext() { this.showsNext = true; }
+
+  /// Without the program nothing can be downloaded.
+  setReachable(isReachable) {
+    this.openButton.disabled = !isReachable;
+    if (!isReachable) { this.show(false); }
   }
 }
 

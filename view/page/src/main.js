@@ -9,6 +9,7 @@ import { Connection } from './connection.js';
 import { CoverageRing, RingPicture } from './coverage_ring.js';
 import { CropBox } from './crop_box.js';
 import { DepthPicture } from './depth_picture.js';
+import { note } from './dialogs.js';
 import { FilesPanel } from './files_panel.js';
 import { MeshMaterials } from './mesh_material.js';
 import { showNumbers } from './numbers.js';
@@ -55,14 +56,21 @@ function makePicture() {
   const path = new ScannerPath(viewer.world);
   const ring = new CoverageRing();
   const keeper = new ViewKeeper(viewer, store, path);
-  const crop = new CropBox({ viewer, materials, panel: $('crop'), rows: $('crop-rows'), extent: () => store.extent() });
+  const cropButton = $('actions').querySelector('[data-command=crop]');
+  const crop = new CropBox({
+    viewer, materials, panel: $('crop'), rows: $('crop-rows'), extent: () => store.extent(),
+    onToggle: (isOpen) => cropButton.setAttribute('aria-expanded', String(isOpen)),
+  });
   return { viewer, materials, store, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop };
 }
 
 const connection = new Connection({ text: onText, binary: onBinary, status: onStatus });
 const commands = new Commands($('actions'), connection, {
-  done: (command) => (command === 'export' || command === 'finish') && files.show(true),
-  crop: toggleCrop,
+  done(command) {
+    if (command === 'export') { files.show(true); }
+    if (command === 'finish') { files.showNext(); }
+  },
+  crop: picture ? toggleCrop : null,
 });
 $('retry').addEventListener('click', () => connection.retryNow());
 
@@ -70,11 +78,15 @@ function onStatus(link) {
   scan.link = link;
   banner.show(link, scan.state, scan.hello);
   commands.update({ isOpen: link === 'open' });
+  files.setReachable(link === 'open');
+  if (scan.state) { showNumbers(scan.state, scan.hello, picture?.store.extent(), link === 'open'); }
 }
 
 const kTextHandlers = {
   hello(message) {
+    const isFirst = scan.hello === null;
     scan.hello = message;
+    depth.clear();
     scan.revisions.clear();
     $('input').textContent = message.title;
     document.body.dataset.mode = message.mode;
@@ -84,17 +96,21 @@ const kTextHandlers = {
     picture.store.clear();  // all of it comes again, in its newest revision
     picture.viewer.up = message.up;
     if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode !== 'file' }); }
-    tools.showRing(message.is_orbit);
+    if (isFirst) { tools.showRing(message.is_orbit); }
   },
   state(message) {
     scan.state = message;
     banner.show(scan.link, message, scan.hello);
-    commands.update({ phase: message.phase });
-    showNumbers(message, scan.hello, picture?.store.extent());
+    commands.update({ phase: message.phase, isCropEmpty: message.is_crop_empty });
+    if (picture?.crop.isOpen && ['finished', 'failed'].includes(message.phase)) { picture.crop.close(); }
+    showNumbers(message, scan.hello, picture?.store.extent(), scan.link === 'open');
     $('empty').hidden = !picture || picture.store.triangles > 0;
   },
   pose(message) { picture?.path.setPose(message); },
-  trail(message) { picture?.path.setTrail(message.points); },
+  trail(message) {
+    picture?.path.setTrail(message.points);
+    if (message.points.length === 0 && picture?.crop.isOpen) { picture.crop.close(); }  // a reset: what was to be cut is gone
+  },
   files(message) { files.set(message.files); },
   crop(message) { picture?.crop.setInForce(message.box); },
 };
@@ -127,32 +143,34 @@ function onBinary(buffer) {
 }
 
 function toggleCrop() {
-  const button = $('actions').querySelector('[data-command=crop]');
-  if (picture?.crop.isOpen) { picture.crop.close(); } else { picture?.crop.open(); }
-  button.setAttribute('aria-expanded', String(picture?.crop.isOpen ?? false));
+  if (picture.crop.isOpen) { picture.crop.close(); } else if (!picture.crop.open()) { note('There is no mesh yet that could be cut.'); }
 }
 
 function prepareDrawing(viewer) {
   const { materials, store, path, ring, ringPicture, keeper } = picture;
   keeper.keep();
   const bounds = store.extent();
-  if (scan.state) { showNumbers(scan.state, scan.hello, bounds); }
+  if (scan.state) { showNumbers(scan.state, scan.hello, bounds, scan.link === 'open'); }
   // Inside a room the backs of its walls would hide it.
   materials.showsBacks = !path.position || !bounds.containsPoint(path.position);
   const size = bounds.isEmpty() ? 0.3 : bounds.getSize(new Vector3()).length();
   path.prepare(Math.min(Math.round(120 * size) / 1000, kLargestPyramidM));
   materials.uniforms.T_scan_shown.value.copy(viewer.T_scan_shown);
   materials.uniforms.R_eye_scan.value = viewer.R_eye_scan;
-  if ($('ring').hidden || bounds.isEmpty()) { return; }
+  if ($('ring').hidden || !scan.hello) { return; }
+  // Without a mesh, as after a reset, there is nothing that was seen from any side.
   ring.setFrame(bounds.getCenter(new Vector3()), new Vector3(...scan.hello.up));
-  ring.count(path.points);
+  ring.count(bounds.isEmpty() ? [] : path.points);
   ringPicture.draw(ring, ring.azimuth(viewer.camera.position.clone().applyMatrix4(viewer.T_scan_shown)));
 }
 
 const tools = connectTools(picture);
 if (picture) {
   picture.viewer.beforeDraw.push(prepareDrawing);
-  picture.viewer.renderer.domElement.addEventListener('webglcontextrestored', () => connection.again());
+  picture.viewer.renderer.domElement.addEventListener('webglcontextrestored', () => {
+    picture.store.clear();  // only the graphics card had it
+    connection.again();
+  });
   $('crop-close').addEventListener('click', toggleCrop);
   $('crop-apply').addEventListener('click', () => sendCrop(picture.crop.draft));
   $('crop-clear').addEventListener('click', () => sendCrop(null));
@@ -160,7 +178,7 @@ if (picture) {
 
 async function sendCrop(box) {
   const corners = box && [box.min.toArray(), box.max.toArray()];
-  if (await commands.send('crop', { box: corners }) && picture.crop.isOpen) { toggleCrop(); }
+  if (await commands.send('crop', { box: corners }) && picture.crop.isOpen) { picture.crop.close(); }
 }
 
 openToTests(scan, picture, depth, connection);

@@ -8,19 +8,31 @@ const put = (id, text) => {
   if (element.textContent !== text) { element.textContent = text; }
 };
 
-/// `bounds`: of the mesh; none where nothing can be drawn.
-export function showNumbers(state, hello, bounds) {
-  put('fps', state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
+/// `bounds`: of the mesh; none where nothing can be drawn. Unless `isOpen`, what is shown is what was.
+export function showNumbers(state, hello, bounds, isOpen) {
+  put('fps', isOpen && state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
   put('frames', state.frames_total > 0 ? `${count(state.frame)} / ${count(state.frames_total)}` : count(state.frame));
   const losses = state.lost + state.dropped;
   put('losses', count(losses));
   put('losses-by-kind', losses === 0 ? '' : `${count(state.lost)} lost, ${count(state.dropped)} dropped`);
   document.getElementById('losses').classList.toggle('some', losses > 0);
+  const stream = streamLosses(state.losses);
+  put('stream-losses', stream);
+  document.getElementById('stream').hidden = stream === '';
   put('triangles', many(state.triangles));
   put('extent', !bounds || bounds.isEmpty() ? '–' : extent(bounds.getSize(new Vector3()).toArray()));
   put('volume', [hello?.voxel_size_m > 0 ? `${(1000 * hello.voxel_size_m).toFixed(1)} mm` : '', `${count(state.memory_mib)} MiB`]
     .filter(Boolean).join(', '));
   showProgress(state);
+}
+
+/// Of pictures that never became frames, by where they were lost; docs/devices.md has more words for it.
+const kWhere = {
+  device: 'by the camera', transport: 'on the way', overflow: 'too large', queue: 'not taken in time', writer: 'not recorded',
+};
+
+function streamLosses(losses = {}) {
+  return Object.entries(losses).filter(([, n]) => n > 0).map(([where, n]) => `${count(n)} ${kWhere[where] ?? where}`).join(', ');
 }
 
 function showProgress({ frame, frames_total: total, phase }) {

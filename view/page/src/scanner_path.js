@@ -8,6 +8,7 @@ import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
 const kMostPoints = 2000;
+const kFirstSpacingM = 0.002;
 const kGood = 0x5eead4;
 const kLost = 0xff6b6b;
 const kTrail = 0x7dd3fc;
@@ -20,7 +21,7 @@ export class ScannerPath {
     this.T = null;             // Matrix4 T_world_camera, the newest
     this.isLost = false;
     this.half = [0.5, 0.4];
-    this.spacingM = 0.002;     // positions nearer than this are one
+    this.spacingM = kFirstSpacingM;  // positions nearer than this are one
     this.isTrailDrawn = true;  // the line shows all points
     this.trail = new Line2(new LineGeometry(), new LineMaterial({ color: kTrail, linewidth: 1.8, transparent: true, opacity: 0.5 }));
     this.trail.frustumCulled = false;
@@ -37,6 +38,7 @@ export class ScannerPath {
     this.points = points.map((p) => new Vector3(...p));
     this.isTrailDrawn = false;
     if (points.length === 0) {
+      this.spacingM = kFirstSpacingM;
       this.T = null;
       this.pyramid.visible = false;
     }
