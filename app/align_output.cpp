@@ -51,11 +51,11 @@ Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment
   return write_png(render_preview(picture, inputs.inputs[pair.from].world_up), path);
 }
 
-FieldView field_of(const TsdfVolume& volume) {
+FieldView field_of(const TsdfVolume& volume, bool has_colours) {
   FieldView view;
   view.field = &volume.tsdf();
   view.weight_codes = &volume.weight();
-  view.colour_codes = &volume.colour();
+  if (has_colours) view.colour_codes = &volume.colour();
   return view;
 }
 
@@ -148,9 +148,13 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
     report.files["volume"] = job.outputs.volume->string();
     if (auto saved = timed(report, "write", [&] { return volume->save(*job.outputs.volume); }); !saved) return saved;
   }
+  const bool has_colours = std::any_of(inputs.inputs.begin(), inputs.inputs.end(), [](const AlignInput& input) {
+    return input.kind == AlignKind::kRecording || !input.colours.empty();
+  });
   report.extract.isovalue = job.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto surface = timed(report, "extract", [&] { return extract_surface(field_of(*volume), job.config.extract); });
+  const auto surface =
+      timed(report, "extract", [&] { return extract_surface(field_of(*volume, has_colours), job.config.extract); });
   if (!surface) return surface.error();
   return write_surface(*surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);
 }

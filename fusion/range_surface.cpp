@@ -10,9 +10,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// An edge longer than so many spacings crosses a step in depth: at such a slope, 78 degrees off the line of sight, a
-/// scanner measures next to nothing.
-constexpr double kLongestEdge = 5;
+/// An edge longer than so many spacings crosses a step in depth: at such a slope, 73 degrees off the line of sight, a
+/// scanner measures little, and so far apart that nobody knows what is between.
+constexpr double kLongestEdge = 3.5;
 
 /// How often normals are averaged with their neighbours': the noise of a point is as large as a spacing is long.
 constexpr int kNormalRounds = 3;

@@ -47,6 +47,7 @@ Image<SightLines::Sight> sights_of(const RangeScan& scan) {
 RangeView::RangeView(const RangeScan& scan, const RangeSurface& surface) : sight_(scan.sight) {
   const Image<SightLines::Sight> sights = sights_of(scan);
   choose_raster(sights, scan.points_m);
+  note_empty_lines(sights);
   for (const Triangle& triangle : surface.triangles) draw(scan, surface, sights, triangle);
   farthest_m_ = std::numeric_limits<float>::lowest();
   for (const Pixel& pixel : pixels_.pixels()) {
@@ -118,6 +119,44 @@ RangeView::Pixel RangeView::shade(const RangeScan& scan, const RangeSurface& sur
   return pixel;
 }
 
+void RangeView::note_empty_lines(const Image<SightLines::Sight>& sights) {
+  constexpr double kFewest = 8;  // lines of a row that say where its others are
+  is_empty_ = Image<std::uint8_t>(pixels_.width(), pixels_.height());
+  for (int y = 0; y < sights.height() && !pixels_.empty(); ++y) {
+    double n = 0, x_sum = 0, xx = 0, u_sum = 0, xu = 0, v_sum = 0, xv = 0, start_u = 0;
+    int first = 0, last = 0;
+    for (int x = 0; x < sights.width(); ++x) {
+      const SightLines::Sight& own = sights.at(x, y);
+      if (!is_somewhere(own)) continue;
+      if (n == 0) {
+        first = x;
+        start_u = own.u;
+      }
+      last = x;
+      const double u = across(start_u, own.u, sight_.period_u());
+      n += 1;
+      x_sum += x;
+      xx += double{1} * x * x;
+      u_sum += u;
+      xu += x * u;
+      v_sum += own.v;
+      xv += x * own.v;
+    }
+    const double spread = n * xx - x_sum * x_sum;
+    if (n < kFewest || !(spread > 0)) continue;
+    const double slope_u = (n * xu - x_sum * u_sum) / spread;
+    const double slope_v = (n * xv - x_sum * v_sum) / spread;
+    // Rows are straight for a while only: not farther than the seen part is long.
+    const int reach = last - first;
+    for (int x = std::max(0, first - reach); x < std::min(sights.width(), last + reach + 1); ++x) {
+      if (is_somewhere(sights.at(x, y))) continue;
+      const double off = x - x_sum / n;
+      const auto place = place_of({start_u + u_sum / n + slope_u * off, v_sum / n + slope_v * off, 0});
+      if (place) is_empty_.at(place->first, place->second) = 1;
+    }
+  }
+}
+
 void RangeView::draw(const RangeScan& scan, const RangeSurface& surface, const Image<SightLines::Sight>& sights,
                      const Triangle& triangle) {
   if (pixels_.empty()) return;
@@ -178,14 +217,18 @@ bool RangeView::sees_nothing_round(const Eigen::Vector3d& p) const {
   if (!sight || sight->range_m > farthest_m_) return false;
   const auto place = place_of(*sight);
   if (!place) return false;
+  int empty = 0;
   for (int dy = -kEmptyPixels; dy <= kEmptyPixels; ++dy) {
     for (int dx = -kEmptyPixels; dx <= kEmptyPixels; ++dx) {
       const int x = place->first + dx;
       const int y = place->second + dy;
-      if (pixels_.contains(x, y) && pixels_.at(x, y).slope > 0) return false;
+      if (!pixels_.contains(x, y)) continue;
+      if (pixels_.at(x, y).slope > 0) return false;
+      empty += is_empty_.at(x, y);
     }
   }
-  return true;
+  constexpr int kSide = 2 * kEmptyPixels + 1;
+  return 2 * empty > kSide * kSide;
 }
 
 std::optional<float> RangeView::surely_before(const Eigen::Vector3d& p) const {

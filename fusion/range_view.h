@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -49,9 +50,9 @@ class RangeView {
   /// Nothing where nothing is seen along the line.
   [[nodiscard]] std::optional<Front> front_of(const Eigen::Vector3d& p) const;
 
-  /// True where a whole neighbourhood of the line to `p`, kEmptyPixels to each side, shows nothing at all, though `p`
-  /// is not farther away than other things that are seen. A surface there that faces the scanner would have been seen,
-  /// most likely.
+  /// True where lines of sight all round the one to `p`, kEmptyPixels to each side, met nothing at all, though `p` is
+  /// not farther away than other things that are seen. A surface there that faces the scanner would have been seen,
+  /// most likely. Lines that met nothing are where the others of their row in the grid say.
   [[nodiscard]] bool sees_nothing_round(const Eigen::Vector3d& p) const;
   static constexpr int kEmptyPixels = 3;
 
@@ -61,6 +62,7 @@ class RangeView {
  private:
   [[nodiscard]] std::optional<std::pair<int, int>> place_of(const SightLines::Sight& sight) const;
   void choose_raster(const Image<SightLines::Sight>& sights, const Image<Eigen::Vector3f>& points);
+  void note_empty_lines(const Image<SightLines::Sight>& sights);
   [[nodiscard]] Pixel shade(const RangeScan& scan, const RangeSurface& surface, const Image<SightLines::Sight>& sights,
                             const Triangle& triangle, const std::array<double, 3>& share) const;
   void draw(const RangeScan& scan, const RangeSurface& surface, const Image<SightLines::Sight>& sights,
@@ -68,6 +70,7 @@ class RangeView {
 
   SightLines sight_;
   Image<Pixel> pixels_;
+  Image<std::uint8_t> is_empty_;  ///< as `pixels_`: a line was there that met nothing
   double first_u_ = 0, first_v_ = 0, step_u_ = 1, step_v_ = 1;
   float farthest_m_ = 0;     ///< range of what is seen
   bool goes_round_ = false;  ///< the picture's last column has the first one beside it

@@ -20,6 +20,7 @@ constexpr std::size_t kDrawsPerTask = 10'000;
 constexpr std::size_t kMostTried = 6'000;  // that pass prerejection; fixed, so that time is bounded
 constexpr std::size_t kTestPoints = 250;   // a pose is judged by
 constexpr std::size_t kKept = 24;          // poses for a closer look
+constexpr double kHopeless = 0.08;         // of the points that meet the other scan, by a first look
 constexpr float kLengthTolerance = 1.5f;   // spacings
 constexpr float kAngleTolerance = 0.2f;    // rad, about, for cosines
 constexpr float kLeastBaseline = 6;        // spacings
@@ -140,8 +141,17 @@ class CoarseSearch {
   }
 
   void judge(Candidate& candidate) const {
+    // Every so many points, and first a fifth of them, spread as evenly: most poses are hopeless by that.
+    constexpr std::size_t kPasses = 5;
     const std::size_t every = std::max<std::size_t>(1, b_.points.size() / kTestPoints);
-    for (std::size_t i = 0; i < b_.points.size(); i += every) {
+    for (std::size_t pass = 0; pass < kPasses; ++pass) {
+      judge_every(kPasses * every, pass * every, candidate);
+      if (pass == 0 && candidate.met < static_cast<int>(kHopeless * kTestPoints / kPasses)) return;
+    }
+  }
+
+  void judge_every(std::size_t every, std::size_t first, Candidate& candidate) const {
+    for (std::size_t i = first; i < b_.points.size(); i += every) {
       const Vector3f p = candidate.T_a_b * b_.points.points_m[i];
       const Vector3f n = candidate.T_a_b.linear() * b_.points.normals[i];
       const auto nearest = a_.grid.nearest(p);
