@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWidest = 0.99;  // of a picture's distances from the axis: beyond are stray pixels
+constexpr double kWidest = 0.99;   // of a picture's distances from the axis: beyond are stray pixels
 constexpr double kLowest = 0.01;   // and of its heights
 constexpr double kUsually = 0.85;  // of the pictures are no wider: a hand comes in fewer than the rest
 constexpr double kMargin = 1.15;
