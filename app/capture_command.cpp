@@ -44,6 +44,24 @@ Error result_of_failed_scan(const Error& failure, const Result<void>& meshed) {
   return {code, fmt::format("{}; of what was scanned until then: {}", failure.message, meshed.error().text())};
 }
 
+/// The mesh of the scan is safe on disk; that of the refined turntable takes its place. A second Ctrl-C leaves it
+/// there.
+Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Console& console, RunReport& report) {
+  const auto recording = report.files.find("recording");
+  if (!scanned.config.turntable.is_enabled || scanned.config.acquire.poses == PoseMode::kStill) return meshed;
+  if (recording == report.files.end()) {
+    console.warn("turntable: without a recording the mesh is the tracked one");
+    return meshed;
+  }
+  Job job = scanned;
+  job.input = recording->second;
+  console.info("finding the axis and the angles of the turntable; Ctrl-C leaves the mesh as it is");
+  const auto refined = mesh_recorded_turntable(job, /*stop=*/{}, console, report);
+  if (refined && *refined) return {};
+  if (!refined) console.warn(fmt::format("turntable: {}; the mesh is the tracked one", refined.error().text()));
+  return meshed;
+}
+
 Result<void> capture(const CaptureArguments& arguments, const Job& job, std::stop_token stop, Console& console,
                      RunReport& report, ScanView& view) {
   const PoseMode poses = job.config.acquire.poses;
@@ -90,12 +108,13 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     return losses;
   };
   view.watch_losses(losses_so_far);
-  const Result<void> meshed = mesh_source(**source, job, stop, console, report, view, again);
+  Result<void> meshed = mesh_source(**source, job, stop, console, report, view, again);
   view.watch_losses(nullptr);
   finish_recording();
   const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
+  meshed = refine_turntable(job, meshed, console, report);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;
 }
 

@@ -23,6 +23,7 @@
 #include "app/exit_codes.h"
 #include "app/presets.h"
 #include "app/quantity.h"
+#include "app/rig_options.h"
 #include "app/suggestion.h"
 #include "app/volume_arguments.h"
 #include "core/version.h"
@@ -44,7 +45,7 @@ struct CommandLine {
   InfoArguments info;
   ConvertArguments convert;
   RepairArguments repair;
-  std::filesystem::path distance_mesh, distance_truth;
+  DistanceArguments distance;
   std::string rules_device;
   std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_quiet = false, is_verbose = false;
@@ -201,6 +202,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--report", run.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_turntable_options(*command, run);
   add_view_options(*command, run.view);
   add_common(*command, line);
   command->final_callback([&line] {
@@ -340,6 +342,7 @@ void add_synth(CLI::App& app, CommandLine& line) {
     synth.size_m = length->metres;
   };
   command->add_option_function<std::string>("--size", set_size, "Longest side of a mesh: 20cm")->type_name("LENGTH");
+  add_rig_options(*command, synth);
   command->add_flag("--list", synth.only_list, "List the scenes")->excludes(scene)->excludes(output);
   add_common(*command, line);
   command->final_callback([&line] {
@@ -391,12 +394,14 @@ void add_info(CLI::App& app, CommandLine& line) {
 
 void add_distance(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("distance", "Accuracy and completeness of a mesh against a synthetic scene");
-  command->add_option("mesh", line.distance_mesh, "The mesh")->required()->type_name("MESH");
-  command->add_option("truth", line.distance_truth, "Folder that `synth` wrote")->required()->type_name("DIR");
+  command->add_option("mesh", line.distance.mesh, "The mesh")->required()->type_name("MESH");
+  command->add_option("truth", line.distance.truth, "Folder that `synth` wrote")->required()->type_name("DIR");
+  command
+      ->add_option("--trajectory", line.distance.trajectory,
+                   "The run's trajectory.txt, where it has a world of its own")
+      ->type_name("FILE");
   add_common(*command, line);
-  command->final_callback([&line] {
-    line.command = [&line] { return distance_command(line.distance_mesh, line.distance_truth, line.common); };
-  });
+  command->final_callback([&line] { line.command = [&line] { return distance_command(line.distance, line.common); }; });
 }
 
 void add_config(CLI::App& app, CommandLine& line) {

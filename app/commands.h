@@ -39,6 +39,7 @@ struct RunArguments {
   std::size_t every = 1;
   Pace pace = Pace::kFast;
   std::optional<std::filesystem::path> report, trajectory, volume;
+  std::optional<std::filesystem::path> angles, cut_recording;  ///< of a turntable
   ViewArguments view;
 };
 
@@ -99,8 +100,17 @@ struct SynthArguments {
   bool has_noise = false;
   bool has_jpeg_colour = false;
   std::uint64_t seed = 1;
-  double size_m = 0.2;  ///< of a mesh's longest side
+  double size_m = 0.2;           ///< of a mesh's longest side
+  bool is_on_turntable = false;  ///< the scanner stands still, the scene turns
+  double turns = 1;
+  double angle_noise_degrees = 0;
+  bool is_on_side = false, has_hand = false;
   bool only_list = false;
+};
+
+struct DistanceArguments {
+  std::filesystem::path mesh, truth;
+  std::optional<std::filesystem::path> trajectory;  ///< of the run that made the mesh, in the mesh's world
 };
 
 struct ConfigArguments {
@@ -118,8 +128,7 @@ struct ConfigArguments {
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
-[[nodiscard]] int distance_command(const std::filesystem::path& mesh, const std::filesystem::path& truth,
-                                   const CommonArguments& common);
+[[nodiscard]] int distance_command(const DistanceArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int devices_command(const CommonArguments& common);
 [[nodiscard]] int doctor_command(const CommonArguments& common);
 /// `device`: empty for all that we know.

@@ -6,6 +6,7 @@
 #include "export/export_config.h"
 #include "extract/extract_config.h"
 #include "fusion/fusion_config.h"
+#include "fusion/turntable_config.h"
 
 namespace scanknit {
 
@@ -13,6 +14,7 @@ struct Config {
   AcquireConfig acquire;
   ScannerSettings scanner;  ///< also keys of `acquire:`
   FusionConfig fusion;
+  TurntableConfig turntable;
   ExtractConfig extract;
   ExportConfig output;  ///< the keys of `export:`, which is a C++ keyword
 };

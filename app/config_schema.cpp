@@ -317,6 +317,34 @@ std::vector<ConfigKey> fusion_keys() {
   };
 }
 
+std::vector<ConfigKey> turntable_keys() {
+  return {
+      boolean(
+          {"turntable.enabled", "",
+           "The scanner stands still and an object turns before it. The axis and the angle of every frame are found, "
+           "and the frames fused again with them; what turns out to be no turntable is left as it was tracked."},
+          [](auto& c) -> auto& { return c.turntable.is_enabled; }),
+      boolean(
+          {"turntable.cut", "",
+           "Cut away what does not turn with the object (walls, hands), and the disc it stands on."},
+          [](auto& c) -> auto& { return c.turntable.cuts; }),
+      boolean(
+          {"turntable.close_base", "", "Close the object with a plane where it stood on the disc."},
+          [](auto& c) -> auto& { return c.turntable.closes_base; }),
+      number(
+          {"turntable.rpm", "1/min",
+           "Turns a minute of a steady turntable, in either direction; 0: not known. The recording must have times."},
+          {0, 600}, [](auto& c) -> auto& { return c.turntable.rpm; }),
+      number(
+          {"turntable.step", "degrees", "Turn from one frame to the next, steady, in either direction; 0: not known."},
+          {0, 170}, [](auto& c) -> auto& { return c.turntable.step_degrees; }),
+      number(
+          {"turntable.angle_sigma", "degrees",
+           "How far angles that are known (rpm, step, --angles) may be off: standard deviation."},
+          {0.001, 30}, [](auto& c) -> auto& { return c.turntable.angle_sigma_degrees; }),
+  };
+}
+
 std::vector<ConfigKey> extract_keys() {
   return {
       number(
@@ -400,7 +428,7 @@ std::vector<ConfigKey> export_keys() {
 
 std::vector<ConfigKey> all_keys() {
   std::vector<ConfigKey> keys;
-  for (auto section : {acquire_keys(), fusion_keys(), extract_keys(), export_keys()}) {
+  for (auto section : {acquire_keys(), fusion_keys(), turntable_keys(), extract_keys(), export_keys()}) {
     std::move(section.begin(), section.end(), std::back_inserter(keys));
   }
   return keys;

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "acquire/synthetic/surface_error.h"
+#include "acquire/synthetic/truth_files.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "core/limits.h"
+#include "core/read_file.h"
 #include "export/read_mesh.h"
 #include "export/up_rotation.h"
 
@@ -61,13 +65,44 @@ std::string error_lines(const SurfaceError& error) {
                      error.threshold_m * 1000);
 }
 
+/// Moves a mesh from the world of a run's trajectory to that of the truth: by one frame's poses, then onto the surface.
+/// Errors: kInput.
+Result<void> to_true_world(Mesh& mesh, const std::filesystem::path& trajectory, const std::filesystem::path& folder) {
+  const auto text = read_text_file(trajectory, Limits{}.max_text_bytes);
+  if (!text) return text.error();
+  const auto truth = read_truth(folder);
+  if (!truth) return truth.error();
+  const auto true_poses = read_true_poses(folder);
+  if (!true_poses) return true_poses.error();
+  const auto bad = [&](const char* what) { return Error{ErrorCode::kInput, what, trajectory.string()}; };
+  std::istringstream lines(*text);
+  double frame = 0;
+  Eigen::Vector3d t;
+  Eigen::Quaterniond q;
+  if (!(lines >> frame >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w()) || q.norm() < 0.5) {
+    return bad("not a trajectory in TUM format");
+  }
+  if (!(frame >= 0 && frame < static_cast<double>(true_poses->size())))
+    return bad("its first frame is not in the truth");
+  Pose T_world_camera = Pose::Identity();
+  T_world_camera.linear() = q.normalized().toRotationMatrix();
+  T_world_camera.translation() = t;
+  const Pose start = (*true_poses)[static_cast<std::size_t>(frame)] * T_world_camera.inverse();
+  const Eigen::Isometry3f T_truth_mesh = fit_to_surface(mesh, *truth->scene, start).cast<float>();
+  for (Eigen::Vector3f& p : mesh.positions_m) p = T_truth_mesh * p;
+  return {};
+}
+
 }  // namespace
 
-int distance_command(const std::filesystem::path& mesh_file, const std::filesystem::path& truth,
-                     const CommonArguments& common) {
+int distance_command(const DistanceArguments& arguments, const CommonArguments& common) {
+  const auto& [mesh_file, truth, trajectory] = arguments;
   auto mesh = read_mesh(mesh_file);
   if (!mesh) return fail(mesh.error(), common);
   to_recording_world(*mesh, mesh_file);
+  if (trajectory) {
+    if (auto moved = to_true_world(*mesh, *trajectory, truth); !moved) return fail(moved.error(), common);
+  }
   const auto error = measure_surface(*mesh, truth);
   if (!error) return fail(error.error(), common);
   return print_result(common.is_json ? error_json(*error).dump(2) + "\n" : error_lines(*error), common);

@@ -90,6 +90,7 @@ void FrameIntake::note_fused(const Frame& frame, const Pose& T_world_camera, boo
   const double stamp =
       frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
   trajectory_.push_back({stamp, T_world_camera});
+  fused_sequences_.push_back(frame.sequence);
   if (is_budget_reached && !report_.volume.is_budget_reached) {
     report_.volume.is_budget_reached = true;
     console_.warn(fmt::format(
@@ -119,6 +120,13 @@ void FrameIntake::start_over() {
   report_.tracking.reset();
   report_.volume.is_budget_reached = false;
   trajectory_.clear();
+  fused_sequences_.clear();
+}
+
+void FrameIntake::replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences) {
+  report_.frames.fused = trajectory.size();
+  trajectory_ = std::move(trajectory);
+  fused_sequences_ = std::move(sequences);
 }
 
 void FrameIntake::correct(const std::vector<Pose>& T_world_cameras) {

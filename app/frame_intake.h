@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -49,6 +50,11 @@ class FrameIntake {
   [[nodiscard]] Result<void> result();
 
   [[nodiscard]] const std::vector<StampedPose>& trajectory() const { return trajectory_; }
+  /// Frame::sequence of each pose of the trajectory.
+  [[nodiscard]] const std::vector<std::uint64_t>& fused_sequences() const { return fused_sequences_; }
+
+  /// The frames were fused again, not all of them, or more.
+  void replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences);
 
  private:
   [[nodiscard]] std::optional<FrameEvent> next_event();
@@ -65,6 +71,7 @@ class FrameIntake {
   bool is_over_ = false, is_finished_ = false;
   std::optional<Error> error_;
   std::vector<StampedPose> trajectory_;
+  std::vector<std::uint64_t> fused_sequences_;
 };
 
 }  // namespace scanknit

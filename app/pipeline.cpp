@@ -8,9 +8,18 @@
 #include "app/pose_finder.h"
 #include "app/reconstruction.h"
 #include "app/scan_view.h"
+#include "app/turntable_scan.h"
 
 namespace scanknit {
 namespace {
+
+/// The frames are read from the beginning again.
+void forget_frames(RunReport& report) {
+  report.frames = {};
+  report.tracking.reset();
+  report.volume = {};
+  report.mesh.reset();
+}
 
 /// The volume was full: what it holds is worth a mesh.
 bool is_partial(const Error& tracking) {
@@ -41,6 +50,31 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
   return scan.write_trajectory();
 }
 
+/// The scan has changed: all of it is written anew.
+Result<void> write_anew(Reconstruction& scan, RunReport& report) {
+  if (auto saved = write_scan(scan, report); !saved) return saved;
+  return scan.write_mesh(report, EmptyCrop::kIgnored);
+}
+
+/// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
+/// is meshed as any other.
+Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& console, RunReport& report, ScanView& view,
+                            const SecondLook& again) {
+  TurntableScan table(job, source.info().poses, again.stop, console, report);
+  if (auto learned = table.learn(); !learned) return learned;
+  Job turning = job;
+  turning.config.fusion.loop_closure = false;  // the turn closes otherwise
+  const auto meshed = mesh_source(source, turning, again.stop, console, report, view, again, &table);
+  if (!meshed && meshed.error().code == ErrorCode::kConfig) return meshed;  // what is known of the angles is wrong
+  table.conclude();
+  const bool was_as_any = !table.changes_frames() && !(job.config.fusion.loop_closure && report.tracking);
+  if (report.turntable->is_refined || was_as_any || again.stop.stop_requested()) return meshed;
+  auto whole = again.open();
+  if (!whole) return whole.error();
+  forget_frames(report);
+  return mesh_source(**whole, job, again.stop, console, report, view, again);
+}
+
 }  // namespace
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report, ScanView& view) {
@@ -52,15 +86,19 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   if (auto opened_view = view.open(source->info().world_up); !opened_view) return opened_view;
   const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  if (job.config.turntable.is_enabled && source->info().poses != PoseMode::kStill) {
+    return mesh_turntable(*source, job, console, report, view, again);
+  }
   return mesh_source(*source, job, stop, console, report, view, again);
 }
 
 Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console, RunReport& report,
-                         ScanView& view, const SecondLook& again) {
+                         ScanView& view, const SecondLook& again, TurntableScan* table) {
   warn_of_holes(job.config.extract, console);
   FrameIntake intake(source, job.config.acquire, stop, console, report);
   auto scan = Reconstruction::create(job, source.info(), intake, report);
   if (!scan) return scan.error();
+  if (table != nullptr) scan->edit_frames([table](Frame& frame) { table->clear_still(frame); });
   if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
@@ -77,10 +115,44 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
   view.show_all(scan->volume());
   if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
-  if (!look_again(*scan, again, console, report)) return {};
+  if (table != nullptr) {
+    const auto refined = table->refine(*scan, intake);
+    if (!refined) return refined.error();
+    if (!*refined) return {};
+  } else if (!look_again(*scan, again, console, report)) {
+    return {};
+  }
   view.show_anew(scan->volume());
-  if (auto saved = write_scan(*scan, report); !saved) return saved;
-  return scan->write_mesh(report, EmptyCrop::kIgnored);
+  return write_anew(*scan, report);
+}
+
+Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
+  auto source = open_recording(job.input, job.config.acquire);
+  if (!source) return source.error();
+  RunReport again;
+  TurntableScan table(job, (*source)->info().poses, stop, console, again);
+  if (auto learned = table.learn(); !learned) return learned.error();
+  FrameIntake intake(**source, job.config.acquire, stop, console, again);
+  auto scan = Reconstruction::create(job, (*source)->info(), intake, again);
+  if (!scan) return scan.error();
+  scan->edit_frames([&table](Frame& frame) { table.clear_still(frame); });
+  while (!intake.is_over()) {
+    auto frame = intake.next();
+    if (!frame) continue;
+    if (const auto added = scan->add(*frame); !added) return added.error();
+  }
+  const auto refined = table.refine(*scan, intake);
+  report.turntable = again.turntable;
+  for (const char* stage : {"refine", "fuse_again"}) report.stages[stage] = again.stages[stage];
+  if (!refined || !*refined) return refined;
+  report.frames.fused = again.frames.fused;
+  if (auto written = write_anew(*scan, again); !written) return written.error();
+  report.mesh = again.mesh;
+  report.extract = again.extract;
+  report.volume = again.volume;
+  report.tracking = again.tracking;
+  for (const auto& [kind, path] : again.files) report.files[kind] = path;
+  return true;
 }
 
 }  // namespace scanknit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stop_token>
 
 #include "acquire/frame_source.h"
@@ -16,12 +17,15 @@
 namespace scanknit {
 
 class ScanView;
+class TurntableScan;
 
 struct Job {
   std::filesystem::path input;
   Config config;
   Outputs outputs;
   Pace pace = Pace::kFast;
+  std::optional<std::filesystem::path> angles = std::nullopt;         ///< of a turntable, see angle_file.h
+  std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: its frames are written here
 };
 
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
@@ -31,8 +35,16 @@ struct Job {
 [[nodiscard]] Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report,
                                         ScanView& view);
 
-/// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked.
+/// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked. With
+/// a `table`, the mesh of the tracked frames is written first, and then that of the refined turntable in its place.
 [[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
-                                       RunReport& report, ScanView& view, const SecondLook& again);
+                                       RunReport& report, ScanView& view, const SecondLook& again,
+                                       TurntableScan* table = nullptr);
+
+/// The recording `job.input` of a turntable becomes a mesh that takes the place of the one which is there; the report
+/// then tells of it. False: it is no turntable, and all is left as it is but for `report.turntable`. Errors: as
+/// run_pipeline.
+[[nodiscard]] Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console,
+                                                   RunReport& report);
 
 }  // namespace scanknit

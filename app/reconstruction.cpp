@@ -61,6 +61,7 @@ void Reconstruction::note_for_loops(const Frame& frame, const Pose& T_world_came
 
 Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
   timed(report_, "filter", [&] { filter_frame(frame, job_.config.acquire, job_.config.fusion.noise); });
+  if (edit_) edit_(frame);
   const std::optional<Pose> T_world_camera = poses_.find(frame, volume_, report_);
   if (!T_world_camera) {
     was_lost_ = true;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "acquire/frame_source.h"
@@ -37,6 +38,12 @@ class Reconstruction {
   /// Filters the frame, finds its pose and fuses it. The pose, or nothing for a frame that was left out, which the
   /// report tells. Errors: what ends the scan.
   [[nodiscard]] Result<std::optional<Pose>> add(Frame& frame);
+
+  /// Done to each frame from now on, after the filter.
+  void edit_frames(FrameEdit edit) { edit_ = std::move(edit); }
+
+  /// Another volume of the same frames takes the place of what has been fused; the volume keeps its address.
+  void replace_volume(TsdfVolume volume) { volume_ = std::move(volume); }
 
   /// As if nothing had been fused; the volume keeps its address. Errors: TsdfVolume::create().
   [[nodiscard]] Result<void> start_over();
@@ -87,6 +94,7 @@ class Reconstruction {
   TsdfVolume volume_;
   PoseFinder poses_;
   std::optional<Eigen::AlignedBox3d> crop_;
+  FrameEdit edit_;
   std::vector<std::uint64_t> fused_;  ///< sequence numbers
   std::optional<KeyFrames> keys_;     ///< when loops are looked for
   bool was_lost_ = false;             ///< since the last frame that was fused

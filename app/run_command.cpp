@@ -24,7 +24,8 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  const Job job{arguments.recording, std::move(*config), *outputs, arguments.pace};
+  const Job job{arguments.recording, std::move(*config), *outputs,
+                arguments.pace,      arguments.angles,   arguments.cut_recording};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   ScanView view(arguments.view, job, "run", stop_on_signal.token(), console);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <numbers>
 #include <vector>
 
 #include "app/align_output.h"
@@ -31,6 +32,16 @@ std::string tracking_line(const RunReport& report) {
   std::vector<std::string> parts;
   for (const auto& [state, count] : report.tracking->states) parts.push_back(fmt::format("{} {}", count, state));
   return fmt::format("Tracking {}\n", fmt::join(parts, ", "));
+}
+
+std::string turntable_line(const RunReport& report) {
+  if (!report.turntable) return "";
+  const RunReport::Turntable& table = *report.turntable;
+  if (!table.is_refined) return fmt::format("Table    none: {}; left as tracked\n", table.reason);
+  if (table.prior == "recording") return fmt::format("Table    {:.2f} turns, poses of the recording\n", table.turns);
+  return fmt::format("Table    {:.2f} turns{}, {:.2f} mm and {:.2f} degrees left between frames{}\n", table.turns,
+                     table.is_closed ? ", closed" : "", table.rms_m * 1000, table.rms_rad * 180 / std::numbers::pi,
+                     table.is_angle_held ? "" : "; it looks alike from all sides: the angles are not sure");
 }
 
 std::string volume_line(const RunReport& report) {
@@ -64,8 +75,8 @@ std::string mesh_line(const RunReport& report) {
 
 std::string time_line(const RunReport& report) {
   std::vector<std::string> parts;
-  for (const char* stage :
-       {"read", "acquire", "filter", "track", "raycast", "integrate", "extract", "export", "write"}) {
+  for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "integrate", "refine", "fuse_again",
+                            "extract", "export", "write"}) {
     const auto found = report.stages.find(stage);
     if (found == report.stages.end() || found->second.samples_ms.empty()) continue;
     parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
@@ -97,7 +108,7 @@ std::string next_line(const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report) {
-  std::string text = frames_line(report) + tracking_line(report) + alignment_text(report) + volume_line(report) +
+  std::string text = frames_line(report) + tracking_line(report) + turntable_line(report) + alignment_text(report) + volume_line(report) +
                      isovalue_line(report);
   if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "acquire/synthetic/scene.h"
 #include "acquire/synthetic/write_recording.h"
@@ -38,6 +39,12 @@ SynthConfig synth_config(const SynthArguments& arguments) {
   config.noise = arguments.has_noise;
   config.seed = arguments.seed;
   config.jpeg_colour = arguments.has_jpeg_colour;
+  if (arguments.is_on_turntable) {
+    config.turntable = RigConfig{.turns = arguments.turns,
+                                 .angle_noise_rad = arguments.angle_noise_degrees * std::numbers::pi / 180,
+                                 .is_on_side = arguments.is_on_side,
+                                 .has_hand = arguments.has_hand};
+  }
   return config;
 }
 
@@ -57,9 +64,12 @@ int print_summary(const SynthSummary& summary, const SynthArguments& arguments, 
     return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
   if (common.verbosity == Verbosity::kQuiet) return kExitOk;
+  const std::string next = arguments.is_on_turntable
+                               ? fmt::format("scanknit run {} --preset turntable -o OUT", folder)
+                               : fmt::format("scanknit run {0} -o OUT && scanknit distance OUT/model.ply {0}", folder);
   return print_result(fmt::format("Written  {0}: {1} frames; {2} of {3} truth points are seen\n"
-                                  "Next     scanknit run {0} -o OUT && scanknit distance OUT/model.ply {0}\n",
-                                  folder, summary.frames, summary.visible_points, summary.truth_points),
+                                  "Next     {4}\n",
+                                  folder, summary.frames, summary.visible_points, summary.truth_points, next),
                       common);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <numeric>
 
 #include "export/mesh_stats.h"
@@ -122,6 +123,43 @@ Json alignment_json(const std::optional<RunReport::Aligned>& aligned) {
   return json;
 }
 
+Json vector_json(const Eigen::Vector3d& v) {
+  return Json::array({finite(v.x()), finite(v.y()), finite(v.z())});
+}
+
+Json turntable_json(const std::optional<RunReport::Turntable>& turntable) {
+  if (!turntable) return nullptr;
+  constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+  const RunReport::Turntable& table = *turntable;
+  Json json;
+  json["is_refined"] = table.is_refined;
+  json["reason"] = table.reason;
+  json["axis"] = nullptr;
+  if (table.is_refined) {
+    json["axis"] = {{"direction", vector_json(table.axis_direction)}, {"point_m", vector_json(table.axis_point)}};
+  }
+  json["turns"] = finite(table.turns);
+  json["is_closed"] = table.is_closed;
+  json["prior"] = table.prior;
+  json["rms_m"] = finite(table.rms_m);
+  json["rms_degrees"] = finite(table.rms_rad * kDegreesPerRadian);
+  const double held = table.angle_sigma_rad * kDegreesPerRadian;
+  json["angle_sigma_degrees"] = std::isfinite(held) ? Json(held) : Json(nullptr);
+  json["is_angle_held"] = table.is_angle_held;
+  json["key_frames"] = table.key_frames;
+  json["pairs"] = {{"all", table.pairs}, {"loops", table.loops}, {"across", table.across}};
+  json["cut"] = {{"still_scene", table.has_still_scene},
+                 {"radius_m", finite(table.radius_m)},
+                 {"disc_m", table.disc_m ? Json(finite(*table.disc_m)) : Json(nullptr)},
+                 {"pixels_looked_through", table.pixels_looked_through},
+                 {"has_base", table.has_base}};
+  json["angles"] = Json::array();
+  for (const auto& [frame, angle_rad] : table.angles_rad) {
+    json["angles"].push_back({{"frame", frame}, {"degrees", finite(angle_rad * kDegreesPerRadian)}});
+  }
+  return json;
+}
+
 Json stage_json(const StageTimes& times) {
   return Json{{"total_ms", finite(times.total_ms())},
               {"median_ms", finite(times.median_ms())},
@@ -214,6 +252,7 @@ std::string to_json(const RunReport& report) {
   json["losses"] = report.losses ? object_of(*report.losses) : Json();
   json["warnings"] = report.warnings;
   json["tracking"] = tracking_json(report.tracking);
+  json["turntable"] = turntable_json(report.turntable);
   json["alignment"] = alignment_json(report.alignment);
   json["stages"] = stages_json(report.stages);
   json["total_ms"] = finite(report.total_ms);

@@ -1,6 +1,7 @@
 // RunReport: what a run did, in numbers. Its JSON is published in docs/report.md and tested.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -92,6 +93,28 @@ struct RunReport {
     std::vector<Pair> pairs;
   };
   std::optional<Aligned> alignment;
+  /// What became of a turntable; nothing unless one was asked for.
+  struct Turntable {
+    bool is_refined = false;  ///< false: it was none, or too little of one; the mesh is the tracked one
+    std::string reason;       ///< why not refined; empty otherwise
+    Eigen::Vector3d axis_direction = Eigen::Vector3d::Zero();  ///< unit, upwards, the camera's frame
+    Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();      ///< metres, the camera's frame
+    double turns = 0;
+    bool is_closed = false;      ///< the turn is whole, and its ends were registered with each other
+    double rms_m = 0;            ///< of what remains between pairs of frames
+    double rms_rad = 0;          ///< likewise
+    double angle_sigma_rad = 0;  ///< how well the scene holds the angle between two frames
+    bool is_angle_held = false;  ///< false: the object looks alike from all sides; angles are the prior's
+    std::string prior = "none";  ///< of the angles: "none", "rpm", "step", "file"
+    std::size_t key_frames = 0, pairs = 0, loops = 0, across = 0;  ///< and pairs that were found
+    bool has_still_scene = false;                                  ///< something stands still, and was cut away
+    std::optional<double> disc_m;           ///< height of the disc along the axis, from axis_point
+    double radius_m = 0;                    ///< of the space that was kept
+    std::size_t pixels_looked_through = 0;  ///< of a hand, or anything that other frames look through
+    bool has_base = false;                  ///< closed by a plane where it stood
+    std::vector<std::pair<std::uint64_t, double>> angles_rad;  ///< frame, angle
+  };
+  std::optional<Turntable> turntable;
 
   /// acquire filter track raycast integrate extract export: always all of them, and read and write for the files.
   std::map<std::string, StageTimes> stages;

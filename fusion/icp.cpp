@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -77,6 +78,7 @@ Matrix6d information_of(const PairSums& sums) {
 struct Step {
   Vector6d motion = Vector6d::Zero();  ///< translation (m), rotation times scale
   Vector6d strengths = Vector6d::Zero();
+  Matrix6d information = Matrix6d::Zero();  ///< of the directions that are not weak
   int weak_directions = 6;
 };
 
@@ -94,6 +96,7 @@ Step solve(const PairSums& sums) {
     }
     const Vector6d direction = eigen.eigenvectors().col(i);
     step.motion += direction * (direction.dot(downhill) / eigen.eigenvalues()(i));
+    step.information += eigen.eigenvalues()(i) * direction * direction.transpose();
   }
   return step;
 }
@@ -108,7 +111,7 @@ Pose motion_about(const Vector6d& motion, const Eigen::Vector3d& centre, double 
   return pose;
 }
 
-/// The mean depth of a level, for the unit of rotation; 1 without a surface.
+/// The mean depth of a level; 1 without a surface.
 double mean_depth(const SurfaceLevel& level) {
   double sum = 0;
   std::size_t count = 0;
@@ -118,6 +121,30 @@ double mean_depth(const SurfaceLevel& level) {
     ++count;
   }
   return count > 0 ? sum / static_cast<double>(count) : 1.0;
+}
+
+/// The unit of rotation: the mean depth, but for a small object far away, whose points a turn moves by far less than
+/// that: some times its extent.
+double turning_scale(const SurfaceLevel& level, double depth_m) {
+  constexpr double kTimes = 4;  // of the points' deviation: more than the depth where the picture is full
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double squares = 0;
+  double count = 0;
+  const CameraIntrinsics& camera = level.intrinsics;
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const double z = static_cast<double>(level.z_m[level.index(x, y)]);
+      if (!(z > 0)) continue;
+      const Eigen::Vector3d p = camera.unproject(x, y, z);
+      sum += p;
+      squares += p.squaredNorm();
+      ++count;
+    }
+  }
+  if (count == 0) return depth_m;
+  const double variance = std::max(0.0, squares / count - (sum / count).squaredNorm());
+  constexpr double kLeast_m = 0.01;  // a point is no object
+  return std::min(depth_m, std::max(kLeast_m, kTimes * std::sqrt(variance)));
 }
 
 void describe(const PairSums& sums, const Step& step, IcpResult& result) {
@@ -163,8 +190,9 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   result.T_model_frame = T_model_frame;
   Registration registration;
   registration.noise = config.noise;
-  registration.scale_m = mean_depth(frame.levels.back());
-  registration.centre = Eigen::Vector3d(0, 0, registration.scale_m);
+  const double depth_m = mean_depth(frame.levels.back());
+  registration.scale_m = turning_scale(frame.levels.back(), depth_m);
+  registration.centre = Eigen::Vector3d(0, 0, depth_m);
   double intensity_offset = 0;
   PairSums sums;
   Step step;
@@ -193,6 +221,10 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   }
   describe(sums, step, result);
   result.shape = shape_of(sums, registration);
+  result.centre = registration.centre;
+  Vector6d units = Vector6d::Ones();  // of rotation: radians, not metres at `scale_m`
+  units.tail<3>().setConstant(registration.scale_m);
+  result.information = units.asDiagonal() * step.information * units.asDiagonal();
   return result;
 }
 

@@ -28,6 +28,10 @@ struct IcpResult {
   /// rotation times the mean depth have one unit here.
   Vector6d strengths = Vector6d::Zero();
   int weak_directions = 0;  ///< those too weak: the result does not move along them
+  /// J^T J of the residuals in sigma, by translation (m) and rotation (rad) about `centre`, both in the model's camera;
+  /// 0 along directions that are too weak. Points count as if their errors were independent, which they are not.
+  Matrix6d information = Matrix6d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   /// The same for an edge of a pose graph: of a motion (m, rad) of the frame in its own axes, T_model_frame * motion,
   /// where 1 / m^2 is a translation that is held by all points. Divided by the variance of a plane's distance (m^2) it
   /// is the inverse covariance.

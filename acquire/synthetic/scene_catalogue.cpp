@@ -106,6 +106,19 @@ std::unique_ptr<SyntheticScene> turntable() {
   return std::move(drawing).scene("turntable", turntable_path({}), 300);
 }
 
+// Every part of its surface but the underside is seen from 28 degrees above as it turns: one turn shows it all. No two
+// of its sides are alike. Balls topologically, in a chain.
+std::unique_ptr<SyntheticScene> tower() {
+  Drawing drawing;
+  drawing.add(Box{{0.060, 0.050, 0.030}, 0.008}, {0, 0, -0.070}, paint(0, Pattern::kStripes, 0.012), Drawing::yaw(5));
+  drawing.add(frustum(0.046, 0.036, 0.070), {-0.010, 0.002, -0.007}, paint(3, Pattern::kChecks, 0.012));
+  drawing.add(Box{{0.020, 0.022, 0.045}, 0.008}, {0.030, -0.010, -0.002}, paint(1, Pattern::kMarble, 0.012),
+              Drawing::yaw(25));
+  drawing.add(Box{{0.026, 0.020, 0.034}, 0.010}, {-0.012, 0.002, 0.058}, paint(2, Pattern::kChecks, 0.010),
+              Drawing::yaw(-15));
+  return std::move(drawing).scene("tower", turntable_path({}), 300);
+}
+
 void put_desk(Drawing& drawing, double top_m) {
   drawing.add(Box{{0.5, 0.3, 0.015}, 0.004}, {0, 0, top_m - 0.015}, paint(7, Pattern::kMarble, 0.05));
   for (const double x : {-0.45, 0.45}) {
@@ -237,9 +250,9 @@ struct Entry {
   std::unique_ptr<SyntheticScene> (*make)();
 };
 
-constexpr std::array kScenes = {Entry{"sphere", sphere}, Entry{"turntable", turntable}, Entry{"desk", desk},
-                                Entry{"plates", plates}, Entry{"room", room},           Entry{"gallery", gallery},
-                                Entry{"twins", twins}};
+constexpr std::array kScenes = {Entry{"sphere", sphere},   Entry{"turntable", turntable}, Entry{"tower", tower},
+                                Entry{"desk", desk},       Entry{"plates", plates},       Entry{"room", room},
+                                Entry{"gallery", gallery}, Entry{"twins", twins}};
 
 }  // namespace
 

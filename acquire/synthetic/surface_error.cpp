@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -91,6 +93,38 @@ Result<void> check_measurable(const Mesh& mesh) {
 }
 
 }  // namespace
+
+Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& start) {
+  constexpr int kRounds = 10;
+  constexpr std::size_t kMostPoints = 20'000;
+  constexpr double kLoss_m = 0.002;  // what is farther off says less and less
+  const std::size_t stride = mesh.positions_m.size() / kMostPoints + 1;
+  Pose T_truth_mesh = start;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::size_t count = (mesh.positions_m.size() + stride - 1) / stride;
+    std::vector<SurfacePoint> feet(count);
+    const auto at = [&](std::size_t i) { return T_truth_mesh * mesh.positions_m[i * stride].cast<double>(); };
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { feet[i] = scene.nearest(at(i)); });
+    Eigen::Matrix<double, 6, 6> A = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
+    Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vector3d p = at(i);
+      Eigen::Matrix<double, 6, 1> J;
+      J << feet[i].normal, p.cross(feet[i].normal);
+      const double r = feet[i].normal.dot(p - feet[i].position);
+      const double weight = 1 / (1 + (r / kLoss_m) * (r / kLoss_m));
+      A += weight * J * J.transpose();
+      b -= weight * r * J;
+    }
+    const Eigen::Matrix<double, 6, 1> step = A.ldlt().solve(b);
+    const double angle = step.tail<3>().norm();
+    Pose moved = Pose::Identity();
+    if (angle > 0) moved.linear() = Eigen::AngleAxisd(angle, step.tail<3>() / angle).toRotationMatrix();
+    moved.translation() = step.head<3>();
+    T_truth_mesh = moved * T_truth_mesh;
+  }
+  return T_truth_mesh;
+}
 
 Result<SurfaceError> measure_surface(const Mesh& mesh, const SyntheticScene& scene,
                                      const std::vector<TruthPoint>& visible, const SurfaceErrorConfig& config) {

@@ -37,6 +37,10 @@ struct SurfaceErrorConfig {
   double threshold_m = 0.010;  ///< a truth point this near the mesh counts as reconstructed
 };
 
+/// T_truth_mesh: where a mesh that lies near the surface comes nearest to it, from `start`. Point to plane on vertices
+/// spread over the mesh (Chen & Medioni 1991); the same bits for any number of threads.
+[[nodiscard]] Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& start);
+
 /// The mesh is in the recording's world, metres. The same bits for any number of threads. Error kMesh: no triangles, an
 /// index out of range, a number that is not finite, or no area.
 [[nodiscard]] Result<SurfaceError> measure_surface(const Mesh& mesh, const SyntheticScene& scene,

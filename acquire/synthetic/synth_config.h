@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "acquire/synthetic/noise.h"
+#include "acquire/synthetic/turntable_rig.h"
 #include "core/camera.h"
 #include "core/result.h"
 
@@ -16,7 +18,9 @@ struct SynthConfig {
   CameraIntrinsics intrinsics{640, 480, 525.0, 525.0, 319.5, 239.5};
   bool noise = false;
   KinectNoise noise_model;
-  std::uint64_t seed = 1;              ///< of the noise and of the truth points
+  std::uint64_t seed = 1;  ///< of the noise, of a turntable's angles and of the truth points
+  /// The camera stands still and the scene turns on a table: its path is not looked at, its frames are, 120 by default.
+  std::optional<RigConfig> turntable = std::nullopt;
   double depth_scale = 10'000;         ///< raw units per metre of the depth pictures: 0.1 mm, up to 6.5 m
   bool jpeg_colour = false;            ///< colour as JPEG of quality 95 instead of PNG
   std::size_t truth_points = 200'000;  ///< sampled on the surface; those that are seen are written

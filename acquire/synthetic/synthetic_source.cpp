@@ -31,6 +31,12 @@ Result<void> validate(const SynthConfig& config) {
     return refuse("depth_scale", config.depth_scale, "1 to 1,000,000 units per metre");
   }
   if (config.truth_points > 50'000'000) return refuse("truth_points", config.truth_points, "at most 50,000,000");
+  if (config.turntable && !(config.turntable->turns > 0 && config.turntable->turns <= 100)) {
+    return refuse("turns", config.turntable->turns, "above 0, at most 100");
+  }
+  if (config.turntable && !(config.turntable->angle_noise_rad >= 0 && config.turntable->angle_noise_rad <= 0.2)) {
+    return refuse("angle noise", config.turntable->angle_noise_rad, "0 to 0.2 radians (11 degrees)");
+  }
   if (config.min_views < 1) return refuse("min_views", config.min_views, "at least 1");
   return {};
 }
@@ -38,6 +44,12 @@ Result<void> validate(const SynthConfig& config) {
 SyntheticScanner::SyntheticScanner(const SyntheticScene& scene, const SynthConfig& config)
     : scene_(scene), config_(config), poses_(camera_path(scene, config.frames)) {
   SCANKNIT_CHECK(validate(config).has_value());
+  if (!config.turntable) return;
+  constexpr int kDefaultFrames = 120;
+  const int frames = config.frames > 0 ? config.frames : kDefaultFrames;
+  rig_.emplace(scene, *config.turntable, frames, config.seed);
+  poses_.clear();
+  for (int i = 0; i < frames; ++i) poses_.push_back(rig_->T_object_camera(static_cast<std::size_t>(i)));
 }
 
 std::size_t SyntheticScanner::pictures() const {
@@ -46,8 +58,9 @@ std::size_t SyntheticScanner::pictures() const {
 
 Shot SyntheticScanner::shoot(std::size_t picture) const {
   SCANKNIT_CHECK(picture < pictures());
-  const Pose& pose = poses_[picture / static_cast<std::size_t>(config_.stills)];
-  Shot shot{pose, render(scene_, config_.intrinsics, pose), {}};
+  const std::size_t place = picture / static_cast<std::size_t>(config_.stills);
+  const Pose& pose = poses_[place];
+  Shot shot{pose, rig_ ? rig_->render(config_.intrinsics, place) : render(scene_, config_.intrinsics, pose), {}};
   shot.depth_m = config_.noise ? add_kinect_noise(shot.exact.depth_m, shot.exact.cos_incidence, config_.intrinsics,
                                                   config_.noise_model, config_.seed, picture)
                                : shot.exact.depth_m;

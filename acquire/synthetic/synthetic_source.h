@@ -2,18 +2,20 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "acquire/frame_source.h"
 #include "acquire/synthetic/render.h"
 #include "acquire/synthetic/scene.h"
 #include "acquire/synthetic/synth_config.h"
+#include "acquire/synthetic/turntable_rig.h"
 
 namespace scanknit {
 
 /// One picture: what the ideal camera sees, and what the sensor reports of it.
 struct Shot {
-  Pose T_world_camera;
+  Pose T_world_camera;  ///< of a scene on a turntable: T_object_camera
   RenderedView exact;
   DepthImage depth_m;  ///< with the configured noise, else equal to exact.depth_m
 };
@@ -22,6 +24,9 @@ struct Shot {
 class SyntheticScanner {
  public:
   SyntheticScanner(const SyntheticScene& scene, const SynthConfig& config);
+
+  /// Null unless config.turntable.
+  [[nodiscard]] const TurntableRig* turntable() const { return rig_ ? &*rig_ : nullptr; }
 
   /// Poses times stills.
   [[nodiscard]] std::size_t pictures() const;
@@ -32,6 +37,7 @@ class SyntheticScanner {
   const SyntheticScene& scene_;
   SynthConfig config_;
   std::vector<Pose> poses_;
+  std::optional<TurntableRig> rig_;
 };
 
 /// Frames with their true poses and colour in the depth camera. Depth is not rounded to a file's unit. world_up is -y.

@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include "acquire/replay/text_numbers.h"
 #include "core/atomic_file.h"
 #include "core/byte_reader.h"
 #include "core/read_file.h"
@@ -205,6 +206,12 @@ Result<void> write_truth(const SyntheticScene& scene, const SynthConfig& config,
   json["noise"] = config.noise;
   json["seed"] = config.seed;
   json["depth_scale"] = config.depth_scale;
+  if (config.turntable) {
+    json["turntable"] = {{"turns", config.turntable->turns},
+                         {"angle_noise_rad", config.turntable->angle_noise_rad},
+                         {"is_on_side", config.turntable->is_on_side},
+                         {"has_hand", config.turntable->has_hand}};
+  }
   json["world"] = "metres, right-handed, y down";
   json["visible_points"] = {{"file", kVisiblePointsFile}, {"count", visible.size()}, {"min_views", config.min_views}};
   if (const Mesh* mesh = scene.mesh()) {
@@ -212,6 +219,25 @@ Result<void> write_truth(const SyntheticScene& scene, const SynthConfig& config,
   }
   if (auto done = write_file_atomically(folder / kVisiblePointsFile, points_ply(visible)); !done) return done;
   return write_file_atomically(folder / kGroundTruthFile, json.dump(2) + "\n");
+}
+
+Result<std::vector<Pose>> read_true_poses(const std::filesystem::path& folder, const Limits& limits) {
+  std::error_code ignored;
+  const bool is_kept_apart = std::filesystem::exists(folder / kTruePosesFile, ignored);
+  const std::filesystem::path path = folder / (is_kept_apart ? kTruePosesFile : kPosesFile);
+  const auto text = read_text_file(path, limits.max_text_bytes);
+  if (!text) return text.error();
+  constexpr std::size_t kNumbersPerPose = 19;  // three integers, then the matrix row by row
+  const auto numbers = parse_numbers(*text);
+  if (!numbers || numbers->size() % kNumbersPerPose != 0) return malformed(path, "not a trajectory of 4 x 4 matrices");
+  std::vector<Pose> poses;
+  for (std::size_t first = 0; first < numbers->size(); first += kNumbersPerPose) {
+    const auto begin = numbers->begin() + static_cast<std::ptrdiff_t>(first);
+    const auto pose = pose_from_numbers({begin + 3, begin + kNumbersPerPose});
+    if (!pose) return malformed(path, pose.error().message);
+    poses.push_back(*pose);
+  }
+  return poses;
 }
 
 Result<Truth> read_truth(const std::filesystem::path& folder, const Limits& limits) {

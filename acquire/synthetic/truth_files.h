@@ -12,6 +12,7 @@
 #include "acquire/synthetic/synth_config.h"
 #include "core/limits.h"
 #include "core/mesh.h"
+#include "core/pose.h"
 #include "core/result.h"
 
 namespace scanknit {
@@ -23,6 +24,14 @@ inline constexpr const char* kVisiblePointsFile = "visible_points.ply";
 /// Writes ground_truth.json, visible_points.ply, and ground_truth.ply for a scene made from a mesh.
 [[nodiscard]] Result<void> write_truth(const SyntheticScene& scene, const SynthConfig& config, std::size_t frames,
                                        const std::vector<TruthPoint>& visible, const std::filesystem::path& folder);
+
+inline constexpr const char* kPosesFile = "trajectory.log";
+inline constexpr const char* kTruePosesFile = "true_poses.log";  ///< no reader takes them for the recording's
+inline constexpr const char* kEncoderFile = "angles.txt";
+
+/// The true poses of a recording, one a frame: of true_poses.log if there is one, else of trajectory.log. Errors
+/// (kInput): neither is there, or it is malformed.
+[[nodiscard]] Result<std::vector<Pose>> read_true_poses(const std::filesystem::path& folder, const Limits& limits = {});
 
 struct Truth {
   std::unique_ptr<SyntheticScene> scene;

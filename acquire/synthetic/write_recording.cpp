@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <system_error>
 #include <vector>
 
@@ -48,6 +49,34 @@ Result<void> prepare_folder(const fs::path& folder) {
   return {};
 }
 
+/// An older recording may have had poses where this one has none.
+Result<void> remove_old_poses(const fs::path& folder) {
+  std::error_code code;
+  for (const char* file : {kPosesFile, kTruePosesFile, kEncoderFile}) {
+    fs::remove(folder / file, code);
+    if (code) return Error{ErrorCode::kOutput, "cannot be removed: " + code.message(), (folder / file).string()};
+  }
+  return {};
+}
+
+/// One line a frame, degrees.
+std::string encoder_text(const TurntableRig& rig, std::size_t frames) {
+  std::string text;
+  for (std::size_t i = 0; i < frames; ++i) {
+    text += fmt::format("{:.6f}\n", rig.steady_angle_rad(i) * 180 / std::numbers::pi);
+  }
+  return text;
+}
+
+Result<void> write_poses(const SyntheticScanner& scanner, const SynthConfig& config, std::size_t pictures,
+                         const std::string& trajectory, const fs::path& folder) {
+  const TurntableRig* rig = scanner.turntable();
+  if (rig == nullptr) return write_file_atomically(folder / kPosesFile, trajectory);
+  if (auto done = write_file_atomically(folder / kTruePosesFile, trajectory); !done) return done;
+  return write_file_atomically(folder / kEncoderFile,
+                               encoder_text(*rig, pictures / static_cast<std::size_t>(config.stills)));
+}
+
 Result<void> write_shot(const Shot& shot, std::size_t number, const SynthConfig& config, const fs::path& folder) {
   const fs::path depth_path = folder / "depth" / fmt::format("{:06}.png", number);
   if (auto done = write_depth_png(to_raw_depth(shot.depth_m, config.depth_scale), depth_path); !done) return done;
@@ -70,6 +99,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
   }
 
   const SyntheticScanner scanner(scene, config);
+  if (auto removed = remove_old_poses(folder); !removed) return removed.error();
   std::vector<TruthPoint> points = sample_surface(scene, config.truth_points, config.seed);
   SynthSummary summary;
   summary.truth_points = points.size();
@@ -88,7 +118,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
   std::erase_if(points,
                 [&](const TruthPoint& point) { return point.views < static_cast<std::uint32_t>(config.min_views); });
   summary.visible_points = points.size();
-  if (auto done = write_file_atomically(folder / "trajectory.log", trajectory); !done) return done.error();
+  if (auto done = write_poses(scanner, config, summary.frames, trajectory, folder); !done) return done.error();
   if (auto done = write_truth(scene, config, summary.frames, points, folder); !done) return done.error();
   return summary;
 }

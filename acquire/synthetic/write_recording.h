@@ -26,6 +26,8 @@ using SynthProgress = std::function<void(std::size_t done, std::size_t total)>;
 /// .jpg, trajectory.log (camera to world, 17 digits), camera_intrinsic.json (with one more key than Open3D's own:
 /// "depth_scale"), and the truth files of truth_files.h. The folder is made when it is not there. An older synthetic
 /// recording in it is replaced; anything else that already has a depth/ folder is left alone and refused.
+/// Of a scene on a turntable there is no trajectory.log: true_poses.log holds the same (camera to object), and
+/// angles.txt the angle of each frame in degrees, as an encoder would give it.
 /// Errors: kConfig (see validate), kOutput.
 [[nodiscard]] Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, const SynthConfig& config,
                                                              const std::filesystem::path& folder,

@@ -72,6 +72,12 @@ RunReport sample() {
                                         {{"ok", 8}, {"lost", 1}},
                                         {{3, "lost", "too fast", 0.9, 0.3, 1.5, 70'000, 0}},
                                         RunReport::Loops{true, 0.2, 0.1, {{4, 90, 0.2, 0.5, 0.9, ""}}}};
+  RunReport::Turntable& table = report.turntable.emplace();
+  table.is_refined = true;
+  table.axis_direction = {0, -1, 0};
+  table.turns = 1.02;
+  table.disc_m = -0.12;
+  table.angles_rad = {{0, 0.0}, {1, 0.05}};
   report.stages["integrate"].samples_ms = {4, 1, 3, 2};
   report.total_ms = 12.5;
   report.peak_rss_mib = 300;

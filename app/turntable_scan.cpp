@@ -1,0 +1,442 @@
+#include "app/turntable_scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <variant>
+
+#include "acquire/convert/cut_recording.h"
+#include "acquire/depth_filter.h"
+#include "app/angle_file.h"
+#include "app/crop_frame.h"
+#include "app/frame_count.h"
+#include "app/fuse_again.h"
+#include "app/mesh_output.h"
+#include "app/stage_timer.h"
+#include "fusion/cut_volume.h"
+
+namespace scanknit {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kSamples = 48;      // frames that tell what stands still, and what is not there
+constexpr std::size_t kFewestFrames = 8;  // tracked
+constexpr double kLeastTurn_rad = 30 * kDegree;
+constexpr double kMostOff = 0.05;  // of the object's distance: tracked poses farther from one axis are no turntable
+constexpr double kMostRms_m = 0.004;
+constexpr double kLeastAgreeing = 0.6;  // of the pairs of frames
+constexpr double kAgrees = 0.3;         // the weight of a pair that does
+constexpr double kHeld_rad = 0.3 * kDegree;
+constexpr double kUnderDisc_m = 0.006;
+constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
+
+/// The hull of two rectangles.
+PixelRect hull(const PixelRect& a, const PixelRect& b) {
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+/// Where a picture has depth, and a little around; nothing when it has none.
+std::optional<PixelRect> rect_of(const DepthImage& depth_m) {
+  constexpr int kAround = 4;
+  std::optional<PixelRect> rect;
+  for (int y = 0; y < depth_m.height(); ++y) {
+    for (int x = 0; x < depth_m.width(); ++x) {
+      if (!(depth_m.at(x, y) > 0)) continue;
+      rect = rect ? hull(*rect, {x, y, x, y}) : PixelRect{x, y, x, y};
+    }
+  }
+  if (!rect) return rect;
+  return PixelRect{std::max(0, rect->x0 - kAround), std::max(0, rect->y0 - kAround),
+                   std::min(depth_m.width() - 1, rect->x1 + kAround),
+                   std::min(depth_m.height() - 1, rect->y1 + kAround)};
+}
+
+std::optional<PixelRect> rect_of(const std::vector<DepthImage>& pictures) {
+  std::optional<PixelRect> all;
+  for (const DepthImage& picture : pictures) {
+    const auto rect = rect_of(picture);
+    if (rect) all = all ? hull(*all, *rect) : rect;
+  }
+  return all;
+}
+
+double median_depth(const std::vector<DepthImage>& pictures) {
+  std::vector<float> depths;
+  for (const DepthImage& picture : pictures) {
+    for (const float z : picture.pixels()) {
+      if (z > 0) depths.push_back(z);
+    }
+  }
+  if (depths.empty()) return 1;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return static_cast<double>(*middle);
+}
+
+/// The world of the result: the origin where the axis meets the disc, -y up, x as near to the camera's as can be. The
+/// disc lies half a voxel beside the voxels, so that no sample is on it.
+Pose T_table_camera(const TurntableSpace& space, double voxel_size_m) {
+  const Eigen::Vector3d y = -space.up;
+  const Eigen::Vector3d x = (Eigen::Vector3d::UnitX() - y * y.x()).normalized();
+  const double height = space.disc_m.value_or(space.foot_m);
+  Pose T = Pose::Identity();
+  T.linear() << x, y, x.cross(y);
+  T.linear().transposeInPlace();
+  T.translation() = -(T.linear() * (space.axis.point + height * space.up)) + Eigen::Vector3d(0, voxel_size_m / 2, 0);
+  return T;
+}
+
+TurntableSpace moved(const TurntableSpace& space, const Pose& T_world_camera) {
+  TurntableSpace result = space;
+  result.axis.direction = T_world_camera.linear() * space.axis.direction;
+  result.axis.point = T_world_camera * space.axis.point;
+  result.up = T_world_camera.linear() * space.up;
+  return result;
+}
+
+}  // namespace
+
+std::optional<std::size_t> TurntableScan::Nodes::find(std::uint64_t sequence) const {
+  const auto at = std::lower_bound(sequences.begin(), sequences.end(), sequence);
+  if (at == sequences.end() || *at != sequence) return std::nullopt;
+  return static_cast<std::size_t>(at - sequences.begin());
+}
+
+TurntableScan::TurntableScan(const Job& job, PoseMode poses, std::stop_token stop, Console& console, RunReport& report)
+    : job_(job),
+      has_poses_(!is_tracked(poses)),
+      stop_(std::move(stop)),
+      console_(console),
+      report_(report),
+      told_(report.turntable.emplace()) {}
+
+bool TurntableScan::give_up(const char* reason) {
+  told_.reason = reason;
+  if (!has_poses_) console_.warn(fmt::format("no turntable: {}; the mesh is the tracked one", reason));
+  return false;
+}
+
+/// Every `every`-th of the selected frames, without their poses.
+Result<void> TurntableScan::read_frames(std::size_t every, const Visit& visit) const {
+  AcquireConfig config = job_.config.acquire;
+  config.every *= every;
+  auto source = open_recording(job_.input, config);
+  if (!source) return source.error();
+  while (true) {
+    FrameEvent event = (*source)->next(stop_);
+    if (std::holds_alternative<EndOfStream>(event)) return {};
+    if (const auto* error = std::get_if<Error>(&event)) return *error;
+    if (auto* frame = std::get_if<Frame>(&event)) visit(*frame);
+  }
+}
+
+Result<void> TurntableScan::learn() {
+  if (job_.angles) {
+    auto degrees = read_angle_file(*job_.angles);
+    if (!degrees) return degrees.error();
+    encoder_degrees_ = *std::move(degrees);
+  }
+  const auto source = open_recording(job_.input, job_.config.acquire);
+  if (!source) return source.error();
+  const std::size_t frames = selected_frames((*source)->info(), job_.config.acquire);
+  const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
+  const auto begun = timed(report_, "refine", [&] {
+    auto read = read_frames(every, [&](Frame& frame) {
+      if (!samples_.empty() && !(frame.intrinsics == camera_)) return;
+      camera_ = frame.intrinsics;
+      const AcquireConfig& filter = job_.config.acquire;
+      const NoiseModel& noise = job_.config.fusion.noise;
+      samples_.push_back(mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m), noise,
+                                              filter.edge_sigmas));
+      sample_sequences_.push_back(frame.sequence);
+    });
+    still_ = StillScene::learn(samples_, job_.config.fusion.noise);
+    const std::vector<DepthImage> moving = moving_parts();
+    depth_m_ = median_depth(moving);
+    if (changes_frames()) moving_rect_ = rect_of(moving);
+    return read;
+  });
+  told_.has_still_scene = !still_.empty();
+  return begun;
+}
+
+std::vector<DepthImage> TurntableScan::moving_parts() const {
+  std::vector<DepthImage> parts = samples_;
+  for (DepthImage& part : parts) still_.remove_from(part);
+  return parts;
+}
+
+void TurntableScan::clear_still(Frame& frame) const {
+  if (!changes_frames() || !(frame.intrinsics == camera_)) return;
+  still_.remove_from(frame.depth_m);
+  if (moving_rect_) crop_frame(frame, *moving_rect_);
+}
+
+/// Angles of all frames, from the poses of those that were tracked.
+bool TurntableScan::begin_nodes(const FrameIntake& intake) {
+  const auto& tracked = intake.fused_sequences();
+  if (tracked.size() < kFewestFrames) return give_up("too few frames were tracked");
+  std::vector<Pose> poses;
+  for (const StampedPose& pose : intake.trajectory()) poses.push_back(pose.T_world_camera);
+  const auto fitted = fit_turntable(poses, depth_m_);
+  if (!fitted) return give_up("nothing turns before the scanner");
+  std::vector<double> off = distances_from(*fitted, poses, depth_m_);
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+  if (off[off.size() / 2] > kMostOff * depth_m_) return give_up("the motion is not about one axis");
+  if (has_poses_) {
+    nodes_.sequences = tracked;
+    nodes_.motion = *fitted;
+    nodes_.T_world_camera = poses;
+    for (const StampedPose& pose : intake.trajectory()) nodes_.stamps.push_back(pose.stamp);
+    return true;
+  }
+  nodes_.motion.axis = fitted->axis;
+  std::size_t next = 0;  // the first of the tracked frames that does not come before this one
+  for (const RunReport::TrackedFrame& frame : report_.tracking->frames) {
+    while (next < tracked.size() && tracked[next] < frame.sequence) ++next;
+    if (next == tracked.size()) break;
+    if (next == 0 && frame.sequence < tracked.front()) continue;
+    double angle = fitted->angles_rad[next];
+    if (tracked[next] != frame.sequence) {  // lost, between two that were not
+      const auto span = static_cast<double>(tracked[next] - tracked[next - 1]);
+      const double part = static_cast<double>(frame.sequence - tracked[next - 1]) / span;
+      angle = fitted->angles_rad[next - 1] + part * (angle - fitted->angles_rad[next - 1]);
+    }
+    nodes_.sequences.push_back(frame.sequence);
+    nodes_.motion.angles_rad.push_back(angle);
+  }
+  nodes_.stamps.resize(nodes_.sequences.size());
+  nodes_.times_ns.resize(nodes_.sequences.size());
+  return true;
+}
+
+/// The space of the object, and where it is in the picture.
+bool TurntableScan::find_room() {
+  const std::vector<DepthImage> moving = moving_parts();
+  space_ = find_space(moving, still_, camera_, nodes_.motion.axis);
+  if (!space_) return give_up("nothing moves before the scanner");
+  const double to_axis_m = space_->distance_of(Eigen::Vector3d::Zero());
+  if (space_->radius_m > to_axis_m) return give_up("the scanner moves, not the object");
+  std::vector<DepthImage> kept = samples_;
+  for (DepthImage& picture : kept) cut_to_space(picture, camera_, *space_, kUnderDisc_m);
+  space_rect_ = rect_of(kept);
+  return space_rect_ ? true : give_up("nothing moves before the scanner");
+}
+
+Result<void> TurntableScan::measure_pairs(TurntablePairs& pairs) {
+  return read_frames(1, [&](Frame& frame) {
+    const auto node = nodes_.find(frame.sequence);
+    if (!node || !(frame.intrinsics == camera_)) return;
+    nodes_.has_clock = frame.has_clock;
+    nodes_.times_ns[*node] = frame.timestamp_ns;
+    nodes_.stamps[*node] =
+        frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
+    filter_frame(frame, job_.config.acquire, job_.config.fusion.noise);
+    cut_to_space(frame.depth_m, camera_, *space_, space_->disc_m ? -kOverDisc_m : kUnderDisc_m);
+    crop_frame(frame, *space_rect_);
+    pairs.add(*node, pyramid_of(frame, job_.config.fusion.noise));
+    console_.progress("registering", *node + 1, nodes_.sequences.size());
+  });
+}
+
+/// Angles that are known from elsewhere, growing. Errors: kConfig for a file that does not fit.
+Result<std::optional<AnglePrior>> TurntableScan::prior() {
+  const TurntableConfig& config = job_.config.turntable;
+  AnglePrior prior;
+  prior.sigma_rad = config.angle_sigma_degrees * kDegree;
+  if (job_.angles) {
+    for (const std::uint64_t sequence : nodes_.sequences) {
+      if (sequence >= encoder_degrees_.size()) {
+        return Error{ErrorCode::kConfig,
+                     fmt::format("has {} angles, but there is a frame {}", encoder_degrees_.size(), sequence),
+                     job_.angles->string()};
+      }
+      prior.angles_rad.push_back(encoder_degrees_[sequence] * kDegree);
+    }
+    told_.prior = "file";
+  } else if (config.step_degrees > 0) {
+    for (const std::uint64_t sequence : nodes_.sequences) {
+      prior.angles_rad.push_back(static_cast<double>(sequence) * config.step_degrees * kDegree);
+    }
+    told_.prior = "step";
+  } else if (config.rpm > 0) {
+    if (!nodes_.has_clock) {
+      return Error{ErrorCode::kConfig, "turntable.rpm: the recording has no times; give turntable.step",
+                   job_.input.string()};
+    }
+    for (const std::int64_t time_ns : nodes_.times_ns) {
+      const double minutes = static_cast<double>(time_ns - nodes_.times_ns.front()) / 60e9;
+      prior.angles_rad.push_back(minutes * config.rpm * 2 * std::numbers::pi);
+    }
+    told_.prior = "rpm";
+  } else {
+    return std::optional<AnglePrior>();
+  }
+  if (prior.angles_rad.back() < prior.angles_rad.front()) {
+    for (double& angle : prior.angles_rad) angle = -angle;
+  }
+  return std::optional(std::move(prior));
+}
+
+/// Whether the frames agree that it is one; tells the report.
+bool TurntableScan::accept(const TurntableSolution& solution, const TurntablePairs& pairs) {
+  const auto& angles = solution.motion.angles_rad;
+  const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
+  const double extent = *most - *least;
+  told_.turns = extent / (2 * std::numbers::pi);
+  told_.rms_m = solution.rms_m;
+  told_.rms_rad = solution.rms_rad;
+  told_.angle_sigma_rad = solution.angle_sigma_rad;
+  told_.is_angle_held = solution.angle_sigma_rad < kHeld_rad;
+  told_.key_frames = pairs.key_frames();
+  told_.pairs = pairs.edges().size();
+  told_.loops = pairs.loops();
+  told_.across = pairs.across();
+  told_.is_closed = pairs.loops() > 0;
+  const auto agreeing =
+      std::count_if(solution.weights.begin(), solution.weights.end(), [](double weight) { return weight > kAgrees; });
+  if (pairs.edges().empty()) return give_up("frames do not fit each other");
+  if (static_cast<double>(agreeing) < kLeastAgreeing * static_cast<double>(pairs.edges().size())) {
+    return give_up("frames contradict each other");
+  }
+  if (solution.rms_m > kMostRms_m) return give_up("the motion is not about one axis");
+  if (extent < kLeastTurn_rad) return give_up("it turns by less than 30 degrees");
+  return true;
+}
+
+/// Frames with all that is behind the object, once their angles are known.
+void TurntableScan::add_witnesses() {
+  look_through_.emplace(nodes_.motion.axis, job_.config.fusion.noise);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const auto node = nodes_.find(sample_sequences_[i]);
+    if (node) look_through_->add_witness(std::move(samples_[i]), camera_, nodes_.motion.angles_rad[*node]);
+  }
+  samples_.clear();
+}
+
+/// Before the filter, which would take the rims of what is cut for those of the object.
+void TurntableScan::prepare_for_fusion(Frame& frame, double angle_rad, std::size_t& removed) const {
+  const AcquireConfig& filter = job_.config.acquire;
+  frame.depth_m = mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
+                                       job_.config.fusion.noise, filter.edge_sigmas);
+  cut_to_space(frame.depth_m, camera_, *space_, kUnderDisc_m);
+  removed += look_through_->remove_from(frame.depth_m, camera_, angle_rad);
+}
+
+/// A frame without the disc, which the object does not have when it lies on another side.
+Result<void> TurntableScan::keep_cut(const Frame& frame, const Pose& T_world_camera, CutRecording& kept) const {
+  Frame cut = frame;
+  cut.T_world_camera = T_world_camera;
+  if (space_->disc_m && frame.intrinsics == camera_) cut_to_space(cut.depth_m, camera_, *space_, -kOverDisc_m);
+  return kept.write(cut);
+}
+
+Result<bool> TurntableScan::fuse(const std::set<std::size_t>& known, Reconstruction& scan, FrameIntake& intake) {
+  // The object's frame is that of the first frame's camera.
+  const Pose T_world_object =
+      has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, job_.config.fusion.voxel_size_m);
+  PosesBySequence poses;
+  std::vector<StampedPose> trajectory;
+  std::vector<std::uint64_t> sequences;
+  for (const std::size_t node : known) {
+    const double angle_rad = nodes_.motion.angles_rad[node];
+    const Pose pose =
+        has_poses_ ? nodes_.T_world_camera[node] : T_world_object * turn_about(nodes_.motion.axis, angle_rad);
+    poses[nodes_.sequences[node]] = pose;
+    trajectory.push_back({nodes_.stamps[node], pose});
+    sequences.push_back(nodes_.sequences[node]);
+    told_.angles_rad.emplace_back(nodes_.sequences[node], angle_rad);
+  }
+  auto volume = TsdfVolume::create(job_.config.fusion);
+  if (!volume) return volume.error();
+  auto source = open_recording(job_.input, job_.config.acquire);
+  if (!source) return source.error();
+  std::optional<CutRecording> kept;
+  if (job_.cut_recording) {
+    auto created = CutRecording::create(*job_.cut_recording);
+    if (!created) return created.error();
+    kept.emplace(*std::move(created));
+  }
+  Result<void> written;
+  const FrameEdit edit = [&](Frame& frame) {
+    const auto node = nodes_.find(frame.sequence);
+    if (node && frame.intrinsics == camera_ && job_.config.turntable.cuts) {
+      prepare_for_fusion(frame, nodes_.motion.angles_rad[*node], told_.pixels_looked_through);
+    }
+    if (kept && written) written = keep_cut(frame, poses.at(frame.sequence), *kept);
+    if (frame.intrinsics == camera_) crop_frame(frame, *space_rect_);
+  };
+  const auto fused = timed(report_, "fuse_again",
+                           [&] { return fuse_again(**source, poses, job_.config, *volume, stop_, console_, edit); });
+  if (!fused) return fused.error();
+  if (kept && written) written = kept->finish();
+  if (!written) return written.error();
+  if (kept) report_.files["cut_recording"] = job_.cut_recording->string();
+  if (*fused < poses.size()) return give_up("it was interrupted");
+  if (job_.config.turntable.cuts) {
+    const VolumeCut cut = timed(report_, "refine", [&] {
+      return cut_volume(moved(*space_, T_world_object), job_.config.turntable.closes_base, *volume);
+    });
+    told_.has_base = cut.has_base;
+  }
+  scan.replace_volume(*std::move(volume));
+  scan.crop(std::nullopt);  // a box that somebody drew was in the world of the tracked frames
+  intake.replace_trajectory(std::move(trajectory), std::move(sequences));
+  return true;
+}
+
+/// The axis and all angles; `known` are the nodes whose angles are.
+Result<bool> TurntableScan::find_motion(std::set<std::size_t>& known) {
+  TurntablePairs pairs(nodes_.motion, job_.config.fusion.noise);
+  if (auto measured = measure_pairs(pairs); !measured) return measured.error();
+  if (stop_.stop_requested()) return give_up("it was interrupted");
+  pairs.close();
+  const auto angles = prior();
+  if (!angles) return angles.error();
+  const TurntableSolution first = solve_turntable(nodes_.motion, pairs.edges(), *angles);
+  pairs.join_across(first.motion);
+  const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), *angles);
+  if (!accept(solution, pairs)) return false;
+  nodes_.motion = solution.motion;
+  for (std::size_t i = 0; i < pairs.edges().size(); ++i) {
+    if (solution.weights[i] <= kAgrees) continue;
+    known.insert(pairs.edges()[i].from);
+    known.insert(pairs.edges()[i].to);
+  }
+  // The axis is better known now, and so is the space around it.
+  return find_room();
+}
+
+Result<bool> TurntableScan::refine(Reconstruction& scan, FrameIntake& intake) {
+  if (stop_.stop_requested()) return give_up("it was interrupted");
+  const bool has_begun = timed(report_, "refine", [&] { return begin_nodes(intake) && find_room(); });
+  if (!has_begun) return false;
+  std::set<std::size_t> known;
+  if (has_poses_) {
+    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) known.insert(known.end(), i);
+    told_.prior = "recording";
+    told_.turns = std::abs(nodes_.motion.angles_rad.back()) / (2 * std::numbers::pi);
+  } else {
+    const auto found = timed(report_, "refine", [&] { return find_motion(known); });
+    if (!found || !*found) return found;
+  }
+  told_.axis_direction = space_->up;
+  told_.axis_point = space_->axis.point;
+  told_.disc_m = space_->disc_m;
+  told_.radius_m = space_->radius_m;
+  add_witnesses();
+  auto fused = fuse(known, scan, intake);
+  if (fused && *fused) told_.is_refined = true;
+  return fused;
+}
+
+void TurntableScan::conclude() {
+  if (told_.is_refined || !told_.reason.empty()) return;
+  (void)give_up(stop_.stop_requested() ? "it was interrupted" : "too few frames were tracked");
+}
+
+}  // namespace scanknit

@@ -1,0 +1,55 @@
+// TurntablePairs: what the frames of a turntable say of each other, measured by registration.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "core/noise_model.h"
+#include "fusion/surface_pyramid.h"
+#include "fusion/turntable_solver.h"
+
+namespace scanknit {
+
+class TurntablePairs {
+ public:
+  /// `start` says where each frame roughly is. Frames every few degrees are key frames and are kept, about a hundred at
+  /// most.
+  TurntablePairs(const TurntableMotion& start, const NoiseModel& noise);
+
+  /// Frame number `frame` of the motion, in ascending order; some may be left out. Registered with the key frames
+  /// before and after it; a key frame with three before it.
+  void add(std::size_t frame, SurfacePyramid seen);
+
+  /// After the last frame: key frames that come by the same place of the turn again are registered with each other,
+  /// which closes it.
+  void close();
+
+  /// Key frames an eighth to half a turn apart, as far as they see the same, from where `motion` has them.
+  void join_across(const TurntableMotion& motion);
+
+  [[nodiscard]] const std::vector<TurntableEdge>& edges() const { return edges_; }
+  [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
+  [[nodiscard]] std::size_t loops() const { return loops_; }    ///< pairs found by close()
+  [[nodiscard]] std::size_t across() const { return across_; }  ///< and by join_across()
+
+ private:
+  struct View {
+    std::size_t frame;
+    SurfacePyramid seen;
+  };
+  [[nodiscard]] double angle_between(const View& from, const View& to) const;
+  bool join(const View& from, const View& to, const std::vector<double>& angles_rad, const TurntableAxis& axis,
+            int first_level);
+  void join_pending();
+
+  TurntableMotion start_;
+  NoiseModel noise_;
+  double spacing_rad_;
+  std::vector<View> keys_;
+  std::vector<View> pending_;  ///< since the last key frame
+  std::vector<TurntableEdge> edges_;
+  std::size_t loops_ = 0, across_ = 0;
+};
+
+}  // namespace scanknit

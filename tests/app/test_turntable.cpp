@@ -1,0 +1,186 @@
+// Recordings of a turntable whose axis and angles nobody knows, by the built program.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// Blocks on each other, all of which is seen but the underside, in a noisy recording of one turn before a wall; a hand
+/// reaches in. Angles are up to a degree and a half from steady.
+class Tower : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    const Outcome synth =
+        scanknit_command({"synth", "tower", "--turntable", "--hand", "--angle-noise", "0.5", "--noise", "-o",
+                          recording(), "--frames", "48", "--width", "240", "--height", "180", "--quiet"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+    const Outcome found = scan(recording(), place("found"), {"--cut-recording", place("cut")});
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  [[nodiscard]] static std::string recording() { return *folder_ / "recording"; }
+  [[nodiscard]] static std::string place(const std::string& name) { return *folder_ / name; }
+
+  static Outcome scan(const std::string& input, const std::string& output, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {
+        "run", input, "--preset", "turntable", "-o", output, "--set", "fusion.voxel_size=2mm", "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return scanknit_command(arguments);
+  }
+  static Json report(const std::string& output) { return Json::parse(read_text(fs::path(output) / "report.json")); }
+  static double mean_error_m(const std::string& output) {
+    const Outcome distance = scanknit_command(
+        {"distance", output + "/model.ply", recording(), "--trajectory", output + "/trajectory.txt", "--json"});
+    EXPECT_EQ(distance.exit_code, 0) << distance.err;
+    return Json::parse(distance.out)["area"]["mean_m"].get<double>();
+  }
+
+  static TempFolder* folder_;
+};
+TempFolder* Tower::folder_ = nullptr;
+
+TEST_F(Tower, IsAsExactAsWithTruePosesClosedAndAlone) {
+  const std::string with_poses = place("with_poses");
+  fs::copy(recording(), with_poses, fs::copy_options::recursive);
+  fs::rename(with_poses + "/true_poses.log", with_poses + "/trajectory.log");
+  ASSERT_EQ(scan(with_poses, place("true")).exit_code, 0);
+
+  const double found_m = mean_error_m(place("found"));
+  const double true_m = mean_error_m(place("true"));
+  std::cout << "mean error " << 1000 * found_m << " mm; with true poses " << 1000 * true_m << " mm\n";
+  EXPECT_LE(found_m, 1.5 * true_m);
+
+  const Json found = report(place("found"));
+  const Json& mesh = found["mesh"];
+  EXPECT_EQ(mesh["components"], 1);  // no wall, no table, no hand
+  EXPECT_EQ(mesh["is_closed"], true);
+  EXPECT_EQ(mesh["is_manifold"], true);
+  EXPECT_EQ(mesh["euler"], 2);
+  const Json& bounds = mesh["bounds_m"];
+  constexpr double kAround_m = 0.004;                                                    // noise at rims: three sigma
+  EXPECT_NEAR(bounds[1][1].get<double>(), 0, 0.003);                                     // it stands on the origin,
+  EXPECT_NEAR(bounds[0][1].get<double>(), -0.192, kAround_m);                            // 19.2 cm high
+  EXPECT_LT(bounds[1][0].get<double>() - bounds[0][0].get<double>(), 0.16 + kAround_m);  // its diagonal
+
+  const Json& table = found["turntable"];
+  EXPECT_EQ(table["is_refined"], true);
+  EXPECT_EQ(table["is_closed"], true);
+  EXPECT_EQ(table["is_angle_held"], true);
+  EXPECT_EQ(table["cut"]["still_scene"], true);
+  EXPECT_EQ(table["cut"]["has_base"], true);
+  EXPECT_NEAR(table["turns"].get<double>(), 47.0 / 48, 0.01);
+  EXPECT_LT(table["rms_m"].get<double>(), 0.5e-3);
+}
+
+TEST_F(Tower, HasAnglesThatAreRight) {
+  std::ifstream log(recording() + "/true_poses.log");
+  std::vector<double> cosines;  // of the turn from the first frame, from the true rotations
+  double first[9] = {};
+  for (std::string line; std::getline(log, line);) {  // three integers, then four rows
+    double m[16];
+    for (double& value : m) log >> value;
+    std::getline(log, line);
+    const double r[9] = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+    if (cosines.empty()) std::copy(r, r + 9, first);
+    double trace = 0;
+    for (int i = 0; i < 9; ++i) trace += first[i] * r[i];
+    cosines.push_back((trace - 1) / 2);
+  }
+  const Json angles = report(place("found"))["turntable"]["angles"];
+  ASSERT_GE(angles.size(), 47u);
+  for (const Json& angle : angles) {
+    const double found = angle["degrees"].get<double>() * 3.14159265358979 / 180;
+    const double truth = std::acos(std::clamp(cosines.at(angle["frame"].get<std::size_t>()), -1.0, 1.0));
+    EXPECT_LT(std::abs(std::remainder(std::acos(std::cos(found)) - truth, 6.283185307)), 0.006)
+        << angle;  // 0.35 degrees
+  }
+}
+
+TEST_F(Tower, LeavesARecordingOfItselfAlone) {
+  const Outcome run = scanknit_command({"run", place("cut"), "-o", place("of_cut"), "--set", "fusion.voxel_size=2mm",
+                                        "--set", "extract.min_component_triangles=0", "--quiet"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json cut = report(place("of_cut"));
+  EXPECT_TRUE(cut["tracking"].is_null());  // it has poses
+  EXPECT_EQ(cut["frames"]["fused"], report(place("found"))["frames"]["fused"]);
+  for (int end : {0, 1}) {  // no disc below, no wall, no hand
+    for (int axis : {0, 1, 2}) {
+      const double whole = report(place("found"))["mesh"]["bounds_m"][end][axis].get<double>();
+      EXPECT_NEAR(cut["mesh"]["bounds_m"][end][axis].get<double>(), whole, 0.010);
+    }
+  }
+}
+
+TEST_F(Tower, IsTheSameForAnyNumberOfThreads) {
+  std::vector<std::string> meshes;
+  for (const char* threads : {"1", "2", "8"}) {
+    const std::string mesh = place(std::string("threads") + threads + ".ply");
+    ASSERT_EQ(scan(recording(), mesh, {"--threads", threads, "--every", "2"}).exit_code, 0);
+    meshes.push_back(read_text(mesh));
+  }
+  EXPECT_EQ(meshes[0], meshes[1]);
+  EXPECT_EQ(meshes[0], meshes[2]);
+}
+
+TEST_F(Tower, TakesAnglesFromAFileAndSaysWhatIsWrongWithIt) {
+  ASSERT_EQ(scan(recording(), place("encoder"), {"--angles", recording() + "/angles.txt"}).exit_code, 0);
+  EXPECT_EQ(report(place("encoder"))["turntable"]["prior"], "file");
+  EXPECT_LE(mean_error_m(place("encoder")), 0.4e-3);
+
+  std::ofstream(place("short.txt")) << "# degrees\n0\n7.5\n";
+  const Outcome too_short = scan(recording(), place("x"), {"--angles", place("short.txt")});
+  EXPECT_EQ(too_short.exit_code, 3);
+  EXPECT_NE(too_short.err.find("has 2 angles"), std::string::npos) << too_short.err;
+  std::ofstream(place("bad.txt")) << "0\nseven\n";
+  const Outcome bad = scan(recording(), place("y"), {"--angles", place("bad.txt")});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_NE(bad.err.find("bad.txt:2: expected an angle in degrees, got 'seven'"), std::string::npos) << bad.err;
+}
+
+/// What is no turntable is meshed as if the preset knew of none.
+void expect_left_alone(const std::vector<std::string>& scene, const char* last_frame, const std::string& reason) {
+  const TempFolder folder;
+  const std::string recording = folder / "recording";
+  std::vector<std::string> synth = {"synth", "-o", recording, "--width", "160", "--height", "120", "--quiet"};
+  synth.insert(synth.end(), scene.begin(), scene.end());
+  ASSERT_EQ(scanknit_command(synth).exit_code, 0);
+  const auto run = [&](const char* is_enabled) {
+    const std::string mesh = folder / (std::string(is_enabled) + ".ply");
+    const Outcome done =
+        scanknit_command({"run", recording, "--preset", "turntable", "--poses", "track", "-o", mesh, "--set",
+                          "acquire.max_depth=0", "--set", "fusion.voxel_size=1cm", "--to", last_frame, "--set",
+                          std::string("turntable.enabled=") + is_enabled, "--json"});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    if (std::string(is_enabled) == "true") {
+      const Json table = Json::parse(done.out)["turntable"];
+      EXPECT_EQ(table["is_refined"], false);
+      EXPECT_EQ(table["reason"], reason);
+      EXPECT_NE(done.err.find("no turntable: " + reason), std::string::npos) << done.err;
+    }
+    return read_text(mesh);
+  };
+  EXPECT_EQ(run("true"), run("false"));
+}
+
+TEST(NoTurntable, AWalkRoundADeskIsLeftAsItWasTracked) {
+  expect_left_alone({"desk", "--frames", "90"}, "49", "the scanner moves, not the object");
+}
+
+TEST(NoTurntable, AWalkRoundAnObjectAtAllHeightsIsLeftAsItWasTracked) {
+  expect_left_alone({"turntable", "--frames", "180"}, "179", "the motion is not about one axis");
+}
+
+}  // namespace
+}  // namespace scanknit
