@@ -108,8 +108,8 @@ std::string next_line(const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report) {
-  std::string text = frames_line(report) + tracking_line(report) + turntable_line(report) + alignment_text(report) + volume_line(report) +
-                     isovalue_line(report);
+  std::string text = frames_line(report) + tracking_line(report) + turntable_line(report) + alignment_text(report) +
+                     volume_line(report) + isovalue_line(report);
   if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);
 }
