@@ -113,7 +113,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   const std::size_t warnings_before = report.warnings.size();
   auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
   for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
-  view.show_all(scan->volume());
+  view.show_all(scan->volume(), report);
   if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
   if (table != nullptr) {
     const auto refined = table->refine(*scan, intake);
@@ -122,7 +122,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   } else if (!look_again(*scan, again, console, report)) {
     return {};
   }
-  view.show_anew(scan->volume());
+  view.show_anew(scan->volume(), report);
   return write_anew(*scan, report);
 }
 

@@ -126,8 +126,7 @@ Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report)
   auto cropped = extract(crop_);
   if (!cropped || !crop_ || !cropped->mesh.empty()) return cropped;
   if (empty_crop == EmptyCrop::kRefused) {
-    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger",
-                 job_.input.string()};
+    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
   }
   report.warnings.emplace_back(kCropIgnored);
   return extract(std::nullopt);

@@ -21,8 +21,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kShare = 0.05;           // of the scan's time
 constexpr std::size_t kMostLeaves = 256;  // meshed between two frames
+constexpr auto kLongUpdate = 25ms;        // of the mesh: after a longer one fewer leaves are meshed at a time
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
@@ -99,11 +99,8 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   frame_at_ = Clock::now();
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
   begun_at_ = Clock::now();
+  budget_.go_on(begun_at_);
   return {};
-}
-
-bool ScanView::may_spend(Clock::duration expected) const {
-  return seconds(spent_ + expected) <= kShare * seconds(Clock::now() - begun_at_);
 }
 
 void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
@@ -111,32 +108,29 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   if (server_ == nullptr) return;
   const StageTimer timer(report.stages["view"]);
   const auto begin = Clock::now();
+  budget_.earn(begin);
   note(frame, T_world_camera, report);
   is_mesh_behind_ = true;
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
-  if (may_spend(mesh_cost_)) {
-    const Cost cost(mesh_cost_);
-    update_mesh(volume, kMostLeaves);
-  }
+  if (budget_.allows(mesh_cost_)) update_some_of_mesh(volume);
   if (server_->clients() > 0 && begin - picture_at_ >= kPictureEvery &&
-      may_spend(Clock::now() - begin + picture_cost_)) {
+      budget_.allows(Clock::now() - begin + picture_cost_)) {
     const Cost cost(picture_cost_);
     picture_at_ = begin;
     server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
   }
   publish_state(/*is_urgent=*/job_.pace == Pace::kStepped);  // no other frame may come for long
-  spent_ += Clock::now() - begin;
+  budget_.spend(Clock::now() - begin);
 }
 
 void ScanView::show_progress(TsdfVolume& volume, RunReport& report) {
   if (server_ == nullptr) return;
   note_counts(report);
-  if (is_mesh_behind_ && may_spend(mesh_cost_)) {
+  if (is_mesh_behind_ && budget_.allows(mesh_cost_)) {
     const StageTimer timer(report.stages["view"]);
     const auto begin = Clock::now();
-    const Cost cost(mesh_cost_);
-    update_mesh(volume, kMostLeaves);
-    spent_ += Clock::now() - begin;
+    update_some_of_mesh(volume);
+    budget_.spend(Clock::now() - begin);
   }
   publish_news();
 }
@@ -185,8 +179,8 @@ void ScanView::publish_state(bool is_urgent) {
   state_at_ = now;
   state_.triangles = mesh_ ? mesh_->triangles() : 0;
   state_.is_crop_empty = mesh_ && crop_ && !mesh_->has_triangle_in(*crop_);
-  const double elapsed = seconds(now - begun_at_);
-  state_.view_share = elapsed > 0 ? seconds(spent_) / elapsed : 0;
+  state_.view_share = budget_.share();
+  state_.is_behind = is_mesh_behind_;
   server_->publish(state_);
   published_ = state_;
 }
@@ -205,6 +199,21 @@ void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
   is_mesh_behind_ = updated && !mesh_->is_up_to_date();
 }
 
+/// As much as takes a moment, on this machine and with these clients.
+void ScanView::update_some_of_mesh(TsdfVolume& volume) {
+  const auto begin = Clock::now();
+  {
+    const Cost cost(mesh_cost_);
+    update_mesh(volume, leaves_);
+  }
+  const auto took = Clock::now() - begin;
+  if (took > kLongUpdate) {
+    leaves_ = std::max(leaves_ / 2, kFewestLeaves);
+  } else if (is_mesh_behind_ && 2 * took < kLongUpdate) {
+    leaves_ = std::min(leaves_ * 2, kMostLeaves);
+  }
+}
+
 void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
   if (server_ == nullptr) return;
   while (!intake.is_over()) {  // what was asked for after Finish is refused by linger()
@@ -216,7 +225,7 @@ void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report
 }
 
 void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  show_all(scan.volume());
+  show_all(scan.volume(), report);
   while (state_.phase == ViewPhase::kPaused && !intake.is_over() && !stop_.stop_requested()) {
     const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
     if (command) obey_one(*command, scan, intake, report);
@@ -224,6 +233,7 @@ void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunR
     note_counts(report);
     publish_news();
   }
+  budget_.go_on(Clock::now());
 }
 
 void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report) {
@@ -282,20 +292,21 @@ void ScanView::show_writing() {
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::show_all(TsdfVolume& volume) {
+void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
   if (server_ == nullptr) return;
+  const StageTimer timer(report.stages["view_all"]);
   update_mesh(volume, kAll);
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::show_anew(TsdfVolume& volume) {
+void ScanView::show_anew(TsdfVolume& volume, RunReport& report) {
   if (server_ == nullptr) return;
   server_->clear(0);
   mesh_.reset();
   auto mesh = LiveMesh::create(volume, job_.config.extract);
   if (!mesh) return console_.warn(mesh.error().text());
   mesh_ = *std::move(mesh);
-  show_all(volume);
+  show_all(volume, report);
 }
 
 void ScanView::publish_files(const RunReport& report) {

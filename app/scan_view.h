@@ -20,6 +20,7 @@
 #include "app/live_mesh.h"
 #include "app/pipeline.h"
 #include "app/reconstruction.h"
+#include "app/view_budget.h"
 #include "view/live_view.h"
 
 namespace scanknit {
@@ -39,8 +40,8 @@ class ScanView {
   /// Asked while frames are taken, until told otherwise by nothing: pictures that the scanner sent in vain.
   void watch_losses(std::function<LossCounters()> losses) { losses_ = std::move(losses); }
 
-  /// What became of a frame; without a pose it was left out. At most a twentieth of the time of the scan goes
-  /// into it: stage "view" of the report.
+  /// What became of a frame; without a pose it was left out. A twentieth of the time of the scan goes into it
+  /// (view_budget.h): stage "view" of the report.
   void show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume, RunReport& report);
 
   /// No frame could be used, or none has come for a moment: the page is told what is different, and some more of the
@@ -53,11 +54,11 @@ class ScanView {
   /// No more frames: the files are being written.
   void show_writing();
 
-  /// The scan is over: the whole mesh, however long it takes.
-  void show_all(TsdfVolume& volume);
+  /// The scan is over, or paused: the whole mesh, however long it takes; stage "view_all" of the report.
+  void show_all(TsdfVolume& volume, RunReport& report);
 
   /// The frames have been fused again: the whole mesh, in place of the one that was shown.
-  void show_anew(TsdfVolume& volume);
+  void show_anew(TsdfVolume& volume, RunReport& report);
 
   /// How it ended, and what can be downloaded. Then serves the page until stopped; returns at once if that was asked
   /// for already, or if nothing has been fused.
@@ -65,6 +66,7 @@ class ScanView {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::size_t kFewestLeaves = 16;
 
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
   void note_counts(const RunReport& report);
@@ -72,7 +74,7 @@ class ScanView {
   void publish_news();
   void crop(const CropBox& box, Reconstruction& scan);
   void update_mesh(TsdfVolume& volume, std::size_t most_leaves);
-  [[nodiscard]] bool may_spend(Clock::duration expected) const;
+  void update_some_of_mesh(TsdfVolume& volume);
   void wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report);
   void obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report);
   [[nodiscard]] Result<void> start_over(Reconstruction& scan, RunReport& report);
@@ -94,8 +96,9 @@ class ScanView {
   std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
-  Clock::duration spent_{};
+  ViewBudget budget_;
   Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
+  std::size_t leaves_ = kFewestLeaves;            ///< of an update of the mesh: as many as take a moment
   std::uint32_t pictures_ = 0;
 };
 

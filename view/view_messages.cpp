@@ -120,6 +120,7 @@ std::string to_message(const ViewState& state) {
                   {"silent_s", state.silent_s},
                   {"losses", state.losses},
                   {"triangles", state.triangles},
+                  {"is_behind", state.is_behind},
                   {"is_crop_empty", state.is_crop_empty},
                   {"memory_mib", state.memory_mib},
                   {"view_share", state.view_share},

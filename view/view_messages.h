@@ -44,6 +44,7 @@ struct ViewState {
   std::size_t silent_s = 0;  ///< for how long a scanner has sent nothing; 0: less than two seconds
   std::map<std::string, std::uint64_t> losses = {};  ///< pictures lost before anybody could fuse them, by where
   std::size_t triangles = 0;
+  bool is_behind = false;      ///< the scan has more than the mesh that is shown
   bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write all of the mesh
   double memory_mib = 0;       ///< of the volume
   double view_share = 0;       ///< time spent on the view / time of the scan

@@ -53,7 +53,7 @@ export class MockProgram {
     };
     this.state = {
       type: 'state', phase: 'waiting', tracking: 'ok', reason: '', advice: '', frame: 0, frames_total: 0, fused: 0, dropped: 0, lost: 0,
-      fps: 0, silent_s: 0, losses: {}, triangles: 0, is_crop_empty: false, memory_mib: 0, view_share: 0.01, message: '',
+      fps: 0, silent_s: 0, losses: {}, triangles: 0, is_behind: false, is_crop_empty: false, memory_mib: 0, view_share: 0.01, message: '',
     };
     this.chunks = new Map();  // number -> message
     this.others = new Map([   // type -> message, told to each client after hello

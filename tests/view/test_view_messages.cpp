@@ -26,7 +26,7 @@ TEST(ViewMessages, TheStateSaysWhatTheProtocolNames) {
   const Json json = Json::parse(to_message(state));
   for (const char* key :
        {"type", "phase", "tracking", "reason", "advice", "frame", "frames_total", "fused", "dropped", "lost", "fps",
-        "silent_s", "losses", "triangles", "is_crop_empty", "memory_mib", "view_share", "message"}) {
+        "silent_s", "losses", "triangles", "is_behind", "is_crop_empty", "memory_mib", "view_share", "message"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["type"], "state");

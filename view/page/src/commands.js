@@ -15,7 +15,7 @@ const kQuestions = {
   finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
 };
 const kCropIgnored = 'Nothing of the mesh is in the crop box: the whole mesh is written, and nothing more is added to it.';
-const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', finish: 'The mesh is being written.', crop: 'The crop box is set.' };
+const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', crop: 'The crop box is set.' };
 
 export class Commands {
   /// done(command): after the program has said that it did it; crop(): the crop button was pressed; null: there is none.
@@ -63,7 +63,8 @@ export class Commands {
     if (command === 'finish' && this.isCropEmpty) { question = { ...question, text: kCropIgnored }; }
     if (question && !(await ask(question))) { return; }
     if (!this.isPossible(command)) {  // the scan went on behind the question
-      note(`${this.nameOf(command)}: not possible any more.`, { isBad: true });
+      const why = this.phase === 'exporting' ? 'not while the mesh is being written, try again' : 'not possible any more';
+      note(`${this.nameOf(command)}: ${why}.`, { isBad: true });
       return;
     }
     await this.send(command);

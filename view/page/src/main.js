@@ -143,7 +143,13 @@ function onBinary(buffer) {
 }
 
 function toggleCrop() {
-  if (picture.crop.isOpen) { picture.crop.close(); } else if (!picture.crop.open()) { note('There is no mesh yet that could be cut.'); }
+  if (picture.crop.isOpen) {
+    picture.crop.close();
+  } else if (picture.crop.open()) {
+    files.show(false);  // it would lie over what is to be cut
+  } else {
+    note('There is no mesh yet that could be cut.');
+  }
 }
 
 function prepareDrawing(viewer) {

@@ -19,7 +19,7 @@ export function showNumbers(state, hello, bounds, isOpen) {
   const stream = streamLosses(state.losses);
   put('stream-losses', stream);
   document.getElementById('stream').hidden = stream === '';
-  put('triangles', many(state.triangles));
+  put('triangles', many(state.triangles) + (state.is_behind ? ' …' : ''));  // more is to come
   put('extent', !bounds || bounds.isEmpty() ? '–' : extent(bounds.getSize(new Vector3()).toArray()));
   put('volume', [hello?.voxel_size_m > 0 ? `${(1000 * hello.voxel_size_m).toFixed(1)} mm` : '', `${count(state.memory_mib)} MiB`]
     .filter(Boolean).join(', '));
