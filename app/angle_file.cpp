@@ -25,7 +25,7 @@ Result<std::vector<double>> read_angle_file(const std::filesystem::path& path) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.remove_suffix(1);
     while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
     if (line.empty() || line.front() == '#') continue;
-    const auto value = parse_number(line);
+    const auto value = parse_finite(line);
     if (!value || !std::isfinite(*value)) {
       return Error{ErrorCode::kConfig, fmt::format("expected an angle in degrees, got '{}'", line),
                    fmt::format("{}:{}", path.string(), number)};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/quantity.h"
+#include "core/ascii_numbers.h"
 #include "core/limits.h"
 #include "core/read_file.h"
 
@@ -18,7 +19,7 @@ namespace {
 constexpr const char* kExpected = "expected [fx, fy, cx, cy], a map with fx, fy, cx, cy, or the name of a file";
 
 std::optional<double> number_of(const YamlNode& node, const YamlComplaint& complain) {
-  const auto number = node.kind == YamlNode::Kind::kScalar ? parse_number(node.text) : std::nullopt;
+  const auto number = node.kind == YamlNode::Kind::kScalar ? parse_finite(node.text) : std::nullopt;
   if (!number) complain(node, fmt::format("expected a number, got '{}'", node.text));
   return number;
 }
@@ -130,7 +131,7 @@ std::optional<std::vector<double>> matrix_text(std::string text) {
   std::istringstream words(text);
   std::vector<double> numbers;
   for (std::string word; words >> word;) {
-    const auto number = parse_number(word);
+    const auto number = parse_finite(word);
     if (!number || numbers.size() == 9) return std::nullopt;
     numbers.push_back(*number);
   }

@@ -11,6 +11,7 @@
 
 #include "app/quantity.h"
 #include "app/suggestion.h"
+#include "core/ascii_numbers.h"
 #include "core/check.h"
 
 namespace scanknit {
@@ -494,7 +495,7 @@ Result<ConfigValue> parse_config_word(const ConfigKey& key, std::string_view wor
       if (word == "true" || word == "false") return ConfigValue(word == "true");
       return complaint(fmt::format("expected true or false, got '{}'", word));
     case ConfigType::kInteger: return checked(key, parse_integer(word), "a whole number", word);
-    case ConfigType::kNumber: return checked(key, parse_number(word), "a number", word);
+    case ConfigType::kNumber: return checked(key, parse_finite(word), "a number", word);
     case ConfigType::kLength: {
       const auto parsed = parse_length(word);
       const auto metres = parsed ? std::optional(parsed->metres) : std::nullopt;

@@ -27,26 +27,18 @@ std::optional<NumberAndUnit> split_unit(std::string_view text) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   std::size_t unit_at = text.size();
   while (unit_at > 0 && is_letter(text[unit_at - 1])) --unit_at;
-  const auto number = parse_number(without_spaces_around(text.substr(0, unit_at)));
+  const auto number = parse_finite(without_spaces_around(text.substr(0, unit_at)));
   if (!number) return std::nullopt;
   return NumberAndUnit{*number, text.substr(unit_at)};
 }
 
 }  // namespace
 
-std::optional<double> parse_number(std::string_view text) {
+std::optional<double> parse_finite(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
-std::optional<std::int64_t> parse_integer(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return value;
 }
 

@@ -9,10 +9,7 @@
 namespace scanknit {
 
 /// A finite decimal number, the whole of `text`: "4", "-0.5", "1e-3". Nothing for anything else, NaN and infinity too.
-[[nodiscard]] std::optional<double> parse_number(std::string_view text);
-
-/// A whole number in decimal digits with an optional sign.
-[[nodiscard]] std::optional<std::int64_t> parse_integer(std::string_view text);
+[[nodiscard]] std::optional<double> parse_finite(std::string_view text);
 
 struct Length {
   double metres = 0;
@@ -25,7 +22,7 @@ struct Length {
 /// "512MiB", "2 GiB", or plain mebibytes. In mebibytes; at least 1 unless the text says 0.
 [[nodiscard]] std::optional<std::int64_t> parse_memory_mib(std::string_view text);
 
-/// The shortest text that parse_number() turns back into the same bits.
+/// The shortest text that parse_finite() turns back into the same bits.
 [[nodiscard]] std::string format_number(double value);
 
 /// "4 mm" below 10 cm, "3 m" from there on, "0" for zero: the text that parse_length() turns back into the same bits.

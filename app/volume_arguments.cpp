@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/quantity.h"
+#include "core/ascii_numbers.h"
 
 namespace scanknit {
 namespace {
@@ -37,7 +38,7 @@ std::optional<Eigen::Vector3d> parse_spacing(std::string_view text) {
   if (parts.size() != 1 && parts.size() != 3) return std::nullopt;
   Eigen::Vector3d spacing;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto millimetres = parse_number(parts.size() == 1 ? parts[0] : parts[static_cast<std::size_t>(axis)]);
+    const auto millimetres = parse_finite(parts.size() == 1 ? parts[0] : parts[static_cast<std::size_t>(axis)]);
     if (!millimetres || *millimetres <= 0) return std::nullopt;
     spacing[axis] = *millimetres;
   }
