@@ -21,8 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMostLeaves = 256;  // meshed between two frames
-constexpr auto kLongUpdate = 25ms;        // of the mesh: after a longer one fewer leaves are meshed at a time
+constexpr auto kLongUpdate = 25ms;  // of the mesh: after a longer one fewer leaves are meshed at a time
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;

@@ -107,7 +107,7 @@ test('with a phone in hand: pause, crop, export and download, reset, start and f
   await page.locator('#ask-yes').click();
   await page.waitForFunction(() => window.scanknit.triangles === 0 && window.scanknit.trailPoints <= 1);
   await command(page, 'start').click();
-  await untilBanner(page, 'Scanning');
+  await stepUntil(program, untilBanner(page, 'Scanning'));
   program.step(60);
   await stepUntil(program, untilTriangles(page, 500));
   await command(page, 'finish').click();
