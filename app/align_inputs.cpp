@@ -166,7 +166,9 @@ class InputLoader {
     std::vector<ModelSight> sights;
     const std::size_t frames = selected_frames((*source)->info(), config_.acquire);
     const std::size_t every = std::max<std::size_t>(1, frames / kSightFrames);
-    while (auto frame = intake.next()) {
+    while (!intake.is_over()) {
+      auto frame = intake.next();
+      if (!frame) continue;
       const auto pose = scan->add(*frame);
       if (!pose) return pose.error();
       if (!*pose) continue;

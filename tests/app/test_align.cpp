@@ -281,11 +281,13 @@ TEST(AlignRecordings, ThreePartsOfAScanAreFusedFromTheirFrames) {
     write_part(folder / "whole", part, frames[i].first, frames[i].second, truth[i]);
     arguments.push_back(part.string());
   }
+  fs::resize_file(fs::path(arguments[1]) / "depth/000003.png", 100);  // costs this frame, not those after it
   arguments.insert(arguments.end(), {"-o", folder / "out", "--preset", "object"});
   const Outcome outcome = scanknit_command(arguments);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json report = report_of(folder / "out");
-  EXPECT_EQ(report["frames"]["fused"], 29);
+  EXPECT_EQ(report["frames"]["fused"], 28);
+  EXPECT_EQ(report["frames"]["dropped"], 1);
   EXPECT_EQ(report["mesh"]["components"], 1);
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const Pose found = pose_of(report["alignment"]["scans"][i]["T_world_scan"]);
