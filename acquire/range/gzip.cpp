@@ -32,6 +32,7 @@ struct Inflater {
   Inflater& operator=(const Inflater&) = delete;
 };
 
+/// All members one after the other, as gzip has it (RFC 1952, section 2.2).
 Result<std::string> inflate_all(std::string& packed, std::uintmax_t max_bytes) {
   Inflater inflater;
   if (!inflater.is_open) return damaged("zlib cannot begin");
@@ -56,7 +57,10 @@ Result<std::string> inflate_all(std::string& packed, std::uintmax_t max_bytes) {
       return Error{ErrorCode::kInput,
                    "gzip: unpacks to more than the limit of " + std::to_string(max_bytes) + " bytes"};
     }
-    if (status == Z_STREAM_END) return unpacked;
+    if (status != Z_STREAM_END) continue;
+    const bool is_last = stream.avail_in == 0 && offset == packed.size();
+    if (is_last) return unpacked;
+    if (inflateReset(&stream) != Z_OK) return damaged("zlib cannot go on");
   }
 }
 

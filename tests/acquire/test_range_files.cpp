@@ -1,11 +1,11 @@
 // Range scans from files: what is read, and that nothing else is believed.
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <Eigen/Geometry>
 #include <fstream>
 
 #include "acquire/range/range_files.h"
+#include "tests/core/deflated.h"
 #include "tests/core/temporary_folder.h"
 
 namespace scanknit {
@@ -47,18 +47,7 @@ std::string binary_grid() {
 }
 
 std::string gzip(const std::string& text) {
-  std::string packed(compressBound(text.size()) + 64, '\0');
-  z_stream stream{};
-  EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY), Z_OK);
-  std::string input = text;
-  stream.next_in = reinterpret_cast<Bytef*>(input.data());
-  stream.avail_in = static_cast<uInt>(input.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
-  packed.resize(stream.total_out);
-  deflateEnd(&stream);
-  return packed;
+  return deflated(text, /*is_gzip=*/true);
 }
 
 TEST(RangePly, TheFirstRowOfTheFileIsTheBottomRow) {
@@ -119,6 +108,13 @@ TEST(RangeGzip, UnpacksAndStopsAtTheLimit) {
   for (std::size_t length = 2; length < packed.size(); ++length) {
     EXPECT_FALSE(unpack_gzip(packed.substr(0, length), 100'000)) << length;
   }
+}
+
+TEST(RangeGzip, UnpacksAllMembers) {
+  const auto both = unpack_gzip(gzip("first ") + gzip("second"), 100);
+  ASSERT_TRUE(both) << both.error().text();
+  EXPECT_EQ(*both, "first second");
+  EXPECT_FALSE(unpack_gzip(gzip("first") + "something else", 100));
 }
 
 TEST(RangeGzip, BytesThatAreNotPackedStayAsTheyAre) {

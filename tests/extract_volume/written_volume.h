@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "extract/volume/slice_reader.h"
+#include "tests/core/deflated.h"
 
 namespace scanknit {
 
@@ -80,22 +80,6 @@ inline std::string sample_bytes(SampleType type = SampleType::kInt16, ByteOrder 
   std::string bytes;
   for (std::size_t n = 0; n < kSamples; ++n) append_sample(bytes, expected_sample(n), type, order);
   return bytes;
-}
-
-/// zlib's format, or gzip's.
-inline std::string deflated(const std::string& plain, bool is_gzip) {
-  z_stream stream{};
-  EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, is_gzip ? 31 : 15, 8, Z_DEFAULT_STRATEGY), Z_OK);
-  std::string packed(plain.size() + 1000, '\0');
-  std::string input = plain;
-  stream.next_in = reinterpret_cast<Bytef*>(input.data());
-  stream.avail_in = static_cast<uInt>(input.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
-  packed.resize(stream.total_out);
-  deflateEnd(&stream);
-  return packed;
 }
 
 inline Result<DenseVolume> read_file_volume(const std::filesystem::path& path, const VolumeOptions& options = {}) {
