@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
+
 namespace scanknit {
 namespace {
 
@@ -18,13 +20,6 @@ constexpr double kLongestEdge = 3.5;
 constexpr int kNormalRounds = 3;
 
 constexpr std::size_t kMostSamples = 20'000;  // for a median
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// How far apart neighbours are when nothing lies between them: of a sphere it grows with the range.
 class Spacing {

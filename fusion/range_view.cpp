@@ -6,19 +6,13 @@
 #include <limits>
 #include <vector>
 
+#include "core/median.h"
 #include "core/voxel_codes.h"
 
 namespace scanknit {
 namespace {
 
 constexpr double kMostPixels = 64e6;  // of the raster; a finer grid than that is drawn coarser
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The difference of two u, the shorter way round.
 double across(double from, double to, double period) {

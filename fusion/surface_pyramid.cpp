@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/median.h"
 #include "fusion/luma.h"
 #include "fusion/surface_rows.h"
 
@@ -220,10 +221,7 @@ std::size_t points_of(const SurfaceLevel& level) {
 double median_depth_m(const SurfaceLevel& level) {
   std::vector<float> depths;
   std::copy_if(level.z_m.begin(), level.z_m.end(), std::back_inserter(depths), [](float z) { return z > 0; });
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
+  return double{median(std::move(depths))};
 }
 
 CameraIntrinsics tracking_camera(const CameraIntrinsics& depth_camera) {

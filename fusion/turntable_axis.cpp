@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/median.h"
+
 namespace scanknit {
 namespace {
 
@@ -38,16 +40,9 @@ std::vector<Screw> screws_of(const std::vector<Pose>& poses) {
   return screws;
 }
 
-/// A fair scale of residuals: their median, not below `least`.
-double median_of(std::vector<double> values, double least) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return std::max(*middle, least);
-}
-
-/// Cauchy's weights for residuals, relative to their median.
+/// Cauchy's weights for residuals, relative to their median, which is not taken below `least`.
 void weigh(const std::vector<double>& residuals, double least, std::vector<Screw>& screws) {
-  const double scale = 2 * median_of(residuals, least);
+  const double scale = 2 * std::max(median(residuals), least);
   for (std::size_t i = 0; i < screws.size(); ++i) {
     const double r = residuals[i] / scale;
     screws[i].weight = 1 / (1 + r * r);

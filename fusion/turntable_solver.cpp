@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/check.h"
+#include "core/median.h"
 
 namespace scanknit {
 namespace {
@@ -54,13 +55,6 @@ Matrix65d derivative_of(const TurntableEdge& edge, const TurntableAxis& axis, do
   return J;
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class Problem {
  public:
   Problem(const TurntableMotion& start, const std::vector<TurntableEdge>& edges, const std::optional<AnglePrior>& prior)
@@ -72,7 +66,7 @@ class Problem {
     if (prior) {
       std::vector<double> offsets;
       for (std::size_t i = 0; i < frames; ++i) offsets.push_back(state_.motion.angles_rad[i] - prior->angles_rad[i]);
-      state_.offset_rad = median_of(offsets);
+      state_.offset_rad = median(offsets);
     }
   }
 
@@ -121,7 +115,7 @@ class Problem {
   void weigh() {
     std::vector<double> sigmas;
     for (const TurntableEdge& edge : edges_) sigmas.push_back(std::sqrt(std::max(0.0, squared_sigmas(state_, edge))));
-    scale_ = std::max(1.0, median_of(sigmas) / kUsualSigmas);
+    scale_ = std::max(1.0, median(sigmas) / kUsualSigmas);
     weights_.clear();
     for (const double sigma : sigmas) {
       const double r = sigma / scale_ / (kLossSigmas * kUsualSigmas);
@@ -238,7 +232,7 @@ class Problem {
     }
     if (weights > 0) solution.rms_m = std::sqrt(solution.rms_m / weights);
     if (weights > 0) solution.rms_rad = std::sqrt(solution.rms_rad / weights);
-    solution.angle_sigma_rad = median_of(angle_sigmas);
+    solution.angle_sigma_rad = median(angle_sigmas);
     return solution;
   }
 

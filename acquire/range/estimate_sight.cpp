@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/median.h"
 #include "core/range_scan.h"
 
 namespace scanknit {
@@ -11,12 +12,6 @@ namespace {
 constexpr std::size_t kFewestPoints = 20;  // on a line whose slope is believed
 constexpr double kMostResidual = 0.2;      // of a step between neighbours
 constexpr double kNearestSlitExtents = 2;  // slits nearer than so many depths of the scene are not believed
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Least squares of y = offset + slope x.
 struct LineSums {

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/median.h"
+
 namespace scanknit {
 namespace {
 
@@ -93,9 +95,7 @@ struct NormalSums {
 double median_residual(const std::vector<PointPair>& pairs) {
   std::vector<double> sizes(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) sizes[i] = std::abs(pairs[i].residual());
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return median(std::move(sizes));
 }
 
 NormalSums sum_up(const std::vector<PointPair>& pairs, double reach) {

@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/median.h"
+
 namespace scanknit {
 namespace {
 
@@ -67,10 +69,7 @@ double median_edge(const Mesh& mesh) {
     const Triangle& t = mesh.triangles[i];
     lengths.push_back((mesh.positions_m[t[1]] - mesh.positions_m[t[0]]).norm());
   }
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return double{*middle};
+  return double{median(std::move(lengths))};
 }
 
 }  // namespace
