@@ -12,12 +12,13 @@
 #include "acquire/convert/cut_recording.h"
 #include "acquire/depth_filter.h"
 #include "app/angle_file.h"
-#include "app/crop_frame.h"
 #include "app/frame_count.h"
 #include "app/fuse_again.h"
 #include "app/mesh_output.h"
 #include "app/stage_timer.h"
+#include "core/median.h"
 #include "fusion/cut_volume.h"
+#include "fusion/picture_part.h"
 
 namespace scanknit {
 namespace {
@@ -33,70 +34,6 @@ constexpr double kAgrees = 0.3;         // the weight of a pair that does
 constexpr double kHeld_rad = 0.3 * kDegree;
 constexpr double kUnderDisc_m = 0.006;
 constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
-
-/// The hull of two rectangles.
-PixelRect hull(const PixelRect& a, const PixelRect& b) {
-  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
-}
-
-/// Where a picture has depth, and a little around; nothing when it has none.
-std::optional<PixelRect> rect_of(const DepthImage& depth_m) {
-  constexpr int kAround = 4;
-  std::optional<PixelRect> rect;
-  for (int y = 0; y < depth_m.height(); ++y) {
-    for (int x = 0; x < depth_m.width(); ++x) {
-      if (!(depth_m.at(x, y) > 0)) continue;
-      rect = rect ? hull(*rect, {x, y, x, y}) : PixelRect{x, y, x, y};
-    }
-  }
-  if (!rect) return rect;
-  return PixelRect{std::max(0, rect->x0 - kAround), std::max(0, rect->y0 - kAround),
-                   std::min(depth_m.width() - 1, rect->x1 + kAround),
-                   std::min(depth_m.height() - 1, rect->y1 + kAround)};
-}
-
-std::optional<PixelRect> rect_of(const std::vector<DepthImage>& pictures) {
-  std::optional<PixelRect> all;
-  for (const DepthImage& picture : pictures) {
-    const auto rect = rect_of(picture);
-    if (rect) all = all ? hull(*all, *rect) : rect;
-  }
-  return all;
-}
-
-double median_depth(const std::vector<DepthImage>& pictures) {
-  std::vector<float> depths;
-  for (const DepthImage& picture : pictures) {
-    for (const float z : picture.pixels()) {
-      if (z > 0) depths.push_back(z);
-    }
-  }
-  if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
-}
-
-/// The world of the result: the origin where the axis meets the disc, -y up, x as near to the camera's as can be. The
-/// disc lies half a voxel beside the voxels, so that no sample is on it.
-Pose T_table_camera(const TurntableSpace& space, double voxel_size_m) {
-  const Eigen::Vector3d y = -space.up;
-  const Eigen::Vector3d x = (Eigen::Vector3d::UnitX() - y * y.x()).normalized();
-  const double height = space.disc_m.value_or(space.foot_m);
-  Pose T = Pose::Identity();
-  T.linear() << x, y, x.cross(y);
-  T.linear().transposeInPlace();
-  T.translation() = -(T.linear() * (space.axis.point + height * space.up)) + Eigen::Vector3d(0, voxel_size_m / 2, 0);
-  return T;
-}
-
-TurntableSpace moved(const TurntableSpace& space, const Pose& T_world_camera) {
-  TurntableSpace result = space;
-  result.axis.direction = T_world_camera.linear() * space.axis.direction;
-  result.axis.point = T_world_camera * space.axis.point;
-  result.up = T_world_camera.linear() * space.up;
-  return result;
-}
 
 }  // namespace
 
@@ -156,7 +93,7 @@ Result<void> TurntableScan::learn() {
     });
     still_ = StillScene::learn(samples_, job_.config.fusion.noise);
     const std::vector<DepthImage> moving = moving_parts();
-    depth_m_ = median_depth(moving);
+    if (const double depth_m = median_depth_m(moving); depth_m > 0) depth_m_ = depth_m;
     if (changes_frames()) moving_rect_ = rect_of(moving);
     return read;
   });
@@ -184,9 +121,8 @@ bool TurntableScan::begin_nodes(const FrameIntake& intake) {
   for (const StampedPose& pose : intake.trajectory()) poses.push_back(pose.T_world_camera);
   const auto fitted = fit_turntable(poses, depth_m_);
   if (!fitted) return give_up("nothing turns before the scanner");
-  std::vector<double> off = distances_from(*fitted, poses, depth_m_);
-  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
-  if (off[off.size() / 2] > kMostOff * depth_m_) return give_up("the motion is not about one axis");
+  if (median(distances_from(*fitted, poses, depth_m_)) > kMostOff * depth_m_)
+    return give_up("the motion is not about one axis");
   if (has_poses_) {
     nodes_.sequences = tracked;
     nodes_.motion = *fitted;
@@ -338,7 +274,7 @@ Result<void> TurntableScan::keep_cut(const Frame& frame, const Pose& T_world_cam
 Result<bool> TurntableScan::fuse(const std::set<std::size_t>& known, Reconstruction& scan, FrameIntake& intake) {
   // The object's frame is that of the first frame's camera.
   const Pose T_world_object =
-      has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, job_.config.fusion.voxel_size_m);
+      has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, job_.config.fusion.voxel_size_m / 2);
   PosesBySequence poses;
   std::vector<StampedPose> trajectory;
   std::vector<std::uint64_t> sequences;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/image.h"
+#include "fusion/picture_part.h"
 
 namespace scanknit {
 
@@ -14,12 +15,6 @@ struct DepthRange {
 
   [[nodiscard]] bool meets(const DepthRange& other) const { return near_m <= other.far_m && far_m >= other.near_m; }
 };
-
-/// Pixels x0 to x1 and y0 to y1, ends included.
-struct PixelRect {
-  int x0, y0, x1, y1;
-};
-
 /// Level 0 holds one range a pixel; every further level the hull of 2 x 2 ranges of the one below, up to 1 x 1.
 class DepthPyramid {
  public:

@@ -101,6 +101,25 @@ std::optional<double> highest_level(std::vector<double> heights, double most_m) 
 
 }  // namespace
 
+TurntableSpace moved(const TurntableSpace& space, const Pose& T_to_from) {
+  TurntableSpace result = space;
+  result.axis.direction = T_to_from.linear() * space.axis.direction;
+  result.axis.point = T_to_from * space.axis.point;
+  result.up = T_to_from.linear() * space.up;
+  return result;
+}
+
+Pose T_table_camera(const TurntableSpace& space, double beside_m) {
+  const Eigen::Vector3d y = -space.up;
+  const Eigen::Vector3d x = (Eigen::Vector3d::UnitX() - y * y.x()).normalized();
+  const double height = space.disc_m.value_or(space.foot_m);
+  Pose T = Pose::Identity();
+  T.linear() << x, y, x.cross(y);
+  T.linear().transposeInPlace();
+  T.translation() = -(T.linear() * (space.axis.point + height * space.up)) + Eigen::Vector3d(0, beside_m, 0);
+  return T;
+}
+
 std::optional<TurntableSpace> find_space(const std::vector<DepthImage>& samples, const StillScene& still,
                                          const CameraIntrinsics& camera, const TurntableAxis& axis) {
   TurntableSpace space;

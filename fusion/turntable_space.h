@@ -7,6 +7,7 @@
 
 #include "core/camera.h"
 #include "core/image.h"
+#include "core/pose.h"
 #include "fusion/still_scene.h"
 #include "fusion/turntable_axis.h"
 
@@ -26,6 +27,13 @@ struct TurntableSpace {
     return (p - axis.point - up * height_of(p)).norm();
   }
 };
+
+[[nodiscard]] TurntableSpace moved(const TurntableSpace& space, const Pose& T_to_from);
+
+/// From the camera's frame to the table's: the origin where the axis meets the disc, or the object's foot where none is
+/// seen; -y is up, x as near to the camera's as can be. The disc lies `beside_m` under the origin's plane: half a voxel
+/// is best, so that no sample is on it.
+[[nodiscard]] Pose T_table_camera(const TurntableSpace& space, double beside_m);
 
 /// The space of what moves in `samples` (depth pictures without what stands still), and below it the disc: the highest
 /// plane across the axis among what stands still. The disc turns, too, but its depth does not change. What moves in few
