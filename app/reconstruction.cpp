@@ -28,6 +28,15 @@ openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m
   return {{first(0), first(1), first(2)}, {last(0), last(1), last(2)}};
 }
 
+double farthest_moved_m(const std::vector<StampedPose>& from, const std::vector<Pose>& to) {
+  double farthest_m = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const Eigen::Vector3d moved = to[i].translation() - from[i].T_world_camera.translation();
+    farthest_m = std::max(farthest_m, moved.norm());
+  }
+  return farthest_m;
+}
+
 FieldView field_view(const TsdfVolume& volume, const std::optional<Eigen::AlignedBox3d>& crop) {
   FieldView view;
   view.field = &volume.tsdf();
@@ -102,8 +111,8 @@ Result<void> Reconstruction::track_again(const FrameRange& frames, FrameSource& 
   return {};
 }
 
-Result<void> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
-                                     std::stop_token stop, Console& console) {
+Result<double> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
+                                       std::stop_token stop, Console& console) {
   PosesBySequence poses;
   for (std::size_t i = 0; i < fused_.size(); ++i) poses.emplace(fused_[i], T_world_cameras[i]);
   auto empty = TsdfVolume::create(job_.config.fusion);
@@ -115,8 +124,9 @@ Result<void> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras, F
   if (*fused != poses.size()) {
     return Error{ErrorCode::kInput, fmt::format("only {} of {} frames could be read again", *fused, poses.size())};
   }
+  const double moved_m = farthest_moved_m(intake_.trajectory(), T_world_cameras);
   intake_.correct(T_world_cameras);
-  return {};
+  return moved_m;
 }
 
 Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {

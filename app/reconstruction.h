@@ -65,9 +65,10 @@ class Reconstruction {
   [[nodiscard]] Result<void> track_again(const FrameRange& frames, FrameSource& source, std::stop_token stop);
 
   /// The frames of `source`, which are those that were fused, again at these poses, in a volume that is empty at first
-  /// and keeps its address. Errors: fuse_again(); kInput when not all of them are there again.
-  [[nodiscard]] Result<void> fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
-                                     std::stop_token stop, Console& console);
+  /// and keeps its address. Returns how far the camera that moves most does, metres. Errors: fuse_again(); kInput when
+  /// not all of them are there again.
+  [[nodiscard]] Result<double> fuse_at(const std::vector<Pose>& T_world_cameras, FrameSource& source,
+                                       std::stop_token stop, Console& console);
 
   /// What the job asks for beside the mesh. Errors: kOutput.
   [[nodiscard]] Result<void> write_volume();

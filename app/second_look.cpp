@@ -10,7 +10,7 @@ namespace scanknit {
 namespace {
 
 RunReport::Loops described(const LoopClosure& closure, const Reconstruction& scan) {
-  RunReport::Loops loops{closure.is_corrected, closure.drift_m, closure.largest_correction_m, {}};
+  RunReport::Loops loops{closure.is_corrected, closure.drift_m, 0, {}};
   for (const Loop& loop : closure.loops) {
     loops.pairs.push_back({scan.sequence_of(loop.from), scan.sequence_of(loop.to), loop.shift_m, loop.overlap,
                            loop.inlier_share, loop.refused});
@@ -29,8 +29,9 @@ Result<LoopClosure> close_pulled(Reconstruction& scan, LoopClosure closure, cons
   return *scan.find_loops();
 }
 
-Result<void> fuse_corrected(Reconstruction& scan, const LoopClosure& closure, const SecondLook& again,
-                            Console& console) {
+/// Returns how far the camera that moves most does.
+Result<double> fuse_corrected(Reconstruction& scan, const LoopClosure& closure, const SecondLook& again,
+                              Console& console) {
   auto source = again.open();
   if (!source) return source.error();
   return scan.fuse_at(closure.T_world_cameras, **source, again.stop, console);
@@ -51,9 +52,13 @@ Result<bool> close(Reconstruction& scan, LoopClosure closure, const SecondLook& 
   report.tracking->loops->is_corrected = false;  // not yet
   console.info(
       fmt::format("the walk came back {:.0f} mm beside where it had been: closing the loop", closure.drift_m * 1000));
-  if (!again.open) return Error{ErrorCode::kInput, "no recording was made, whose frames could be fused again"};
-  if (const auto fused = fuse_corrected(scan, closure, again, console); !fused) return fused.error();
+  if (!again.open)
+    return Error{ErrorCode::kInput,
+                 "closing it takes the frames again, and no recording was made; leave out --no-recording"};
+  const auto moved_m = fuse_corrected(scan, closure, again, console);
+  if (!moved_m) return moved_m.error();
   report.tracking->loops->is_corrected = true;
+  report.tracking->loops->largest_correction_m = *moved_m;
   return true;
 }
 

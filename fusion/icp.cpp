@@ -167,11 +167,9 @@ Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
   // it.
   const Eigen::Matrix3d R = registration.T_model_frame.linear();
   const Eigen::Vector3d arm = registration.T_model_frame.inverse() * registration.centre;
-  Eigen::Matrix3d cross_arm;
-  cross_arm << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
   Matrix6d to_step = Matrix6d::Zero();
   to_step.topLeftCorner<3, 3>() = R;
-  to_step.topRightCorner<3, 3>() = -R * cross_arm;
+  to_step.topRightCorner<3, 3>() = -R * cross_matrix(arm);
   to_step.bottomRightCorner<3, 3>() = registration.scale_m * R;
   return to_step.transpose() * (information_of(sums) / sums.information) * to_step;
 }

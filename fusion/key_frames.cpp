@@ -1,7 +1,8 @@
 #include "fusion/key_frames.h"
 
-#include <Eigen/Geometry>
 #include <utility>
+
+#include "fusion/motion_vector.h"
 
 namespace scanknit {
 namespace {
@@ -9,10 +10,6 @@ namespace {
 // A key frame is due when the camera has moved by this share of the depth that it sees, or turned so far.
 constexpr double kMoved = 0.12;
 constexpr double kTurned_rad = 0.15;
-
-double angle_of(const Pose& motion) {
-  return Eigen::AngleAxisd(motion.linear()).angle();
-}
 
 }  // namespace
 

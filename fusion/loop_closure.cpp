@@ -58,10 +58,6 @@ constexpr double kCycle_rad = 0.03;
 constexpr double kLeastWeight = 0.1;  // in the pose graph, of a loop that is believed
 constexpr double kMostStretched = 8;  // sigmas of a step that tracking knew
 
-double angle_of(const Pose& motion) {
-  return Eigen::AngleAxisd(motion.linear()).angle();
-}
-
 /// How far two motions put a point at this depth from each other.
 double shift_m(const Pose& a, const Pose& b, double depth_m) {
   const Pose apart = a.inverse() * b;
@@ -91,10 +87,9 @@ class Closer {
     for (int round = 0; round < kRounds; ++round) {
       find_candidates();
       refuse_lonely();
-      if (!has_believed()) break;
-      if (round == 0 && !has_drift(tolerance_m)) break;
-      if (!distribute()) break;
-      closure.is_corrected = true;
+      const bool has_work = has_believed() && (round > 0 || has_drift(tolerance_m));
+      closure.is_corrected = has_work && distribute();  // what the second round does not bear out was wrong
+      if (!closure.is_corrected) break;
     }
     if (closure.is_corrected) correct_walk(closure);
     describe(closure);
@@ -306,8 +301,6 @@ class Closer {
         const auto end = static_cast<double>(keys_[next].frame);
         pose = interpolate(from(next - 1), from(next), (static_cast<double>(i) - begin) / (end - begin));
       }
-      closure.largest_correction_m =
-          std::max(closure.largest_correction_m, (pose.translation() - walk_[i].translation()).norm());
     }
   }
 

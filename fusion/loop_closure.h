@@ -33,7 +33,6 @@ struct LoopClosure {
   std::vector<Pose> T_world_cameras;  ///< of all frames that were fused; as tracked, unless `is_corrected`
   bool is_corrected = false;          ///< there was drift to distribute
   double drift_m = 0;                 ///< of the loops that are believed, the largest shift
-  double largest_correction_m = 0;    ///< of a camera's place
 
   [[nodiscard]] bool has_come_back() const { return !loops.empty(); }
 };

@@ -2,10 +2,25 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "core/pose.h"
 
 namespace scanknit {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// By how much it turns, radians.
+[[nodiscard]] inline double angle_of(const Pose& motion) {
+  return Eigen::AngleAxisd(motion.linear()).angle();
+}
+
+/// cross_matrix(v) * w = v x w.
+[[nodiscard]] inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d cross;
+  cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return cross;
+}
 
 }  // namespace scanknit

@@ -17,12 +17,6 @@ constexpr int kUnknowns = 6;  // of a node
 constexpr int kMostIterations = 60;
 constexpr double kSettled = 1e-9;  // m and rad
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 Vector3d rotation_vector(const Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return turn.angle() * turn.axis();

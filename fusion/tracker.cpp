@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/motion_vector.h"
 #include "fusion/picture_shift.h"
 #include "fusion/raycast.h"
 
@@ -63,10 +64,6 @@ constexpr int kSureViews = 3;
 // A view from elsewhere shows less of what the camera sees: look again from the place that was found.
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
-
-double angle_of(const Pose& motion) {
-  return Eigen::AngleAxisd(motion.linear()).angle();
-}
 
 NoiseModel scaled(const NoiseModel& noise, double scale) {
   return {noise.floor_m * scale, noise.growth_per_m * scale, noise.from_m};
