@@ -18,7 +18,7 @@ namespace {
 SynthConfig config(int steps) {
   SynthConfig config;
   config.frames = steps;
-  config.intrinsics = {640, 480, 380, 381, 319, 241};  // realsense_bytes.h
+  config.intrinsics = emulated_intrinsics();
   return config;
 }
 
@@ -44,7 +44,13 @@ std::vector<std::byte> jpeg(const ColourImage& image) {
   return {bytes.begin(), bytes.end()};
 }
 
-std::vector<std::byte> raw(const DepthImage& depth_m) {
+}  // namespace
+
+CameraIntrinsics emulated_intrinsics() {
+  return {640, 480, 380, 381, 319, 241};  // realsense_bytes.h
+}
+
+std::vector<std::byte> depth_bytes(const DepthImage& depth_m) {
   std::vector<std::byte> bytes(2 * depth_m.size());
   for (std::size_t i = 0; i < depth_m.size(); ++i) {
     const auto millimetres = static_cast<std::uint16_t>(std::lround(1000 * depth_m.pixels()[i]));
@@ -53,13 +59,11 @@ std::vector<std::byte> raw(const DepthImage& depth_m) {
   return bytes;
 }
 
-}  // namespace
-
 DeskView::DeskView(int steps, int pictures, int first)
     : scene_(make_scene("desk").value()), poses_(camera_path(*scene_, steps)), first_(static_cast<std::size_t>(first)) {
   const SyntheticScanner scanner(*scene_, config(steps));
   for (int n = 0; n < pictures; ++n) {
-    pictures_.push_back(raw(scanner.shoot(first_ + static_cast<std::size_t>(n)).depth_m));
+    pictures_.push_back(depth_bytes(scanner.shoot(first_ + static_cast<std::size_t>(n)).depth_m));
   }
 }
 

@@ -17,6 +17,12 @@ namespace scanknit::test {
 constexpr int kPictures = 45;  // of desk_view(): three seconds at 15 a second
 constexpr int kSlowPictures = 10;
 
+/// Of the emulated camera's depth pictures.
+CameraIntrinsics emulated_intrinsics();
+
+/// As Z16, whole millimetres.
+std::vector<std::byte> depth_bytes(const DepthImage& depth_m);
+
 /// Part of a walk, through the emulated camera's optics.
 class DeskView {
  public:
@@ -25,7 +31,7 @@ class DeskView {
 
   [[nodiscard]] const SyntheticScene& scene() const { return *scene_; }
   [[nodiscard]] Pose pose(std::size_t n) const { return poses_[first_ + n]; }
-  /// Depth as Z16, millimetres. The last one stays.
+  /// depth_bytes(); the last one stays.
   [[nodiscard]] std::vector<std::byte> picture(std::uint64_t n) const;
   /// What a colour camera at T_colour_depth sees at the same time, as YUYV or JPEG.
   [[nodiscard]] std::vector<std::vector<std::byte>> colour(const CameraIntrinsics& camera, const Pose& T_colour_depth,

@@ -31,7 +31,7 @@ if(SCANKNIT_BUILD_APP)
   target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture
-    SOURCES emulated/test_capture.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
+    SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
       ../view/page_client.cpp
     LIBRARIES scanknit_app scanknit_umockdev_bus Boost::headers nlohmann_json::nlohmann_json)
   target_compile_definitions(test_usb_capture PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
