@@ -48,6 +48,12 @@ std::string_view view_of(beast::string_view text) {
 
 using Request = http::request<http::string_body>;
 
+/// Among those that a WebSocket's client offers.
+bool speaks_our_protocol(const Request& request) {
+  http::token_list offered(request[http::field::sec_websocket_protocol]);
+  return offered.exists(kSubprotocol);
+}
+
 /// What all connections share.
 struct Hub {
   Hub(ViewHub& view_, std::string token_) : view(view_), token(std::move(token_)) {}
@@ -226,6 +232,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string_view origin = view_of(request[http::field::origin]);
     if (!websocket::is_upgrade(request)) return refuse(http::status::upgrade_required, "This is for WebSockets.");
     if (!is_own_origin(origin, host_)) return refuse(http::status::forbidden, "Another web page asked for this.");
+    if (!speaks_our_protocol(request))
+      return refuse(http::status::bad_request, "The subprotocol is scanknit.v1.");
     if (hub_.clients.size() >= kMostClients)
       return refuse(http::status::service_unavailable, "Too many pages are looking on already.");
     stream_.expires_never();  // the WebSocket has its own
@@ -351,8 +359,10 @@ class ViewServer::Network {
     accept();
     thread_ = std::thread([this] {
       pthread_setname_np(pthread_self(), "view");
-      constexpr int kLowPriority = 10;
-      (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowPriority);  // Linux: of this thread alone
+      constexpr int kLower = 10;  // than the program itself
+      const auto thread = static_cast<id_t>(gettid());
+      (void)setpriority(PRIO_PROCESS, thread,
+                        getpriority(PRIO_PROCESS, thread) + kLower);  // Linux: of this thread alone
       io_.run();
     });
   }
@@ -457,7 +467,9 @@ ViewServer::~ViewServer() = default;
 
 Result<std::unique_ptr<ViewServer>> ViewServer::start(const LiveViewOptions& options, ViewBytes hello) {
   ErrorCodeOf error;
-  const auto address = asio::ip::make_address(options.address == "localhost" ? "127.0.0.1" : options.address, error);
+  std::string named = options.address == "localhost" ? "127.0.0.1" : options.address;
+  if (named.size() > 2 && named.front() == '[' && named.back() == ']') named = named.substr(1, named.size() - 2);
+  const auto address = asio::ip::make_address(named, error);
   if (error) {
     return Error{ErrorCode::kUsage,
                  "expected a numeric address of this computer, such as 192.168.0.7, or 0.0.0.0 for all of them",

@@ -11,7 +11,7 @@ useBrowser();
 
 test('the crop panel closes when there is nothing to be cut any more', async (context) => {
   const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   const page = await openPage(program.url);
   await untilBanner(page, 'Tracking well');
   await command(page, 'crop').click();
@@ -32,7 +32,7 @@ test('the crop panel closes when there is nothing to be cut any more', async (co
 test('only the commands that the scan takes are shown, and a refusal is told', async (context) => {
   const program = await startMock(context);
   program.hello.commands = ['pause', 'export'];
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   program.answer = ({ cmd }) => (cmd === 'export' ? 'nothing to write yet' : '');
   const page = await openPage(program.url);
   await command(page, 'pause').waitFor();
@@ -43,9 +43,21 @@ test('only the commands that the scan takes are shown, and a refusal is told', a
   assert.equal(await page.locator('#note').textContent(), 'Export: nothing to write yet');
 });
 
+test('what needs a scan waits until something is fused', async (context) => {
+  const program = await startMock(context);
+  program.sendText({ type: 'state', phase: 'scanning', fused: 0 });
+  const page = await openPage(program.url);
+  const possible = () => page.locator('[data-command]:visible:enabled').evaluateAll((buttons) => buttons.map((button) => button.dataset.command));
+  await page.waitForFunction(() => window.scanknit.state?.phase === 'scanning');
+  assert.deepEqual(await possible(), ['pause', 'finish']);
+  program.sendText({ type: 'state', fused: 1 });
+  await command(page, 'export').and(page.locator(':enabled')).waitFor();
+  assert.deepEqual(await possible(), ['pause', 'reset', 'crop', 'export', 'finish']);
+});
+
 test('reset asks once more', async (context) => {
   const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   const page = await openPage(program.url);
   await command(page, 'reset').click();
   await page.keyboard.press('Escape');
@@ -74,7 +86,7 @@ test('Start is there while the scan is paused, and Pause else', async (context) 
 
 test('a command is not sent when the scan has ended behind its question', async (context) => {
   const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   const page = await openPage(program.url);
   await command(page, 'reset').click();
   await page.locator('#ask-yes').waitFor();
@@ -88,7 +100,7 @@ test('a command is not sent when the scan has ended behind its question', async 
 
 test('a crop box that holds nothing is told at once, and what Finish then writes before it is pressed', async (context) => {
   const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   const page = await openPage(program.url);
   await command(page, 'finish').click();
   const usual = await page.locator('#ask-text').textContent();
@@ -103,7 +115,7 @@ test('a crop box that holds nothing is told at once, and what Finish then writes
 test('the crop box is drawn, moved by keys and by a finger, and sent in metres of the world', async (context) => {
   const program = await startMock(context);
   program.hello.up = [0, 0, 1];  // whatever is up: the box keeps to the scan's axes
-  program.sendText({ type: 'state', phase: 'paused' });
+  program.sendText({ type: 'state', phase: 'paused', fused: 9 });
   const vase = chunksOfVase(chunkBody);
   for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
   const page = await openPage(program.url, { size: kPhone });
@@ -139,7 +151,7 @@ test('the crop panel covers nothing that is shown, and leaves the mesh to be see
   for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
   program.sendText({ type: 'files', files: [{ name: 'model.glb', bytes: 1712344 }] });
   program.sendText({
-    type: 'state', phase: 'scanning', tracking: 'lost', reason: 'place not recognised', advice: 'show something that was scanned before',
+    type: 'state', phase: 'scanning', fused: 9, tracking: 'lost', reason: 'place not recognised', advice: 'show something that was scanned before',
     frame: 12345, frames_total: 23456, lost: 1234, dropped: 5678, fps: 29.97, triangles: 1234567, losses: { transport: 3, writer: 12 },
   });
   for (const [width, height] of [[320, 640], [390, 844], [844, 390], [1280, 800]]) {

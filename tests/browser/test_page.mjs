@@ -167,7 +167,7 @@ test('on a phone everything fits and every button can be hit', async (context) =
   for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
   program.sendText({ type: 'files', files: [{ name: 'model.glb', bytes: 1712344 }, { name: 'a long name of a mesh <b>.stl', bytes: 343 }] });
   program.sendText({
-    type: 'state', phase: 'scanning', tracking: 'lost', reason: 'place not recognised', advice: 'show something that was scanned before',
+    type: 'state', phase: 'scanning', fused: 9, tracking: 'lost', reason: 'place not recognised', advice: 'show something that was scanned before',
     frame: 123456, frames_total: 234567, lost: 1234, dropped: 5678, fps: 29.97, triangles: 12345678, memory_mib: 4096,
   });
   for (const size of [kPhone, { ...kPhone, viewport: { width: 320, height: 640 } }, { ...kPhone, viewport: { width: 844, height: 390 } }]) {
@@ -187,7 +187,7 @@ test('on a phone everything fits and every button can be hit', async (context) =
 
 test('all of it is reached by keys', async (context) => {
   const program = await startMock(context);
-  program.sendText({ type: 'state', phase: 'scanning' });
+  program.sendText({ type: 'state', phase: 'scanning', fused: 9 });
   program.sendBinary(binaryMessage(1, 1, 1, square()));
   const page = await openPage(program.url);
   await untilTriangles(page, 2);

@@ -119,7 +119,8 @@ std::unique_ptr<PageClient> PageClient::connect(std::uint16_t port, const std::s
     std::map<std::string, std::string> fields = {{"Upgrade", "websocket"},
                                                  {"Connection", "Upgrade"},
                                                  {"Sec-WebSocket-Key", "AAAAAAAAAAAAAAAAAAAAAA=="},
-                                                 {"Sec-WebSocket-Version", "13"}};
+                                                 {"Sec-WebSocket-Version", "13"},
+                                                 {"Sec-WebSocket-Protocol", "scanknit.v1"}};
     if (!origin || !origin->empty()) fields["Origin"] = origin.value_or("http://" + host_of(port));
     *status = http_request(port, "GET", target, fields).status;
   }

@@ -149,6 +149,20 @@ TEST_F(LiveViewTest, RefusesTheWebSocketsOfOtherPages) {
   }
 }
 
+TEST_F(LiveViewTest, RefusesWebSocketsOfAnotherProtocol) {
+  start();
+  for (const char* offered : {"", "scanknit.v2", "chat, superchat"}) {
+    std::map<std::string, std::string> fields = {{"Upgrade", "websocket"},
+                                                 {"Connection", "Upgrade"},
+                                                 {"Sec-WebSocket-Key", "AAAAAAAAAAAAAAAAAAAAAA=="},
+                                                 {"Sec-WebSocket-Version", "13"},
+                                                 {"Origin", "http://127.0.0.1:" + std::to_string(port)}};
+    if (*offered != '\0') fields["Sec-WebSocket-Protocol"] = offered;
+    EXPECT_EQ(http_request(port, "GET", "/api/v1/live", fields).status, 400) << offered;
+  }
+  expect_that_it_still_serves();
+}
+
 TEST_F(LiveViewTest, AsksForTheTokenWhereThereIsOne) {
   const std::string token = "0123456789abcdef";
   start(token);
@@ -342,6 +356,16 @@ TEST_F(LiveViewTest, SaysWhichPortIsTaken) {
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kOutput);
   EXPECT_NE(second.error().text().find(std::to_string(port)), std::string::npos);
+}
+
+TEST_F(LiveViewTest, AnAddressOfVersionSixMayStandInBrackets) {
+  LiveViewOptions options;
+  options.port = 0;
+  options.address = "[::1]";
+  const auto started = LiveView::start(options, {});
+  if (!started && started.error().code == ErrorCode::kOutput) GTEST_SKIP() << "SKIPPED: this computer has no IPv6";
+  ASSERT_TRUE(started) << started.error().text();
+  EXPECT_EQ((*started)->links().front().substr(0, 13), "http://[::1]:");
 }
 
 TEST_F(LiveViewTest, AnAddressThatIsNoneIsAUsageError) {

@@ -10,6 +10,8 @@ const kWhen = {
   export: ['scanning', 'paused'],
   finish: ['waiting', 'scanning', 'paused'],
 };
+/// Those that need something to have been scanned.
+const kOfAScan = new Set(['reset', 'crop', 'export']);
 const kQuestions = {
   reset: { head: 'Begin anew?', text: 'The mesh so far is thrown away.', yes: 'Reset', no: 'Keep it' },
   finish: { head: 'Finish the scan?', text: 'The mesh is written, and nothing more is added to it.', yes: 'Finish', no: 'Go on' },
@@ -27,6 +29,8 @@ export class Commands {
     this.phase = 'waiting';
     this.isHeld = false;       // paused: Start stands where Pause stands else
     this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
+    this.endCropNote = () => {};
+    this.hasScan = false;      // something has been fused
     this.isOpen = false;
     this.busy = new Set();
     this.hasCrop = crop !== null;
@@ -36,9 +40,10 @@ export class Commands {
     }
   }
 
-  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen, isCropEmpty = this.isCropEmpty }) {
-    if (isCropEmpty && !this.isCropEmpty) { note('Nothing of the mesh is in the crop box.', { isBad: true }); }
-    Object.assign(this, { allowed, phase, isOpen, isCropEmpty });
+  update({ allowed = this.allowed, phase = this.phase, isOpen = this.isOpen, isCropEmpty = this.isCropEmpty, hasScan = this.hasScan }) {
+    if (isCropEmpty && !this.isCropEmpty) { this.endCropNote = note('Nothing of the mesh is in the crop box.', { isBad: true }); }
+    if (!isCropEmpty && this.isCropEmpty) { this.endCropNote(); }
+    Object.assign(this, { allowed, phase, isOpen, isCropEmpty, hasScan });
     if (phase !== 'exporting') { this.isHeld = phase === 'paused'; }  // an export changes nothing of that
     const { isHeld } = this;
     const focused = document.activeElement;
@@ -53,7 +58,7 @@ export class Commands {
   }
 
   isPossible(command) {
-    return this.isOpen && this.allowed.has(command) && !this.busy.has(command) && kWhen[command].includes(this.phase);
+    return this.isOpen && this.allowed.has(command) && !this.busy.has(command) && kWhen[command].includes(this.phase) && (this.hasScan || !kOfAScan.has(command));
   }
 
   nameOf(command) { return this.buttons.get(command).firstChild.textContent.trim(); }

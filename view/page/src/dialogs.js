@@ -19,11 +19,15 @@ export function ask({ head, text, yes, no }) {
 
 let timer = 0;
 
+/// Returns what takes the note away, if it is still there, before it goes by itself.
 export function note(text, { isBad = false } = {}) {
   const element = document.getElementById('note');
   element.textContent = text;
   element.classList.toggle('bad', isBad);
   element.hidden = false;
   clearTimeout(timer);
-  timer = setTimeout(() => { element.hidden = true; }, kNoteMs);
+  const end = () => { element.hidden = true; };
+  const own = setTimeout(end, kNoteMs);
+  timer = own;
+  return () => { if (timer === own) { end(); } };
 }

@@ -101,7 +101,7 @@ const kTextHandlers = {
   state(message) {
     scan.state = message;
     banner.show(scan.link, message, scan.hello);
-    commands.update({ phase: message.phase, isCropEmpty: message.is_crop_empty });
+    commands.update({ phase: message.phase, isCropEmpty: message.is_crop_empty, hasScan: message.fused > 0 });
     if (picture?.crop.isOpen && ['finished', 'failed'].includes(message.phase)) { picture.crop.close(); }
     showNumbers(message, scan.hello, picture?.store.extent(), scan.link === 'open');
     $('empty').hidden = !picture || picture.store.triangles > 0;
