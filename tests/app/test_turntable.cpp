@@ -149,6 +149,16 @@ TEST_F(Tower, TakesAnglesFromAFileAndSaysWhatIsWrongWithIt) {
   EXPECT_NE(bad.err.find("bad.txt:2: expected an angle in degrees, got 'seven'"), std::string::npos) << bad.err;
 }
 
+TEST_F(Tower, TakesAStepFromFrameToFrame) {
+  ASSERT_EQ(scan(recording(), place("step"), {"--set", "turntable.step=7.5"}).exit_code, 0);
+  EXPECT_EQ(report(place("step"))["turntable"]["prior"], "step");
+  EXPECT_EQ(report(place("step"))["turntable"]["is_refined"], true);
+  EXPECT_LE(mean_error_m(place("step")), 0.4e-3);
+  const Outcome no_times = scan(recording(), place("rpm"), {"--set", "turntable.rpm=2"});
+  EXPECT_EQ(no_times.exit_code, 3);
+  EXPECT_NE(no_times.err.find("no times; give turntable.step"), std::string::npos) << no_times.err;
+}
+
 /// What is no turntable is meshed as if the preset knew of none.
 void expect_left_alone(const std::vector<std::string>& scene, const char* last_frame, const std::string& reason) {
   const TempFolder folder;

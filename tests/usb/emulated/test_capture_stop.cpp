@@ -26,8 +26,11 @@ struct Scan {
   std::string said;
 };
 
-/// Captures every picture of `config`, 15 a second.
-Scan capture(const char* scene_name, const SynthConfig& config, const std::vector<std::string>& more) {
+constexpr int kPerSecond = 15;
+
+/// Captures every picture of `config` into `out`/scan.
+Scan capture(const TempFolder& out, const char* scene_name, const SynthConfig& config,
+             const std::vector<std::string>& more) {
   const auto scene = make_scene(scene_name).value();
   const SyntheticScanner scanner(*scene, config);
   std::vector<std::vector<std::byte>> pictures;  // rendered before the camera's clock runs
@@ -39,9 +42,8 @@ Scan capture(const char* scene_name, const SynthConfig& config, const std::vecto
   camera.depth_picture = [&](std::uint64_t n) { return pictures[std::min<std::size_t>(n, pictures.size() - 1)]; };
   EmulatedBus bus;
   const int address = bus.plug(camera);
-  const TempFolder out;
   std::vector<std::string> arguments = {
-      "capture", "-o", out / "scan", "--fps", "15", "--frames", std::to_string(pictures.size())};
+      "capture", "-o", out / "scan", "--fps", std::to_string(kPerSecond), "--frames", std::to_string(pictures.size())};
   arguments.insert(arguments.end(), more.begin(), more.end());
   Program program(arguments);
   bus.serve(address, program.process());
@@ -66,7 +68,8 @@ TEST(CaptureStop, ATurntableEndsInTheClosedMeshOfWhatTurned) {
   constexpr int kTurn = 48;
   SynthConfig config = small_pictures(kTurn);
   config.turntable = RigConfig{.angle_noise_rad = 0.5 * kDegree};
-  const Scan scan = capture("tower", config,
+  const TempFolder out;
+  const Scan scan = capture(out, "tower", config,
                             {"--preset", "turntable", "--set", "fusion.voxel_size=4mm", "--set", intrinsics(kFocal)});
   const json& table = scan.report.at("turntable");
   EXPECT_EQ(table.at("is_refined"), true) << table;
@@ -75,13 +78,25 @@ TEST(CaptureStop, ATurntableEndsInTheClosedMeshOfWhatTurned) {
   EXPECT_EQ(mesh.at("is_closed"), true) << scan.said;
   EXPECT_EQ(mesh.at("components"), 1) << "the wall is gone";
   EXPECT_EQ(mesh.at("euler"), 2);
+
+  // The recording has the times of its pictures: how fast the table turned is worth something.
+  const double rpm = kPerSecond * 60.0 / kTurn;
+  const Outcome again = scanknit_command({"run", out / "scan/recording.mcap", "--preset", "turntable", "--set",
+                                          "fusion.voxel_size=4mm", "--set", intrinsics(kFocal), "--set",
+                                          "turntable.rpm=" + std::to_string(rpm), "-o", out / "again.ply", "--json"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const json known = json::parse(again.out);
+  EXPECT_EQ(known.at("turntable").at("prior"), "rpm");
+  EXPECT_EQ(known.at("turntable").at("is_refined"), true);
+  EXPECT_EQ(known.at("mesh").at("is_closed"), true);
 }
 
 /// A camera that is taken for three in a hundred wider than it is misjudges every turn.
 TEST(CaptureStop, AWalkThatCameBackBesideItsBeginningIsClosed) {
   constexpr double kTooShort = 0.97;
-  const Scan scan =
-      capture("desk", small_pictures(200), {"--set", "fusion.voxel_size=1cm", "--set", intrinsics(kTooShort * kFocal)});
+  const TempFolder out;
+  const Scan scan = capture(out, "desk", small_pictures(200),
+                            {"--set", "fusion.voxel_size=1cm", "--set", intrinsics(kTooShort * kFocal)});
   const json& loops = scan.report.at("tracking").at("loops");
   EXPECT_EQ(loops.at("is_corrected"), true) << loops;
   EXPECT_GT(loops.at("drift_m"), 0.03);
