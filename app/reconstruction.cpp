@@ -17,6 +17,8 @@
 namespace scanknit {
 namespace {
 
+constexpr double kWorthFusing = 0.1;  // voxels: poses that change less than this are not worth fusing all frames again
+
 /// The samples within the box.
 openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m) {
   const auto index = [&](double metres, double (*round)(double)) {
@@ -100,7 +102,7 @@ Result<void> Reconstruction::start_over() {
 std::optional<LoopClosure> Reconstruction::find_loops() {
   if (!keys_) return std::nullopt;
   const FusionConfig& fusion = job_.config.fusion;
-  return timed(report_, "loops", [&] { return close_loops(*keys_, fusion.noise, fusion.voxel_size_m / 2); });
+  return timed(report_, "loops", [&] { return close_loops(*keys_, fusion.noise, kWorthFusing * fusion.voxel_size_m); });
 }
 
 Result<void> Reconstruction::track_again(const FrameRange& frames, FrameSource& source, std::stop_token stop) {

@@ -49,6 +49,8 @@ constexpr double kPulledSigmas = 2;
 constexpr std::size_t kPulledBefore = 6;
 constexpr std::size_t kPulledAfter = 5;
 
+constexpr std::size_t kNeighbours = 3;  // key frames back, registered with each other
+
 // Two loops agree when the cycle of both closes within this.
 constexpr std::size_t kNearLoop = 6;  // key frames
 constexpr double kCycle_m = 0.03;
@@ -84,13 +86,14 @@ class Closer {
     follow_steps();
     closure.pulled = pulled();
     constexpr int kRounds = 2;
-    for (int round = 0; round < kRounds; ++round) {
+    bool is_borne_out = true;  // what the second round does not bear out was wrong
+    for (int round = 0; round < kRounds && is_borne_out; ++round) {
       find_candidates();
       refuse_lonely();
-      const bool has_work = has_believed() && (round > 0 || has_drift(tolerance_m));
-      closure.is_corrected = has_work && distribute();  // what the second round does not bear out was wrong
-      if (!closure.is_corrected) break;
+      if (round == 0 && has_believed()) join_neighbours();
+      is_borne_out = has_believed() && distribute();
     }
+    closure.is_corrected = is_borne_out && largest_shift_m() > tolerance_m;
     if (closure.is_corrected) correct_walk(closure);
     describe(closure);
     return closure;
@@ -117,6 +120,17 @@ class Closer {
       }
       steps_.push_back(step);
       is_pulled_.push_back(!has_gap && seen && contradicts(*seen, step));
+    }
+  }
+
+  /// The next but one sees much of the same, too: together they hold the walk better than step by step.
+  void join_neighbours() {
+    for (std::size_t b = 1; b < keys_.size(); ++b) {
+      for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
+        if (keys_[b].way.gaps > keys_[a].way.gaps) continue;
+        const auto match = match_key_frames(keys_[a], keys_[b], {stepped(a, b)}, noise_);
+        if (match) neighbours_.push_back({a, b, match->T_a_b, match->information, true});
+      }
     }
   }
 
@@ -250,19 +264,20 @@ class Closer {
     return shift_m(stepped(loop.a, loop.b), loop.match.T_a_b, keys_[loop.b].depth_m);
   }
 
-  /// Whether a loop that is believed says more than it may err.
-  [[nodiscard]] bool has_drift(double tolerance_m) const {
-    constexpr double kSure = 3;  // sigmas
-    return std::any_of(found_.begin(), found_.end(), [&](const Candidate& loop) {
-      const PoseEdge edge{loop.a, loop.b, loop.match.T_a_b, loop.match.information, true};
-      return loop.refused.empty() && shift_of(loop) > tolerance_m &&
-             edge_sigmas(edge, stepped_[loop.a], stepped_[loop.b]) > kSure;
-    });
+  /// Of what a key frame sees.
+  [[nodiscard]] double largest_shift_m() const {
+    double largest_m = 0;
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      largest_m = std::max(largest_m, shift_m(keys_[i].T_world_camera, poses_[i], keys_[i].depth_m));
+    }
+    return largest_m;
   }
 
   /// False, and nothing has changed, when the walk does not bear it.
   bool distribute() {
     std::vector<PoseEdge> edges = steps_;
+    edges.insert(edges.end(), neighbours_.begin(), neighbours_.end());
+    const std::size_t first_loop = edges.size();
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < found_.size(); ++i) {
       const Candidate& loop = found_[i];
@@ -279,7 +294,7 @@ class Closer {
       }
     }
     for (std::size_t k = 0; k < which.size(); ++k) {
-      if (result.weights[steps_.size() + k] < kLeastWeight) found_[which[k]].refused = "the other loops contradict it";
+      if (result.weights[first_loop + k] < kLeastWeight) found_[which[k]].refused = "the other loops contradict it";
     }
     poses_ = std::move(poses);
     return true;
@@ -322,6 +337,7 @@ class Closer {
   std::vector<Pose> poses_;    ///< of the key frames, as corrected so far
   std::vector<Pose> stepped_;  ///< as the steps have them
   std::vector<PoseEdge> steps_;
+  std::vector<PoseEdge> neighbours_;
   std::vector<bool> is_pulled_;  ///< of each step
   std::vector<Candidate> found_;
 };

@@ -40,9 +40,10 @@ struct LoopClosure {
 /// Looks for pairs of key frames that show the same place though the walk between them is long: by where tracking has
 /// them, and by shared features. Both are registered with each other. A loop is believed when the motion fits both
 /// ways, when the walk could have drifted so far, and when another loop nearby agrees (a cycle of the two closes); a
-/// wrong loop is worse than none. The drift is then distributed over the walk by a pose graph (pose_graph.h), twice,
-/// since more places overlap after the first time. What the loops say within `tolerance_m` of tracking is no drift, and
-/// the poses stay as they are. The same bits for any number of threads.
+/// wrong loop is worse than none. Where one is, key frames are registered with their neighbours as well, and all of
+/// it is distributed over the walk by a pose graph (pose_graph.h), twice, since more places overlap after the first
+/// time. Where that moves nothing that a key frame sees by more than `tolerance_m`, the poses stay as they are. The same
+/// bits for any number of threads.
 [[nodiscard]] LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m);
 
 }  // namespace scanknit
