@@ -2,6 +2,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME scanknit)
 set(CPACK_PACKAGE_VENDOR ScanKnit)
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # else it would come before each package's own
 set(SCANKNIT_PACKAGE_CONTACT "ScanKnit maintainers <maintainers@scanknit.example>" CACHE STRING
     "Who answers for the packages")
 set(CPACK_PACKAGE_CONTACT ${SCANKNIT_PACKAGE_CONTACT})

@@ -6,6 +6,9 @@ test_name="$1" packages="$2" source_dir="$3" build_dir="$4"
 skip() { echo "SKIPPED: $1"; exit 77; }
 fail() { echo "FAILED: $1"; exit 1; }
 
+is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null || true)" = installed ]; }
+is_known() { [[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null || true)" != @(|not-installed) ]]; }
+
 package() { echo "$packages"/"$1"_*.deb; }
 
 expect_files() {
@@ -24,6 +27,12 @@ expect_field() {
   grep -qE "$pattern" <<<"$value" || fail "$name: $field is '$value', expected $pattern"
 }
 
+IsBuilt() {
+  rm -rf "$packages"
+  cpack --config "$build_dir/CPackConfig.cmake" -B "$packages"
+  rm -rf "$packages/_CPack_Packages"
+}
+
 HoldsWhatItShould() {
   expect_files scanknit usr/bin/scanknit 'usr/lib/(.*/)?libscanknit_core\.so\.[0-9.]+' usr/lib/udev/rules.d/60-scanknit.rules \
     usr/share/man/man1/scanknit.1.gz usr/share/man/man1/scanknit-run.1.gz usr/share/bash-completion/completions/scanknit \
@@ -36,14 +45,20 @@ HoldsWhatItShould() {
   expect_field scanknit Depends 'libtbb12'
   expect_field scanknit Depends 'libc6'
   expect_field scanknit Section '^graphics$'
+  local name synopsis
+  for name in scanknit libscanknit-dev; do
+    synopsis="$(dpkg-deb -f "$(package "$name")" Description)"
+    [[ "$synopsis" == "coloured meshes from depth cameras"* ]] || fail "$name: the synopsis is '$synopsis'"
+  done
   expect_field libscanknit-dev Depends 'scanknit \(= [0-9.]+\)'
   expect_field libscanknit-dev Section '^libdevel$'
   # A program that needs no driver of OpenNI2 does not ask for it.
-  if dpkg-deb -f "$(package scanknit)" Depends | grep -q openni; then fail "scanknit depends on OpenNI2"; fi
-  local bytes
+  local bytes depends
+  depends="$(dpkg-deb -f "$(package scanknit)" Depends)"
+  [[ "$depends" != *openni* ]] || fail "scanknit depends on OpenNI2"
   bytes="$(stat -c %s "$(package scanknit)")"
   [ "$bytes" -lt 8000000 ] || fail "scanknit has $bytes bytes"
-  echo "scanknit: $bytes bytes; $(dpkg-deb -f "$(package scanknit)" Depends)"
+  echo "scanknit: $bytes bytes; $depends"
 }
 
 SatisfiesLintian() {
@@ -79,7 +94,7 @@ live_inside() {
   c++ -std=c++20 example/mesh_a_wall.cpp -o by_pkg_config $(pkg-config --cflags --libs scanknit)
   ./by_pkg_config same.glb
   cmp wall.glb same.glb || fail "two builds of the example differ"
-  if dpkg-query -W python3-scanknit >/dev/null 2>&1; then
+  if is_installed python3-scanknit; then
     python3 -c 'import scanknit; print("python3", scanknit.__version__)'
   fi
 
@@ -88,7 +103,7 @@ live_inside() {
   dpkg --purge "${names[@]}" >/tmp/dpkg.log 2>&1 || { cat /tmp/dpkg.log; fail "dpkg --purge"; }
   if grep -iE 'not empty|warning' /tmp/dpkg.log; then fail "dpkg --purge had to leave something"; fi
   for name in "${names[@]}"; do
-    if dpkg-query -W "$name" >/dev/null 2>&1; then fail "dpkg still knows $name"; fi
+    if is_known "$name"; then fail "dpkg still knows $name"; fi
   done
   if [ -e /usr/bin/scanknit ]; then fail "scanknit is still there"; fi
   list_system >/tmp/after
@@ -98,7 +113,7 @@ live_inside() {
 # The root of this machine under an overlay in memory, so that nothing that is done there stays.
 LivesAndLeavesNothing() {
   [ "$(id -u)" -eq 0 ] || skip "a clean root needs root"
-  if dpkg-query -W -f='${Status}' scanknit 2>/dev/null | grep -q installed; then skip "scanknit is installed here"; fi
+  if is_installed scanknit; then skip "scanknit is installed here"; fi
   command -v unshare >/dev/null || skip "unshare is not installed"
   top="$(mktemp -d)"
   trap 'rmdir "$top"' EXIT
@@ -127,7 +142,7 @@ enter() {
 }
 
 case "$test_name" in
-  HoldsWhatItShould | SatisfiesLintian | LivesAndLeavesNothing) "$test_name" ;;
+  IsBuilt | HoldsWhatItShould | SatisfiesLintian | LivesAndLeavesNothing) "$test_name" ;;
   enter) enter "$5" ;;
   inside) live_inside /tmp/packages ;;
   *) fail "no test $test_name" ;;
