@@ -18,7 +18,10 @@ required_packages=(
   libcli11-dev libfmt-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev
   esbuild libqrcodegencpp-dev
 )
-test_packages=(libgtest-dev libbenchmark-dev umockdev libumockdev-dev)
+test_packages=(
+  libgtest-dev libbenchmark-dev umockdev libumockdev-dev
+  pybind11-dev python3-dev python3-numpy python3-pybind11
+)
 
 is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
 

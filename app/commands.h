@@ -118,6 +118,18 @@ struct ConfigArguments {
   bool built_in = false;       ///< of `print`: without the defaults of `run`
 };
 
+enum class Shell { kBash, kZsh, kFish };
+
+struct CompletionArguments {
+  Shell shell = Shell::kBash;
+};
+
+struct ManArguments {
+  std::filesystem::path output;
+};
+
+struct CommandDescription;  // app/command_tree.h
+
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
@@ -137,6 +149,8 @@ struct ConfigArguments {
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_schema_command();
 [[nodiscard]] int config_docs_command();
+[[nodiscard]] int completion_command(const CommandDescription& program, const CompletionArguments& arguments);
+[[nodiscard]] int man_command(const CommandDescription& program, const ManArguments& arguments);
 
 /// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
 [[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);

@@ -1,6 +1,10 @@
 // What the program's exit code says. The table of docs/cli.md.
 #pragma once
 
+#include <array>
+#include <string>
+#include <string_view>
+
 #include "core/result.h"
 
 namespace scanknit {
@@ -24,11 +28,35 @@ inline constexpr int kExitInterrupted = 130;  ///< 128 + SIGINT, as shells count
   return 1;
 }
 
-/// For the end of --help.
-inline constexpr const char* kExitCodesHelp =
-    "Exit codes: 0 ok, 1 internal error, 2 usage, 3 configuration, 4 input unreadable or no usable frame, 5 device,\n"
-    "6 tracking lost or too little data, 7 empty or invalid mesh, 8 output not writable, 9 memory budget, 130 "
-    "interrupted\n"
-    "(what there was has been written).";
+struct ExitCode {
+  int code;
+  std::string_view text;
+};
+
+/// For --help and the manual pages.
+inline constexpr std::array<ExitCode, 11> kExitCodes = {{
+    {kExitOk, "ok"},
+    {exit_code_of(ErrorCode::kInternal), "internal error"},
+    {exit_code_of(ErrorCode::kUsage), "usage"},
+    {exit_code_of(ErrorCode::kConfig), "configuration"},
+    {exit_code_of(ErrorCode::kInput), "input unreadable or no usable frame"},
+    {exit_code_of(ErrorCode::kDevice), "device"},
+    {exit_code_of(ErrorCode::kTooLittle), "tracking lost or too little data"},
+    {exit_code_of(ErrorCode::kMesh), "empty or invalid mesh"},
+    {exit_code_of(ErrorCode::kOutput), "output not writable"},
+    {exit_code_of(ErrorCode::kBudget), "memory budget"},
+    {kExitInterrupted, "interrupted (what there was has been written)"},
+}};
+
+/// For the end of --help: "Exit codes: 0 ok, 1 internal error ...", in two lines.
+[[nodiscard]] inline std::string exit_codes_help() {
+  std::string text = "Exit codes:";
+  for (const ExitCode& exit : kExitCodes) {
+    const bool is_second_line = exit.code == exit_code_of(ErrorCode::kTooLittle);
+    text += (is_second_line ? "\n" : " ") + std::to_string(exit.code) + " " + std::string(exit.text);
+    text += exit.code == kExitInterrupted ? "." : ",";
+  }
+  return text;
+}
 
 }  // namespace scanknit

@@ -1,21 +1,31 @@
-# find_package(ScanKnit) for other projects: libraries, headers, package configuration.
+# What is installed, by component: runtime (the program and the rooms), dev (for find_package and pkg-config), openni2
+# and python. A component is a Debian package: cmake/Package.cmake.
 include(CMakePackageConfigHelpers)
 
 get_property(rooms GLOBAL PROPERTY SCANKNIT_ROOMS)
 install(TARGETS ${rooms} EXPORT ScanKnitTargets
-        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 foreach(room core acquire fusion extract export)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit FILES_MATCHING PATTERN "*.h")
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit COMPONENT dev FILES_MATCHING PATTERN "*.h")
 endforeach()
-install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit/core)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/scanknit/configs)
+install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit/core COMPONENT dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/scanknit/configs COMPONENT runtime)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/cpp
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libscanknit-dev/examples COMPONENT dev)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ScanKnit)
-install(EXPORT ScanKnitTargets NAMESPACE ScanKnit:: DESTINATION ${package_dir})
+install(EXPORT ScanKnitTargets NAMESPACE ScanKnit:: DESTINATION ${package_dir} COMPONENT dev)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/ScanKnitConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/ScanKnitConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/ScanKnitConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/ScanKnitConfig.cmake ${PROJECT_BINARY_DIR}/ScanKnitConfigVersion.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT dev)
+
+# The file knows where it lies, so that the tree may be moved.
+file(RELATIVE_PATH SCANKNIT_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/scanknit.pc.in ${PROJECT_BINARY_DIR}/scanknit.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/scanknit.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)

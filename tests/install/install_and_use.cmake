@@ -1,4 +1,4 @@
-# Installs into an empty prefix, configures, builds and runs the consumer against it.
+# Installs into an empty prefix; configures, builds and runs the example against it; the same by pkg-config.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -9,7 +9,20 @@ endfunction()
 set(prefix ${WORK_DIR}/prefix)
 file(REMOVE_RECURSE ${prefix} ${WORK_DIR}/build)
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
-run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release)
+run(${CMAKE_COMMAND} -S ${EXAMPLE_DIR} -B ${WORK_DIR}/build -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
-run(${WORK_DIR}/build/consumer)
+run(${WORK_DIR}/build/mesh_a_wall ${WORK_DIR}/build/wall.glb)
 run(${prefix}/bin/scanknit --version)
+run(${prefix}/bin/scanknit info ${WORK_DIR}/build/wall.glb)
+
+set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
+execute_process(COMMAND pkg-config --cflags --libs scanknit OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE
+                COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+set(program ${WORK_DIR}/build/by_pkg_config)
+if(SANITIZE)
+  list(APPEND flags -fsanitize=${SANITIZE})
+endif()
+run(${COMPILER} -std=c++20 ${EXAMPLE_DIR}/mesh_a_wall.cpp -o ${program} ${flags} -Wl,-rpath,${prefix}/${LIBDIR})
+run(${program} ${WORK_DIR}/build/same_wall.glb)
+run(${CMAKE_COMMAND} -E compare_files ${WORK_DIR}/build/wall.glb ${WORK_DIR}/build/same_wall.glb)

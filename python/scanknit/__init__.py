@@ -1,0 +1,13 @@
+"""ScanKnit: from depth frames to a coloured, correct mesh. NumPy arrays in and out.
+
+    volume = scanknit.Volume(voxel_size=0.004)
+    volume.integrate(depth, (fx, fy, cx, cy), pose, colour)
+    mesh = volume.extract()
+    mesh.write("model.glb")
+
+Metres, radians; pose is camera to world; the camera looks along +z, x right, y down.
+"""
+
+from ._core import Error, Frame, Mesh, Recording, Volume, __version__
+
+__all__ = ["Error", "Frame", "Mesh", "Recording", "Volume", "__version__"]
