@@ -5,7 +5,7 @@ get_property(rooms GLOBAL PROPERTY SCANKNIT_ROOMS)
 install(TARGETS ${rooms} EXPORT ScanKnitTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-foreach(room core acquire fusion extract export)
+foreach(room core acquire fusion extract finish export)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit FILES_MATCHING PATTERN "*.h")
 endforeach()
