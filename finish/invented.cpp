@@ -79,20 +79,24 @@ PatchCount keep_small_patches(double max_size_m, Mesh& mesh, std::vector<std::ui
   return count;
 }
 
-void drop_invented_pieces(Mesh& mesh, std::vector<std::uint8_t>& invented) {
+void drop_invented_pieces(std::size_t min_triangles, Mesh& mesh, std::vector<std::uint8_t>& invented) {
   DisjointSets pieces(mesh.positions_m.size());
   for (const Triangle& t : mesh.triangles) {
     pieces.join(t[0], t[1]);
     pieces.join(t[0], t[2]);
   }
   std::vector<std::uint8_t> was_seen(mesh.positions_m.size());
+  std::vector<std::size_t> triangles(mesh.positions_m.size());
   for (std::size_t i = 0; i < invented.size(); ++i) {
-    if (invented[i] == 0) was_seen[pieces.root(mesh.triangles[i][0])] = 1;
+    const Index piece = pieces.root(mesh.triangles[i][0]);
+    if (invented[i] == 0) was_seen[piece] = 1;
+    ++triangles[piece];
   }
   std::vector<std::uint8_t> keeps(invented.size());
   std::vector<std::uint8_t> still_invented;
   for (std::size_t i = 0; i < invented.size(); ++i) {
-    keeps[i] = was_seen[pieces.root(mesh.triangles[i][0])];
+    const Index piece = pieces.root(mesh.triangles[i][0]);
+    keeps[i] = was_seen[piece] != 0 && triangles[piece] >= min_triangles ? 1 : 0;
     if (keeps[i] != 0) still_invented.push_back(invented[i]);
   }
   keep_triangles(keeps, mesh);

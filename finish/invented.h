@@ -22,8 +22,9 @@ struct PatchCount {
 /// manifold mesh stays manifold: vertices at which only corners meet are split.
 PatchCount keep_small_patches(double max_size_m, Mesh& mesh, std::vector<std::uint8_t>& invented);
 
-/// Removes the pieces of the mesh of which nothing was seen. The same for `invented`.
-void drop_invented_pieces(Mesh& mesh, std::vector<std::uint8_t>& invented);
+/// Removes the pieces of the mesh of which nothing was seen, or that have fewer than `min_triangles`. The same for
+/// `invented`.
+void drop_invented_pieces(std::size_t min_triangles, Mesh& mesh, std::vector<std::uint8_t>& invented);
 
 /// Vertices all of whose triangles were invented get this colour. A mesh without colours becomes grey elsewhere.
 void paint_invented(const std::vector<std::uint8_t>& invented, Rgb8 colour, Mesh& mesh);

@@ -15,8 +15,8 @@ using Index = std::uint32_t;
 
 // sigma tau 12 <= 1, 12 being the bound on the squared norm of the gradient in three dimensions (Chambolle 2004).
 constexpr float kStep = 0.28867513f;
-constexpr int kFirstSteps = 800;   // at the coarsest level, which is small
-constexpr int kSteps = 160;        // at each of the others, which begin where the coarser one ended
+constexpr int kFirstSteps = 500;   // at the coarsest level, which is small
+constexpr int kSteps = 80;         // at each of the others, which begin where the coarser one ended
 constexpr int kCoarsestSide = 20;  // no level is coarser than this
 constexpr int kSettledCells = 2;   // so far from the coarse surface voxels may still change sides
 constexpr int kSmoothSteps = 14;
