@@ -157,7 +157,7 @@ class SurfaceFinisher {
     if (!ground_) {
       refuse("ground",
              "no plane that could be a table or a floor was found: it must face the world's up within 45 "
-             "degrees (export.world_up) and be a twentieth of the surface");
+             "degrees (export.world_up), be a twentieth of the surface, and reach beyond what stands on it");
     }
   }
 

@@ -9,8 +9,14 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
 #include <vector>
+
+#include "finish/mesh_edges.h"
 
 namespace scanknit {
 namespace {
@@ -89,6 +95,83 @@ Fit fit_to(const std::vector<Facet>& facets, const Eigen::Vector3d& up, const Ei
   return fit;
 }
 
+/// Spans of points along directions all round in the plane.
+class Footprint {
+ public:
+  explicit Footprint(const Eigen::Vector3d& up) : u_(up.unitOrthogonal()), v_(up.cross(u_)) {}
+
+  void add(const Eigen::Vector3d& p) {
+    for (std::size_t i = 0; i < kDirections; ++i) {
+      low_[i] = std::min(low_[i], along(i, p));
+      high_[i] = std::max(high_[i], along(i, p));
+    }
+  }
+  /// With each span longer by `share` of it at both ends.
+  [[nodiscard]] bool contains(const Eigen::Vector3d& p, double share) const {
+    for (std::size_t i = 0; i < kDirections; ++i) {
+      const double more = share * (high_[i] - low_[i]);
+      if (along(i, p) < low_[i] - more || along(i, p) > high_[i] + more) return false;
+    }
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kDirections = 8;
+  [[nodiscard]] double along(std::size_t i, const Eigen::Vector3d& p) const {
+    const double angle = std::numbers::pi * static_cast<double>(i) / kDirections;
+    return std::cos(angle) * u_.dot(p) + std::sin(angle) * v_.dot(p);
+  }
+  static constexpr double kNothing = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d u_, v_;
+  std::array<double, kDirections> low_ = filled(kNothing), high_ = filled(-kNothing);
+  static constexpr std::array<double, kDirections> filled(double value) {
+    std::array<double, kDirections> all{};
+    all.fill(value);
+    return all;
+  }
+};
+
+/// False for the plinth or the shoulder of a thing: what stands well within the ground must not reach beyond it.
+bool reaches_beyond_what_stands_on_it(const Mesh& mesh, const GroundPlane& ground, double tolerance_m) {
+  constexpr double kWithin = -0.1;    // walls and what leans against the rim do not stand on it
+  constexpr double kOver = 0.1;       // a thing may hang over by so much
+  constexpr double kMostOver = 0.02;  // of the area of what stands on it, farther over than that
+  Footprint footprint(ground.up);
+  DisjointSets pieces(mesh.positions_m.size());
+  const auto height = [&](std::uint32_t v) { return ground.height_m(mesh.positions_m[v].cast<double>()); };
+  const auto is_above = [&](const Triangle& t) {
+    return std::min({height(t[0]), height(t[1]), height(t[2])}) > tolerance_m;
+  };
+  const auto middle = [&](const Triangle& t) -> Eigen::Vector3d {
+    return (mesh.positions_m[t[0]] + mesh.positions_m[t[1]] + mesh.positions_m[t[2]]).cast<double>() / 3;
+  };
+  const auto area = [&](const Triangle& t) {
+    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
+    return (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
+    const double level = (at(1) - at(0)).cross(at(2) - at(0)).normalized().dot(ground.up);
+    if (std::abs(ground.height_m(middle(t))) <= tolerance_m && level >= kAgreement) footprint.add(middle(t));
+    if (!is_above(t)) continue;
+    pieces.join(t[0], t[1]);
+    pieces.join(t[0], t[2]);
+  }
+  std::vector<std::uint8_t> stands(mesh.positions_m.size());
+  for (const Triangle& t : mesh.triangles) {
+    const bool is_foot = is_above(t) && ground.height_m(middle(t)) < 4 * tolerance_m;
+    if (is_foot && footprint.contains(middle(t), kWithin)) stands[pieces.root(t[0])] = 1;
+  }
+  double whole_m2 = 0;
+  double over_m2 = 0;
+  for (const Triangle& t : mesh.triangles) {
+    if (!is_above(t) || stands[pieces.root(t[0])] == 0) continue;
+    whole_m2 += area(t);
+    if (!footprint.contains(middle(t), kOver)) over_m2 += area(t);
+  }
+  return over_m2 <= kMostOver * whole_m2;
+}
+
 }  // namespace
 
 std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& search) {
@@ -124,7 +207,9 @@ std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& sea
   for (const Facet& facet : facets) whole_m2 += facet.area_m2;
   const double tilt = std::acos(std::clamp(up.dot(search.expected_up), -1.0, 1.0));
   if (!(fit.area_m2 >= search.min_share * whole_m2) || tilt > search.max_tilt_rad) return std::nullopt;
-  return GroundPlane{up, point, fit.area_m2, fit.area_m2 / whole_m2, fit.rms_m, tilt};
+  const GroundPlane ground{up, point, fit.area_m2, fit.area_m2 / whole_m2, fit.rms_m, tilt};
+  if (!reaches_beyond_what_stands_on_it(mesh, ground, search.tolerance_m)) return std::nullopt;
+  return ground;
 }
 
 }  // namespace scanknit

@@ -27,7 +27,8 @@ struct GroundSearch {
 };
 
 /// The plane with most of the mesh on it, by RANSAC (Fischler & Bolles 1981, PCL's), fitted once more to what lies on
-/// it; the same for the same mesh. Nothing where the search finds none.
+/// it; the same for the same mesh. Nothing where the search finds none, or where what stands on the plane reaches
+/// beyond it: that would be a plinth, and part of a thing.
 [[nodiscard]] std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& search);
 
 }  // namespace scanknit

@@ -72,6 +72,20 @@ TEST(GroundPlane, ThereIsNoneUnderABallOrInNothing) {
   EXPECT_FALSE(find_ground(Mesh(), {}));
 }
 
+// A ball on a plinth that is smaller than it: cutting at the plinth's top would cut the thing.
+TEST(GroundPlane, ThePlinthOfAThingIsNone) {
+  const auto scene = [](double side_m) {
+    Mesh mesh;
+    const Mesh ball = test::sphere();
+    for (const auto& p : ball.positions_m) mesh.positions_m.push_back(0.1f * p + Eigen::Vector3f(0, 0, 0.1f));
+    mesh.triangles = ball.triangles;
+    add_square({0, 0, 0}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), side_m, 0, mesh);
+    return mesh;
+  };
+  EXPECT_FALSE(find_ground(scene(0.12), {.tolerance_m = 0.004}));
+  EXPECT_TRUE(find_ground(scene(0.4), {.tolerance_m = 0.004}));
+}
+
 TEST(GroundPlane, OfACeilingIsNone) {
   Mesh mesh;
   add_square({0, 0, 2}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(), 1, 0, mesh);  // faces down
