@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "app/finish_surface.h"
 #include "app/mesh_output.h"
 #include "app/stage_timer.h"
 #include "core/atomic_file.h"
 #include "export/preview.h"
 #include "export/write_points.h"
-#include "extract/extract_surface.h"
 #include "fusion/range_integrate.h"
 
 namespace scanknit {
@@ -153,10 +153,9 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
   });
   report.extract.isovalue = job.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto surface =
-      timed(report, "extract", [&] { return extract_surface(field_of(*volume, has_colours), job.config.extract); });
-  if (!surface) return surface.error();
-  return write_surface(*surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);
+  const auto finished = finished_surface(field_of(*volume, has_colours), job.config, inputs.inputs[0].world_up, report);
+  if (!finished) return finished.error();
+  return write_surface(finished->surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);
 }
 
 Result<void> write_aligned_points(const AlignInputs& inputs, const Alignment& alignment,

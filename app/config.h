@@ -5,6 +5,7 @@
 #include "acquire/scanner_settings.h"
 #include "export/export_config.h"
 #include "extract/extract_config.h"
+#include "finish/finish_config.h"
 #include "fusion/fusion_config.h"
 #include "fusion/turntable_config.h"
 
@@ -16,6 +17,7 @@ struct Config {
   FusionConfig fusion;
   TurntableConfig turntable;
   ExtractConfig extract;
+  FinishConfig finish;
   ExportConfig output;  ///< the keys of `export:`, which is a C++ keyword
 };
 

@@ -132,6 +132,20 @@ std::vector<ConfigProblem> check_together(const Config& config) {
   if (acquire.max_depth_m != 0 && acquire.max_depth_m <= acquire.min_depth_m) {
     problems.push_back({"configuration", "acquire.max_depth: not beyond acquire.min_depth: no depth would be left"});
   }
+  const FinishConfig& finish = config.finish;
+  if (finish.ground == GroundWish::kCap && finish.watertight != Watertight::kFull) {
+    problems.push_back(
+        {"configuration", "finish.ground: cap is drawn by finish.watertight: full; set that too, or take remove"});
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& low = finish.crop.low_m[axis];
+    const auto& high = finish.crop.high_m[axis];
+    if (!low || !high || *low < *high) continue;
+    const std::string name = {"xyz"[axis]};
+    problems.push_back(
+        {"configuration",
+         fmt::format("finish.crop.max_{}: not beyond finish.crop.min_{}: nothing would be left", name, name)});
+  }
   return problems;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/config_print.h"
+#include "app/finish_surface.h"
 #include "app/mesh_output.h"
 #include "app/quantity.h"
 #include "app/stage_timer.h"
@@ -94,11 +95,11 @@ Result<void> extract_vdb(Job job, const VolumeRequest& request, Console& console
   view.weight = volume->weight.get();
   view.colour = volume->colour.get();
   view.is_signed_distance = volume->is_signed_distance;
-  const auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
-  if (!surface) return surface.error();
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
   const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-  return with_values(write_surface(*surface, {world_up, std::nullopt, std::nullopt}, job, report), values);
+  const auto finished = finished_surface(view, job.config, world_up, report);
+  if (!finished) return finished.error();
+  return with_values(write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job, report), values);
 }
 
 std::size_t budget_bytes(const ExtractConfig& config) {
@@ -146,6 +147,7 @@ Result<void> write_spilled(const MeshSpill& mesh, const MeshFrame& frame, const 
 Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Job& job, Console& console,
                            RunReport& report) {
   const ExtractConfig& config = job.config.extract;
+  if (auto nothing = refuse_to_finish_streamed(job.config.finish); !nothing) return nothing;
   for (const std::filesystem::path& path : job.outputs.meshes) {
     if (!can_be_written_in_parts(path)) return needs_whole_mesh(path, reader.header(), config);
   }
@@ -174,9 +176,12 @@ Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Jo
 
 Result<void> extract_whole(const DenseVolume& volume, const MeshFrame& frame, const Job& job, RunReport& report) {
   const DenseView view{volume.samples.data(), volume.header.dims, volume.header.T_file_index};
-  const auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
+  auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
-  return write_surface(*surface, frame, job, report);
+  const auto finished =
+      finished_mesh(*std::move(surface), volume.header.metres_per_unit, job.config, frame.world_up, report);
+  if (!finished) return finished.error();
+  return write_surface(finished->surface, frame, job, report);
 }
 
 Result<void> extract_file(Job job, const VolumeRequest& request, Console& console, RunReport& report) {

@@ -131,12 +131,12 @@ Result<double> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras,
   return moved_m;
 }
 
-Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
+Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
   const auto extract = [&](const std::optional<Eigen::AlignedBox3d>& crop) {
-    return timed(report, "extract", [&] { return extract_surface(field_view(volume_, crop), job_.config.extract); });
+    return finished_surface(field_view(volume_, crop), job_.config, info_.world_up, report);
   };
   auto cropped = extract(crop_);
-  if (!cropped || !crop_ || !cropped->mesh.empty()) return cropped;
+  if (!cropped || !crop_ || !cropped->surface.mesh.empty()) return cropped;
   if (empty_crop == EmptyCrop::kRefused) {
     return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
   }
@@ -147,13 +147,14 @@ Result<Surface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report)
 Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {
   const auto& trajectory = intake_.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
-  // Seen from where the scanner stood half way through the scan.
-  const MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
   report.extract.isovalue = job_.config.extract.isovalue;
   report.extract.isovalue_source = "config";
   const auto meshed = surface(empty_crop, report);
   if (!meshed) return meshed.error();
-  return write_surface(*meshed, frame, job_, report);
+  // Seen from where the scanner stood half way through the scan.
+  const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
+  const MeshFrame frame{info_.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
+  return write_surface(meshed->surface, frame, job_, report);
 }
 
 Result<void> Reconstruction::write_volume() {

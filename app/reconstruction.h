@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "app/finish_surface.h"
 #include "app/frame_intake.h"
 #include "app/fuse_again.h"
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
 #include "core/result.h"
-#include "extract/extract_surface.h"
 #include "fusion/loop_closure.h"
 #include "fusion/tsdf_volume.h"
 
@@ -80,7 +80,7 @@ class Reconstruction {
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
 
  private:
-  [[nodiscard]] Result<Surface> surface(EmptyCrop empty_crop, RunReport& report) const;
+  [[nodiscard]] Result<FinishedSurface> surface(EmptyCrop empty_crop, RunReport& report) const;
   Reconstruction(const Job& job, const RecordingInfo& info, FrameIntake& intake, RunReport& report, TsdfVolume volume)
       : job_(job), info_(info), intake_(intake), report_(report), volume_(std::move(volume)), poses_(info.poses) {
     expect_loops();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/align_output.h"
+#include "app/finish_surface.h"
 #include "app/quantity.h"
 
 namespace scanknit {
@@ -76,7 +77,7 @@ std::string mesh_line(const RunReport& report) {
 std::string time_line(const RunReport& report) {
   std::vector<std::string> parts;
   for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "integrate", "refine", "fuse_again",
-                            "extract", "export", "write"}) {
+                            "extract", "finish", "export", "write"}) {
     const auto found = report.stages.find(stage);
     if (found == report.stages.end() || found->second.samples_ms.empty()) continue;
     parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
@@ -110,6 +111,7 @@ std::string next_line(const RunReport& report) {
 std::string summary_text(const RunReport& report) {
   std::string text = frames_line(report) + tracking_line(report) + turntable_line(report) + alignment_text(report) +
                      volume_line(report) + isovalue_line(report);
+  text += finish_text(report);
   if (report.mesh) text += mesh_line(report);
   return text + time_line(report) + files_line(report) + next_line(report);
 }

@@ -40,6 +40,14 @@ target_link_libraries(scanknit_pcl_features INTERFACE scanknit_pcl)
 find_library(PCL_features_LIBRARY pcl_features REQUIRED)
 target_link_libraries(scanknit_pcl_features INTERFACE ${PCL_features_LIBRARY})
 
+add_library(scanknit_pcl_segmentation INTERFACE IMPORTED)  # likewise, for the one that finds the ground
+target_link_libraries(scanknit_pcl_segmentation INTERFACE scanknit_pcl)
+foreach(part sample_consensus segmentation)
+  find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
+  target_link_libraries(scanknit_pcl_segmentation INTERFACE ${PCL_${part}_LIBRARY})
+endforeach()
+find_package(meshoptimizer REQUIRED)
+
 # Volume files. ITK's own configuration asks for all of its sixty modules; its readers of three headers are all we need.
 find_package(ZLIB REQUIRED)
 find_path(ITK_INCLUDE_DIR NrrdIO.h PATH_SUFFIXES ITK-5.2 REQUIRED)

@@ -215,6 +215,19 @@ Json extract_json(const RunReport::Extract& extract) {
   return json;
 }
 
+Json finish_json(const std::optional<RunReport::Finish>& finish) {
+  if (!finish) return nullptr;
+  Json json;
+  json["steps"] = Json::array();
+  for (const auto& step : finish->steps) {
+    Json figures = Json::object();
+    for (const auto& [name, value] : step.figures) figures[name] = finite(value);
+    json["steps"].push_back({{"name", step.name}, {"refused", step.refused}, {"figures", std::move(figures)}});
+  }
+  json["T_mesh_world"] = pose_json(finish->T_mesh_world);
+  return json;
+}
+
 Json config_json(const std::string& text) {
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   return json.is_object() ? json : Json::object();
@@ -260,6 +273,7 @@ std::string to_json(const RunReport& report) {
   json["volume"] = volume_json(report.volume);
   json["mesh"] = mesh_json(report);
   json["extract"] = extract_json(report.extract);
+  json["finish"] = finish_json(report.finish);
   json["files"] = object_of(report.files);
   json["config"] = config_json(report.config_json);
   // Paths and messages may hold bytes that are not UTF-8: they become the replacement character.

@@ -141,6 +141,18 @@ struct RunReport {
     std::map<std::string, std::size_t> cases;                    ///< kind of cell -> count
     std::vector<std::pair<std::string, std::size_t>> sub_cases;  ///< sub-case -> cells, by configuration
   } extract;
+
+  /// What was done between fusing and writing (`finish:`).
+  struct Finish {
+    struct Step {
+      std::string name;     ///< "crop", "ground", "watertight", "pieces", "smooth", "simplify", "place"
+      std::string refused;  ///< why it was not done; empty when it was
+      std::map<std::string, double> figures;  ///< how much it changed; units in the names
+    };
+    std::vector<Step> steps;  ///< in their order
+    Pose T_mesh_world = Pose::Identity();
+  };
+  std::optional<Finish> finish;              ///< nothing unless something was asked for
   std::map<std::string, std::string> files;  ///< kind ("glb", "preview" ...) -> path as written
   std::string config_json;                   ///< the effective configuration as a JSON object
 };

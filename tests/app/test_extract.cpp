@@ -356,6 +356,23 @@ TEST_F(Streamed, OtherFormatsAreRefusedWithWhatToDo) {
   EXPECT_FALSE(fs::exists(folder_ / "ball.glb"));
 }
 
+TEST_F(Streamed, CannotBeFinishedAndSaysWhatToDo) {
+  const std::vector<std::string> simplify = {"--set", "finish.triangles=1000"};
+  const Outcome outcome = extract(path(), folder_ / "ball.ply", joined(options("1MiB"), simplify));
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_TRUE(contains(outcome.err, "extract.memory_budget")) << outcome.err;
+  const Json whole = report_of(path(), folder_ / "ball.ply", joined(options("1GiB"), simplify));
+  EXPECT_LE(whole["mesh"]["triangles"], 1000);
+  EXPECT_EQ(whole["mesh"]["is_closed"], true);
+}
+
+TEST_F(Streamed, AVolumeWithoutDistancesCannotBeClosed) {
+  const Outcome outcome =
+      extract(path(), folder_ / "ball.ply", joined(options("1GiB"), {"--set", "finish.watertight=full"}));
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_TRUE(contains(outcome.err, "leave them out")) << outcome.err;
+}
+
 TEST_F(Streamed, AnEmptyMeshExitsWith7AndLeavesNoFile) {
   const Outcome outcome = extract(path(), folder_ / "ball.ply", options("1MiB", "5000"));
   EXPECT_EQ(outcome.exit_code, 7) << outcome.err;

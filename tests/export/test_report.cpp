@@ -84,6 +84,9 @@ RunReport sample() {
   report.volume = {1000, 20, 1.5, 0.004, false};
   report.mesh = check_mesh(test::cube());
   report.extract = {300, "otsu", {{"ambiguous_faces_joined", 3}}, {{"0", 90}, {"3A", 2}, {"10C", 1}}};
+  report.finish = RunReport::Finish{
+      {{"pieces", "", {{"pieces_removed", 3}, {"area_removed_mm2", 12.5}}}, {"ground", "no plane was found", {}}},
+      Pose::Identity()};
   report.files = {{"glb", "out/model.glb"}};
   report.config_json = R"({"fusion":{"voxel_size":0.004}})";
   return report;
@@ -108,7 +111,7 @@ TEST(Report, SchemaTestSeesWhatIsWrong) {
 TEST(Report, EveryKeyIsInItsTable) {
   const std::string table = test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.md");
   const Json json = Json::parse(to_json(sample()));
-  for (const char* part : {"frames", "tracking", "volume", "mesh", "extract"}) {
+  for (const char* part : {"frames", "tracking", "volume", "mesh", "extract", "finish"}) {
     for (const auto& [key, value] : json[part].items()) {
       EXPECT_NE(table.find("`" + std::string(part) + "." + key + "`"), std::string::npos) << key;
     }

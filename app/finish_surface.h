@@ -1,0 +1,39 @@
+// From a volume to the surface that is written: extraction, and what `finish:` asks for before and after it.
+#pragma once
+
+#include <string>
+
+#include "app/config.h"
+#include "core/axes.h"
+#include "core/pose.h"
+#include "core/result.h"
+#include "export/report.h"
+#include "extract/extract_surface.h"
+#include "extract/field_view.h"
+
+namespace scanknit {
+
+struct FinishedSurface {
+  Surface surface;
+  Pose T_mesh_world = Pose::Identity();  ///< from the volume's world to where the mesh stands
+};
+
+/// Extracts the surface of a volume and finishes it; without `finish:` it is extract_surface(). A step that cannot be
+/// done is left out, with the reason in report.finish and among the warnings: a scan is never lost. `world_up` is the
+/// way up unless export.world_up says otherwise. Errors: extract_surface()'s; kConfig for steps that make no sense
+/// together or for this volume.
+[[nodiscard]] Result<FinishedSurface> finished_surface(const FieldView& view, const Config& config, UpAxis world_up,
+                                                       RunReport& report);
+
+/// The same for a mesh that was extracted from a volume without distances, in units of `metres_per_unit`: steps that
+/// need distances are errors (kConfig).
+[[nodiscard]] Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, const Config& config,
+                                                    UpAxis world_up, RunReport& report);
+
+/// kConfig if anything is to be finished: the mesh never is in memory as a whole.
+[[nodiscard]] Result<void> refuse_to_finish_streamed(const FinishConfig& config);
+
+/// A line for each step, for people; empty without any.
+[[nodiscard]] std::string finish_text(const RunReport& report);
+
+}  // namespace scanknit

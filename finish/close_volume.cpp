@@ -1,0 +1,236 @@
+#include "finish/close_volume.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "finish/smallest_surface.h"
+
+namespace scanknit {
+namespace {
+
+using openvdb::Coord;
+using FieldLeaf = openvdb::FloatTree::LeafNodeType;
+
+constexpr int kSide = 8;  // of a leaf
+constexpr std::size_t kBytesPerVoxel = kFillBytesPerVoxel + sizeof(float) + 2;
+
+/// Calls with the leaf, and whether each of its voxels was seen.
+class SeenLeaves {
+ public:
+  explicit SeenLeaves(const SeenVolume& volume) : volume_(volume), fields_(volume.field->tree()) {
+    if (volume.weight != nullptr) weights_.emplace(volume.weight->tree());
+    if (volume.weight_codes != nullptr) codes_.emplace(volume.weight_codes->tree());
+  }
+
+  [[nodiscard]] const FieldLeaf* leaf(const Coord& origin) const { return fields_.probeConstLeaf(origin); }
+
+  [[nodiscard]] bool is_seen(const FieldLeaf& leaf, openvdb::Index offset) const {
+    if (!std::isfinite(leaf.getValue(offset))) return false;
+    const Coord at = leaf.offsetToGlobalCoord(offset);
+    if (!weights_ && !codes_) return leaf.isValueOn(offset);
+    const auto weight = static_cast<double>(weights_ ? weights_->getValue(at) : decode_weight(codes_->getValue(at)));
+    return weight > 0 && weight >= volume_.least_weight;
+  }
+
+ private:
+  const SeenVolume& volume_;
+  openvdb::FloatGrid::ConstAccessor fields_;
+  std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
+  std::optional<SeenWeightGrid::ConstAccessor> codes_;
+};
+
+struct Box {
+  VoxelBox voxels;
+  std::vector<VoxelLabel> labels;
+  std::vector<float> distance_m;  ///< from the isovalue
+  std::vector<std::uint8_t> is_seen;
+};
+
+int leaf_floor(double index) {
+  return static_cast<int>(std::floor(index / kSide)) * kSide;
+}
+
+/// Whole leaves, with a rim round the band so that the fill has room.
+VoxelBox box_round(const SeenVolume& volume, const Eigen::AlignedBox3d& surface) {
+  Eigen::AlignedBox3d index_box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p = surface.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    const openvdb::Vec3d index = volume.field->transform().worldToIndex({p.x(), p.y(), p.z()});
+    index_box.extend(Eigen::Vector3d(index.x(), index.y(), index.z()));
+  }
+  const double rim = std::ceil(volume.band_voxels) + 3;
+  VoxelBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.first[axis] = leaf_floor(index_box.min()[axis] - rim);
+    box.dims[axis] = leaf_floor(index_box.max()[axis] + rim) + kSide - box.first[axis];
+  }
+  return box;
+}
+
+/// What was seen, and what is cut off.
+void read_leaf(const SeenVolume& volume, const CloseRequest& request, const Eigen::Vector3i& at, Box& box) {
+  const SeenLeaves leaves(volume);
+  const VoxelBox& voxels = box.voxels;
+  const Coord origin(voxels.first.x() + at.x(), voxels.first.y() + at.y(), voxels.first.z() + at.z());
+  const FieldLeaf* leaf = leaves.leaf(origin);
+  const auto& transform = volume.field->transform();
+  for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
+    const Coord local = FieldLeaf::offsetToLocalCoord(offset);
+    const Eigen::Vector3i place = at + Eigen::Vector3i(local.x(), local.y(), local.z());
+    const std::size_t i = voxels.at(place.x(), place.y(), place.z());
+    const bool is_seen = leaf != nullptr && leaves.is_seen(*leaf, offset);
+    float distance = is_seen ? leaf->getValue(offset) - static_cast<float>(volume.isovalue_m) : 0.0f;
+    bool is_cut = false;
+    if (request.cut_m) {
+      const openvdb::Vec3d p = transform.indexToWorld(origin + local);
+      const auto cut = static_cast<float>(request.cut_m({p.x(), p.y(), p.z()}));
+      is_cut = is_seen ? cut > distance : cut >= 0;
+      if (is_cut) distance = cut;
+    }
+    const bool is_rim = (place.array() == 0).any() || (place.array() == voxels.dims.array() - 1).any();
+    const bool is_beyond = request.is_outside_free && is_rim && !(is_seen && distance >= 0);
+    if (is_beyond) distance = static_cast<float>(transform.voxelSize().x());
+    box.is_seen[i] = is_seen && !is_cut && !is_beyond ? 1 : 0;
+    box.distance_m[i] = distance;
+    const bool is_known = is_seen || is_cut || is_beyond;
+    box.labels[i] = !is_known ? VoxelLabel::kUnknown : distance < 0 ? VoxelLabel::kMatter : VoxelLabel::kFree;
+  }
+}
+
+std::vector<Eigen::Vector3i> leaf_places(const VoxelBox& box) {
+  std::vector<Eigen::Vector3i> places;
+  for (int x = 0; x < box.dims.x(); x += kSide) {
+    for (int y = 0; y < box.dims.y(); y += kSide) {
+      for (int z = 0; z < box.dims.z(); z += kSide) places.emplace_back(x, y, z);
+    }
+  }
+  return places;
+}
+
+/// Whether a cell that reaches into the leaf has both signs.
+bool has_surface(const Box& box, const Eigen::Vector3i& at) {
+  const VoxelBox& voxels = box.voxels;
+  bool has_matter = false;
+  bool has_free = false;
+  const Eigen::Vector3i low = (at.array() - 1).max(0);
+  const Eigen::Vector3i high = (at.array() + kSide).min(voxels.dims.array() - 1);
+  for (int x = low.x(); x <= high.x(); ++x) {
+    for (int y = low.y(); y <= high.y(); ++y) {
+      for (int z = low.z(); z <= high.z(); ++z) {
+        const bool is_matter = box.distance_m[voxels.at(x, y, z)] < 0;
+        has_matter |= is_matter;
+        has_free |= !is_matter;
+      }
+    }
+  }
+  return has_matter && has_free;
+}
+
+/// Unknown samples take the filled distances; a cut stays a cut.
+void take_filled(const SeenVolume& volume, const CloseRequest& request, const FilledField& filled, Box& box) {
+  const auto& transform = volume.field->transform();
+  const auto voxel_m = static_cast<float>(transform.voxelSize().x());
+  tbb::parallel_for(std::size_t{0}, box.labels.size(), [&](std::size_t i) {
+    if (box.labels[i] != VoxelLabel::kUnknown) return;
+    box.distance_m[i] = filled.distance_vox[i] * voxel_m;
+    if (!request.cut_m) return;
+    const Eigen::Vector3i at = box.voxels.first + box.voxels.place(i);
+    const openvdb::Vec3d p = transform.indexToWorld(Coord(at.x(), at.y(), at.z()));
+    box.distance_m[i] = std::max(box.distance_m[i], static_cast<float>(request.cut_m({p.x(), p.y(), p.z()})));
+  });
+}
+
+openvdb::FloatGrid::Ptr to_grid(const SeenVolume& volume, const Box& box) {
+  auto grid = openvdb::FloatGrid::create(volume.field->background());
+  grid->setTransform(volume.field->transform().copy());
+  for (const Eigen::Vector3i& at : leaf_places(box.voxels)) {
+    if (!has_surface(box, at)) continue;
+    const Coord origin(box.voxels.first.x() + at.x(), box.voxels.first.y() + at.y(), box.voxels.first.z() + at.z());
+    FieldLeaf* leaf = grid->tree().touchLeaf(origin);
+    for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
+      const Coord local = FieldLeaf::offsetToLocalCoord(offset);
+      const std::size_t i = box.voxels.at(at.x() + local.x(), at.y() + local.y(), at.z() + local.z());
+      leaf->setValueOn(offset, box.distance_m[i] + static_cast<float>(volume.isovalue_m));
+    }
+  }
+  return grid;
+}
+
+Error too_large(const VoxelBox& box, std::size_t memory_bytes) {
+  constexpr double kMebibyte = 1024.0 * 1024.0;
+  return {ErrorCode::kBudget,
+          fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close; {:.0f} are "
+                      "allowed (fusion.memory_budget): crop it (finish.crop), or take larger voxels",
+                      box.dims.x(), box.dims.y(), box.dims.z(),
+                      static_cast<double>(box.voxels()) * kBytesPerVoxel / kMebibyte,
+                      static_cast<double>(memory_bytes) / kMebibyte),
+          "finish.watertight"};
+}
+
+}  // namespace
+
+bool ClosedVolume::is_seen_cell(const Eigen::Vector3i& low) const {
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i at = low - box.first + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+    if (!box.contains(at.x(), at.y(), at.z()) || is_seen[box.at(at.x(), at.y(), at.z())] == 0) return false;
+  }
+  return true;
+}
+
+Eigen::Vector3d ClosedVolume::index_of(const Eigen::Vector3d& p_world) const {
+  const openvdb::Vec3d index = field->transform().worldToIndex({p_world.x(), p_world.y(), p_world.z()});
+  return {index.x(), index.y(), index.z()};
+}
+
+Result<ClosedVolume> close_volume(const SeenVolume& volume, const CloseRequest& request) {
+  if (!volume.field->transform().isLinear() || !volume.field->hasUniformVoxels()) {
+    return Error{ErrorCode::kConfig, "works on volumes whose voxels are cubes", "finish.watertight"};
+  }
+  Box box;
+  box.voxels = box_round(volume, request.surface);
+  const double needed = static_cast<double>(kBytesPerVoxel) * box.voxels.dims.cast<double>().prod();
+  const bool fits_index = box.voxels.dims.cast<double>().prod() < std::numeric_limits<std::uint32_t>::max();
+  if (needed > static_cast<double>(request.memory_bytes) || !fits_index) {
+    return too_large(box.voxels, request.memory_bytes);
+  }
+  const std::size_t n = box.voxels.voxels();
+  box.labels.resize(n);
+  box.distance_m.resize(n);
+  box.is_seen.resize(n);
+  const auto places = leaf_places(box.voxels);
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) { read_leaf(volume, request, places[i], box); });
+  const auto voxel_m = static_cast<float>(volume.field->voxelSize().x());
+  std::vector<float> known_vox(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { known_vox[i] = box.distance_m[i] / voxel_m; });
+  const FilledField filled = fill_by_smallest_surface(box.voxels, box.labels, known_vox, volume.band_voxels);
+  take_filled(volume, request, filled, box);
+  ClosedVolume closed;
+  closed.field = to_grid(volume, box);
+  closed.box = box.voxels;
+  closed.is_seen = std::move(box.is_seen);
+  return closed;
+}
+
+openvdb::FloatGrid::Ptr cut_open(const SeenVolume& volume,
+                                 const std::function<double(const Eigen::Vector3d& p_world)>& cut_m) {
+  auto grid = openvdb::FloatGrid::create(volume.field->background());
+  grid->setTransform(volume.field->transform().copy());
+  const SeenLeaves leaves(volume);
+  for (auto leaf = volume.field->tree().cbeginLeaf(); leaf; ++leaf) {
+    FieldLeaf* copy = grid->tree().touchLeaf(leaf->origin());
+    for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
+      if (!leaves.is_seen(*leaf, offset)) continue;
+      const openvdb::Vec3d p = volume.field->transform().indexToWorld(leaf->offsetToGlobalCoord(offset));
+      if (!(cut_m({p.x(), p.y(), p.z()}) > 0)) copy->setValueOn(offset, leaf->getValue(offset));
+    }
+  }
+  return grid;
+}
+
+}  // namespace scanknit

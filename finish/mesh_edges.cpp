@@ -1,0 +1,138 @@
+#include "finish/mesh_edges.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace scanknit {
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index kNone = std::numeric_limits<Index>::max();
+
+/// `from` may be `to`.
+void copy_vertex(const Mesh& from, Index vertex, Mesh& to) {
+  to.positions_m.push_back(Eigen::Vector3f(from.positions_m[vertex]));
+  if (!from.normals.empty()) to.normals.push_back(Eigen::Vector3f(from.normals[vertex]));
+  if (!from.colours.empty()) to.colours.push_back(Rgb8(from.colours[vertex]));
+}
+
+std::size_t corner_at(const Triangle& triangle, Index vertex) {
+  return triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
+}
+
+/// Corners of triangles (three a triangle) in sets, one for each fan.
+DisjointSets fans_of(const Mesh& mesh) {
+  DisjointSets corners(3 * mesh.triangles.size());
+  for_each_edge(edge_sides(mesh), [&](std::span<const EdgeSide> sides) {
+    if (sides.size() != 2) return;
+    for (const Index vertex : {sides[0].low, sides[0].high}) {
+      const auto corner = [&](const EdgeSide& side) {
+        return static_cast<Index>(3 * side.triangle + corner_at(mesh.triangles[side.triangle], vertex));
+      };
+      corners.join(corner(sides[0]), corner(sides[1]));
+    }
+  });
+  return corners;
+}
+
+}  // namespace
+
+std::vector<EdgeSide> edge_sides(const Mesh& mesh) {
+  std::vector<EdgeSide> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(mesh.triangles[t][i], mesh.triangles[t][(i + 1) % 3]);
+      sides.push_back({low, high, static_cast<Index>(t)});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  return sides;
+}
+
+DisjointSets::DisjointSets(std::size_t size) : parent_(size) {
+  std::iota(parent_.begin(), parent_.end(), Index{0});
+}
+
+std::uint32_t DisjointSets::root(std::uint32_t of) {
+  while (parent_[of] != of) of = parent_[of] = parent_[parent_[of]];
+  return of;
+}
+
+void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
+  a = root(a);
+  b = root(b);
+  if (a != b) parent_[std::max(a, b)] = std::min(a, b);
+}
+
+void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh) {
+  std::vector<Index> number(mesh.positions_m.size(), kNone);
+  std::vector<Triangle> kept;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (keeps[t] == 0) continue;
+    kept.push_back(mesh.triangles[t]);
+    for (const Index vertex : mesh.triangles[t]) number[vertex] = 0;
+  }
+  Mesh smaller;
+  Index next = 0;
+  for (Index vertex = 0; vertex < number.size(); ++vertex) {
+    if (number[vertex] == kNone) continue;
+    number[vertex] = next++;
+    copy_vertex(mesh, vertex, smaller);
+  }
+  for (Triangle& triangle : kept) {
+    for (Index& vertex : triangle) vertex = number[vertex];
+  }
+  smaller.triangles = std::move(kept);
+  mesh = std::move(smaller);
+}
+
+std::vector<std::uint8_t> non_manifold_vertices(const Mesh& mesh) {
+  std::vector<std::uint8_t> is_bad(mesh.positions_m.size());
+  const auto runs_up = [&](const EdgeSide& side) {
+    const Triangle& t = mesh.triangles[side.triangle];
+    return t[(corner_at(t, side.low) + 1) % 3] == side.high;
+  };
+  for_each_edge(edge_sides(mesh), [&](std::span<const EdgeSide> sides) {
+    if (sides.size() == 1 || (sides.size() == 2 && runs_up(sides[0]) != runs_up(sides[1]))) return;
+    is_bad[sides[0].low] = 1;
+    is_bad[sides[0].high] = 1;
+  });
+  DisjointSets fans = fans_of(mesh);
+  std::vector<Index> first(mesh.positions_m.size(), kNone);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index vertex = mesh.triangles[t][i];
+      const Index fan = fans.root(static_cast<Index>(3 * t + i));
+      if (first[vertex] == kNone) first[vertex] = fan;
+      if (first[vertex] != fan) is_bad[vertex] = 1;
+    }
+  }
+  return is_bad;
+}
+
+void split_fans(Mesh& mesh) {
+  DisjointSets corners = fans_of(mesh);
+  std::vector<Index> owner(mesh.positions_m.size(), kNone);        // the fan that keeps the vertex
+  std::vector<Index> vertex_of(3 * mesh.triangles.size(), kNone);  // of other fans, by their root
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      Index& vertex = mesh.triangles[t][i];
+      const Index fan = corners.root(static_cast<Index>(3 * t + i));
+      if (owner[vertex] == kNone) owner[vertex] = fan;
+      if (owner[vertex] == fan) continue;
+      if (vertex_of[fan] == kNone) {
+        vertex_of[fan] = static_cast<Index>(mesh.positions_m.size());
+        copy_vertex(mesh, vertex, mesh);
+      }
+      vertex = vertex_of[fan];
+    }
+  }
+}
+
+}  // namespace scanknit

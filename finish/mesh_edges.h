@@ -1,0 +1,53 @@
+// The edges of a mesh, and sets of its triangles.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/mesh.h"
+
+namespace scanknit {
+
+/// One triangle's side of an edge.
+struct EdgeSide {
+  std::uint32_t low, high;  ///< vertices
+  std::uint32_t triangle;
+};
+
+/// The sides of all edges: by vertices, then by triangle, ascending. Sides of one edge are neighbours.
+[[nodiscard]] std::vector<EdgeSide> edge_sides(const Mesh& mesh);
+
+/// Calls visit(span of the sides of one edge) for every edge.
+template <typename Visit>
+void for_each_edge(const std::vector<EdgeSide>& sides, const Visit& visit) {
+  for (std::size_t begin = 0; begin < sides.size();) {
+    std::size_t end = begin + 1;
+    while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high) ++end;
+    visit(std::span(sides).subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+/// Numbers in sets that are joined; the outcome does not depend on the order of joining.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t size);
+  [[nodiscard]] std::uint32_t root(std::uint32_t of);  ///< the smallest of its set
+  void join(std::uint32_t a, std::uint32_t b);
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Keeps the triangles with a 1, in their order, and the vertices that they use.
+void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh);
+
+/// 1 for the vertices of edges with more than two sides, or with two that run the same way, and for those of several
+/// fans.
+[[nodiscard]] std::vector<std::uint8_t> non_manifold_vertices(const Mesh& mesh);
+
+/// Gives every fan of triangles round a vertex a vertex of its own.
+void split_fans(Mesh& mesh);
+
+}  // namespace scanknit

@@ -1,0 +1,53 @@
+#include "finish/pieces.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "finish/mesh_edges.h"
+
+namespace scanknit {
+
+PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
+  struct Piece {
+    double area_m2 = 0;
+    std::size_t triangles = 0;
+    Eigen::AlignedBox3f box;
+  };
+  DisjointSets sets(mesh.positions_m.size());
+  for (const Triangle& t : mesh.triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[0], t[2]);
+  }
+  std::vector<Piece> pieces(mesh.positions_m.size());  // by root
+  for (const Triangle& t : mesh.triangles) {
+    Piece& piece = pieces[sets.root(t[0])];
+    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
+    piece.area_m2 += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
+    ++piece.triangles;
+    for (const std::uint32_t vertex : t) piece.box.extend(mesh.positions_m[vertex]);
+  }
+  const auto largest = std::max_element(pieces.begin(), pieces.end(),
+                                        [](const Piece& a, const Piece& b) { return a.area_m2 < b.area_m2; });
+  PiecesRemoved removed;
+  std::vector<std::uint8_t> keeps_piece(pieces.size(), 1);
+  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
+    if (piece->triangles == 0 || piece == largest) continue;
+    const bool is_small =
+        piece->area_m2 < min_share * largest->area_m2 || static_cast<double>(piece->box.diagonal().norm()) < min_size_m;
+    if (!is_small) continue;
+    keeps_piece[static_cast<std::size_t>(piece - pieces.begin())] = 0;
+    ++removed.pieces;
+    removed.triangles += piece->triangles;
+    removed.area_m2 += piece->area_m2;
+  }
+  if (removed.pieces == 0) return removed;
+  std::vector<std::uint8_t> keeps;
+  keeps.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) keeps.push_back(keeps_piece[sets.root(t[0])]);
+  keep_triangles(keeps, mesh);
+  return removed;
+}
+
+}  // namespace scanknit

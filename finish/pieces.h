@@ -1,0 +1,19 @@
+// Floaters: pieces of a mesh that are too small to be what was scanned.
+#pragma once
+
+#include <cstddef>
+
+#include "core/mesh.h"
+
+namespace scanknit {
+
+struct PiecesRemoved {
+  std::size_t pieces = 0, triangles = 0;
+  double area_m2 = 0;
+};
+
+/// Removes the pieces (triangles joined by vertices) whose area is less than `min_share` of the largest one's, or whose
+/// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of what stays is unchanged.
+PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
+
+}  // namespace scanknit

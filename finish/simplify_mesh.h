@@ -1,0 +1,27 @@
+// Fewer triangles.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "core/mesh.h"
+
+namespace scanknit {
+
+struct SimplifyWish {
+  std::optional<std::size_t> triangles;  ///< at least so many stay; nothing: as few as the error allows
+  std::optional<double> max_error_m;     ///< nothing: whatever it takes
+};
+
+struct MeshSimplified {
+  std::size_t triangles_before = 0, triangles = 0;
+  double error_m = 0;         ///< of the quadrics; an estimate of how far the surface moved
+  bool is_held_back = false;  ///< the wish would have broken the topology: there are more triangles than asked for
+};
+
+/// meshoptimizer's edge collapses onto vertices that are there, so that each vertex keeps its place, normal and colour.
+/// What was manifold stays so, closed stays closed, and the Euler characteristic stays: a result that does not is given
+/// up for a larger one, at last for the mesh as it was. Deterministic.
+MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh);
+
+}  // namespace scanknit

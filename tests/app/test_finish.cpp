@@ -1,0 +1,143 @@
+// `finish:` by the built program: a noisy desk with things on it, seen from above.
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+class Finish : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    const Outcome synth = scanknit_command({"synth", "desk", "--noise", "--seed", "1", "-o", recording(), "--frames",
+                                            "40", "--width", "240", "--height", "180", "--quiet"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+    const Outcome plain = run("plain", {"--save-volume", place("plain.vdb")});
+    ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  [[nodiscard]] static std::string place(const std::string& name) { return *folder_ / name; }
+  [[nodiscard]] static std::string recording() { return place("recording"); }
+
+  static Outcome run(const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"run",      recording(), "-o",    place(name),
+                                          "--preset", "object",    "--set", "fusion.voxel_size=4mm"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return scanknit_command(arguments);
+  }
+  static Json report(const std::string& name) { return Json::parse(read_text(fs::path(place(name)) / "report.json")); }
+  static Json step(const Json& report, const std::string& name) {
+    for (const Json& one : report["finish"]["steps"]) {
+      if (one["name"] == name) return one;
+    }
+    return nullptr;
+  }
+  static double size_m(const Json& report, int axis) {
+    const Json& bounds = report["mesh"]["bounds_m"];
+    return bounds[1][axis].get<double>() - bounds[0][axis].get<double>();
+  }
+
+  static TempFolder* folder_;
+};
+TempFolder* Finish::folder_ = nullptr;
+
+TEST_F(Finish, NothingIsDoneUnlessAsked) {
+  EXPECT_TRUE(report("plain")["finish"].is_null());
+  EXPECT_EQ(report("plain")["mesh"]["is_closed"], false);
+}
+
+TEST_F(Finish, ForPrintingItIsCutFromTheTableClosedAndStandsOnTheOrigin) {
+  const Outcome outcome = run("print", {"--preset", "print", "--set", "finish.mark_invented=magenta"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json told = report("print");
+  std::cout << told["finish"].dump(1) << "\n";
+  EXPECT_EQ(told["mesh"]["is_closed"], true);
+  EXPECT_EQ(told["mesh"]["is_manifold"], true);
+  // Seven pieces: a mug whose handle is a ring, a vase, a ball, books, a ring, a cone, a box. Two have a hole.
+  EXPECT_EQ(told["mesh"]["components"], 7);
+  EXPECT_EQ(told["mesh"]["euler"], 2 * 7 - 2 * 2);
+  EXPECT_EQ(told["mesh"]["degenerate_triangles"], 0);
+  EXPECT_EQ(step(told, "ground")["refused"], "");
+  EXPECT_LT(step(told, "ground")["figures"]["plane_rms_mm"].get<double>(), 4);
+  EXPECT_GT(step(told, "watertight")["figures"]["invented_area_mm2"].get<double>(), 0);
+  EXPECT_EQ(step(told, "watertight")["figures"]["boundary_edges"], 0);
+  EXPECT_NEAR(told["mesh"]["bounds_m"][1][1].get<double>(), 0, 1e-6);  // -y is up: it stands on y = 0
+  EXPECT_NEAR(size_m(told, 1), 0.22 - 0.008, 0.006);  // the vase, without the two voxels above the table
+  EXPECT_NEAR(told["mesh"]["bounds_m"][0][0].get<double>(), -told["mesh"]["bounds_m"][1][0].get<double>(), 1e-6);
+  EXPECT_NE(outcome.out.find("Finish"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(fs::exists(fs::path(place("print")) / "model.stl"));
+}
+
+TEST_F(Finish, IsTheSameBytesForAnyNumberOfThreads) {
+  std::vector<std::string> meshes;
+  for (const char* threads : {"1", "2", "8"}) {
+    const Outcome outcome = scanknit_command({"extract", place("plain.vdb"), "-o", place("threads.stl"), "--preset",
+                                              "object", "--preset", "print", "--set", "finish.triangles=20000", "--set",
+                                              "finish.smooth=2", "--threads", threads, "--quiet"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    meshes.push_back(read_text(place("threads.stl")));
+  }
+  EXPECT_FALSE(meshes[0].empty());
+  EXPECT_TRUE(meshes[1] == meshes[0]);
+  EXPECT_TRUE(meshes[2] == meshes[0]);
+}
+
+TEST_F(Finish, TheSavedVolumeIsFinishedTheSameWay) {
+  const std::vector<std::string> wish = {"--set", "finish.watertight=small", "--set", "finish.max_hole=4cm"};
+  const Outcome whole = run("small", wish);
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  std::vector<std::string> arguments = {"extract", place("plain.vdb"), "-o", place("extracted"), "--preset", "object"};
+  arguments.insert(arguments.end(), wish.begin(), wish.end());
+  const Outcome extracted = scanknit_command(arguments);
+  ASSERT_EQ(extracted.exit_code, 0) << extracted.err;
+  EXPECT_EQ(read_text(place("small") + "/model.ply"), read_text(place("extracted") + "/model.ply"));
+  const Json told = report("small");
+  EXPECT_GT(step(told, "watertight")["figures"]["holes_closed"].get<double>(), 0);
+  EXPECT_LT(told["mesh"]["boundary_edges"], report("plain")["mesh"]["boundary_edges"]);
+  EXPECT_EQ(told["mesh"]["is_manifold"], true);
+}
+
+TEST_F(Finish, CropsSmoothsAndSimplifies) {
+  const Json plain = report("plain");
+  const double middle =
+      (plain["mesh"]["bounds_m"][0][0].get<double>() + plain["mesh"]["bounds_m"][1][0].get<double>()) / 2;
+  const Outcome outcome = run("crop", {"--set", "finish.crop.max_x=" + std::to_string(middle), "--set",
+                                       "finish.triangles=2000", "--set", "finish.smooth=2"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json told = report("crop");
+  std::cout << told["finish"].dump(1) << "\n";
+  EXPECT_LE(told["mesh"]["bounds_m"][1][0].get<double>(), middle + 1e-6);
+  EXPECT_NEAR(size_m(told, 0), size_m(plain, 0) / 2, 0.02);
+  EXPECT_LT(told["mesh"]["triangles"], 2300);
+  EXPECT_EQ(told["mesh"]["is_manifold"], true);
+  EXPECT_GT(step(told, "smooth")["figures"]["mean_moved_mm"].get<double>(), 0);
+}
+
+TEST_F(Finish, AStepThatCannotBeDoneIsToldAndTheMeshIsWritten) {
+  const Outcome outcome = run("refused", {"--set", "finish.watertight=full", "--set", "fusion.memory_budget=100MiB"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string reason = step(report("refused"), "watertight")["refused"];
+  EXPECT_NE(reason.find("finish.crop"), std::string::npos) << reason;
+  EXPECT_NE(outcome.out.find("not done"), std::string::npos) << outcome.out;
+  EXPECT_TRUE(fs::exists(fs::path(place("refused")) / "model.ply"));
+}
+
+TEST_F(Finish, ACapThatNothingDrawsIsRefusedBeforeTheWork) {
+  const Outcome outcome = run("cap", {"--set", "finish.ground=cap"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_NE(outcome.err.find("finish.watertight: full"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(place("cap")));
+}
+
+}  // namespace
+}  // namespace scanknit
