@@ -38,6 +38,7 @@ struct CommandLine {
   CaptureArguments capture;
   RecordArguments record;
   ShowArguments show;
+  ReportArguments report;
   ExtractArguments extract;
   AlignArguments align;
   SynthArguments synth;
@@ -285,6 +286,15 @@ void add_view(CLI::App& app, CommandLine& line) {
   command->final_callback([&line] { line.command = [&line] { return view_command(line.show, line.common); }; });
 }
 
+void add_report(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and what is beside it");
+  command->add_option("folder", line.report.folder, "The folder that `run`, `capture`, `extract` or `align` wrote")
+      ->required()
+      ->type_name("OUT");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return report_command(line.report, line.common); }; });
+}
+
 void add_record(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("record", "Keep what a scanner sends, for `run`");
   command->add_option("-o,--output", line.record.output, "The recording")->required()->type_name("FILE.mcap");
@@ -485,6 +495,7 @@ int run_cli(int argc, const char* const* argv) {
   add_capture(app, line);
   add_record(app, line);
   add_view(app, line);
+  add_report(app, line);
   add_extract(app, line);
   add_align(app, line);
   add_synth(app, line);

@@ -48,6 +48,7 @@ Result<Reconstruction> Reconstruction::create(const Job& job, const RecordingInf
 
 void Reconstruction::expect_loops() {
   fused_.clear();
+  samples_.clear();
   keys_.reset();
   was_lost_ = false;
   if (info_.poses == PoseMode::kTrack && job_.config.fusion.loop_closure) keys_.emplace(job_.config.fusion.noise);
@@ -75,6 +76,7 @@ Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
   if (!fused) return fused.error();
   intake_.note_fused(frame, *T_world_camera, fused->is_budget_reached);
   note_for_loops(frame, *T_world_camera);
+  if (job_.outputs.report) samples_.add(frame);
   return T_world_camera;
 }
 
@@ -136,7 +138,8 @@ Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop)
   const auto& trajectory = intake_.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
   // Seen from where the scanner stood half way through the scan.
-  const MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
+  MeshFrame frame{info_.world_up, trajectory[trajectory.size() / 2].T_world_camera, std::nullopt};
+  frame.depths = samples_.posed(trajectory, intake_.fused_sequences());
   report.extract.isovalue = job_.config.extract.isovalue;
   report.extract.isovalue_source = "config";
   const auto meshed = surface(empty_crop, report);
