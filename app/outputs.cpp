@@ -18,7 +18,7 @@ using Path = std::filesystem::path;
 
 /// Endings that mean "a file", which we do not write. Any other unknown ending is taken as a folder's name.
 bool is_foreign_file(const Path& path) {
-  static constexpr std::array kEndings = {".gltf", ".fbx", ".dae",  ".off", ".3mf", ".usd", ".usdz",
+  static constexpr std::array kEndings = {".gltf", ".fbx", ".dae",  ".off", ".usd", ".usdz",
                                           ".vdb",  ".png", ".json", ".txt", ".pcd", ".xyz", ".zip"};
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -53,7 +53,7 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   const bool is_folder = std::filesystem::is_directory(output, ignored);
   const bool is_file = is_mesh_path(output) && !is_folder;
   if (!is_folder && is_foreign_file(output)) {
-    return Error{ErrorCode::kUsage, "no such output: give a folder, or a file that ends in .glb, .ply, .obj or .stl",
+    return Error{ErrorCode::kUsage, "no such output: give a folder, or a file that ends in .glb, .ply, .obj, .stl or .3mf",
                  output.string()};
   }
   if (!is_file && !is_folder && std::filesystem::exists(output, ignored)) {
