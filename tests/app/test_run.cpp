@@ -164,7 +164,7 @@ TEST(Run, QuietSaysNothingWhenAllIsWell) {
 
 TEST(Run, OneFileIsOneFile) {
   const Scan scan;
-  for (const char* name : {"a.glb", "a.ply", "a.obj", "a.STL"}) {
+  for (const char* name : {"a.glb", "a.ply", "a.obj", "a.STL", "a.3mf"}) {
     ASSERT_EQ(scan.run({"-o", (scan / name).string()}).exit_code, 0) << name;
     EXPECT_TRUE(fs::exists(scan / name)) << name;
   }
