@@ -11,7 +11,8 @@ void add_export_options(CLI::App& app, ConfigSources& config) {
     app.add_flag_callback(name, set, words + " (" + key + ")")->group("Smaller GLB files");
   };
   add("--quantize", "export.quantize", "Positions and normals as small integers: four fifths of the size");
-  add("--compress", "export.compress", "For the web: half the size, with --quantize a quarter; Blender and Assimp do not read it");
+  add("--compress", "export.compress",
+      "For the web: half the size, with --quantize a quarter; Blender and Assimp do not read it");
 }
 
 CLI::App* add_report_command(CLI::App& app, ReportArguments& report, std::function<void()> chosen) {

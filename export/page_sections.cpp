@@ -160,6 +160,7 @@ std::string pictures_section(const PageJson& report, const PageUris& pictures) {
 }
 
 std::string path_section(const PageJson& report, std::string_view trajectory) {
+  if (report.at("/alignment").is_object()) return "";  // poses of scans, which no camera walked along
   return section("Camera path",
                  camera_path(trajectory, report.at("/finish/T_mesh_world"), report.at("/mesh/bounds_m")));
 }

@@ -74,6 +74,12 @@ TEST(ReportPage, DrawsTrackingAndTheCamerasWay) {
   EXPECT_EQ(page_of(sample(), "").find("Camera path"), std::string::npos);
 }
 
+TEST(ReportPage, PosesOfScansAreNoWayOfACamera) {
+  RunReport report = sample();
+  report.alignment.emplace();
+  EXPECT_EQ(page_of(report).find("Camera path"), std::string::npos);
+}
+
 TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
   RunReport report = sample();
   report.tracking->frames.assign(20'000, {1, "ok", "", 0.9, 0.9, 1, 900, 0});
