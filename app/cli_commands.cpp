@@ -27,7 +27,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("recording", run.recording, "Folder or file of the recording")
       ->required()
       ->type_name("RECORDING");
-  command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl)")
+  command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
       ->required()
       ->type_name("OUT");
   command->add_option("--from", run.from, "First frame, counting from 0")
@@ -46,6 +46,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
   add_turntable_options(*command, run);
+  add_export_options(*command, line.common.config);
   add_view_options(*command, run.view);
   add_common(*command, line);
   command->final_callback([&line] {
@@ -57,7 +58,7 @@ void add_run(CLI::App& app, CommandLine& line) {
 void add_capture(CLI::App& app, CommandLine& line) {
   CaptureArguments& capture = line.capture;
   CLI::App* command = app.add_subcommand("capture", "Scan with a scanner that is plugged in, and write the mesh");
-  command->add_option("-o,--output", capture.output, "Folder, or one file (.glb .ply .obj .stl)")
+  command->add_option("-o,--output", capture.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
       ->required()
       ->type_name("OUT");
   add_scanner_options(*command, capture.scanner);
@@ -68,6 +69,7 @@ void add_capture(CLI::App& app, CommandLine& line) {
   command->add_option("--report", capture.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", capture.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", capture.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_export_options(*command, line.common.config);
   add_view_options(*command, capture.view);
   add_common(*command, line);
   command->final_callback([&line] {
@@ -86,6 +88,15 @@ void add_view(CLI::App& app, CommandLine& line) {
   command->final_callback([&line] { line.command = [&line] { return view_command(line.show, line.common); }; });
 }
 
+void add_report(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and what is beside it");
+  command->add_option("folder", line.report.folder, "The folder that `run`, `capture`, `extract` or `align` wrote")
+      ->required()
+      ->type_name("OUT");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return report_command(line.report, line.common); }; });
+}
+
 void add_record(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("record", "Keep what a scanner sends, for `run`");
   command->add_option("-o,--output", line.record.output, "The recording")->required()->type_name("FILE.mcap");
@@ -102,7 +113,7 @@ void add_extract(CLI::App& app, CommandLine& line) {
                    "OpenVDB, NRRD, MetaImage, NIfTI, raw samples, or a folder of DICOM, PNG or TIFF slices")
       ->required()
       ->type_name("VOLUME");
-  command->add_option("-o,--output", extract.output, "Folder, or one file (.glb .ply .obj .stl)")
+  command->add_option("-o,--output", extract.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
       ->required()
       ->type_name("OUT");
   command->add_option("--report", extract.report, "Write report.json here")->type_name("FILE");
@@ -113,6 +124,7 @@ void add_extract(CLI::App& app, CommandLine& line) {
   add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous cells are resolved");
   add_shorthand(*command, line, "--inside", "extract.inside", "Which side is matter: auto, low, high");
   add_volume_options(*command, line, extract.options);
+  add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
 }
@@ -121,6 +133,7 @@ void add_align(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("align", "Bring several scans of one thing together, and write one mesh");
   add_align_options(*command, line.align);
   add_shorthand(*command, line, "--poses", "acquire.poses", "Where the poses of a recording's own frames come from");
+  add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
 }
@@ -270,6 +283,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_capture(app, line);
   add_record(app, line);
   add_view(app, line);
+  add_report(app, line);
   add_extract(app, line);
   add_align(app, line);
   add_synth(app, line);

@@ -176,4 +176,14 @@ void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
   app.add_flag("--force", scanner.takes_from_others, "Also a scanner that another program uses")->group(group);
 }
 
+void add_export_options(CLI::App& app, ConfigSources& config) {
+  const auto add = [&](const std::string& name, const std::string& key, const std::string& words) {
+    const auto set = [&config, key] { config.assignments.push_back(key + "=true"); };
+    app.add_flag_callback(name, set, words + " (" + key + ")")->group("Smaller GLB files");
+  };
+  add("--quantize", "export.quantize", "Positions and normals as small integers: four fifths of the size");
+  add("--compress", "export.compress",
+      "For the web: half the size, with --quantize a quarter; Blender and Assimp do not read it");
+}
+
 }  // namespace scanknit

@@ -49,4 +49,7 @@ void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* nee
 /// `--view`, and where it is served.
 void add_view_options(CLI::App& app, ViewArguments& view);
 
+/// `--quantize` and `--compress`, of a command that writes a GLB.
+void add_export_options(CLI::App& app, ConfigSources& config);
+
 }  // namespace scanknit

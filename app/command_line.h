@@ -19,6 +19,7 @@ struct CommandLine {
   CaptureArguments capture;
   RecordArguments record;
   ShowArguments show;
+  ReportArguments report;
   ExtractArguments extract;
   AlignArguments align;
   SynthArguments synth;

@@ -48,6 +48,10 @@ struct ShowArguments {
   LiveViewOptions server;
 };
 
+struct ReportArguments {
+  std::filesystem::path folder;  ///< that a run wrote
+};
+
 struct ConvertArguments {
   std::filesystem::path recording, output;
   ConvertTarget target = ConvertTarget::kMcap;
@@ -133,6 +137,7 @@ struct CommandDescription;  // app/command_tree.h
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int report_command(const ReportArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int record_command(const RecordArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int align_command(const AlignArguments& arguments, const CommonArguments& common);

@@ -6,6 +6,7 @@
 
 #include "app/quantity.h"
 #include "app/stage_timer.h"
+#include "export/holes.h"
 #include "export/preview.h"
 #include "export/write_mesh.h"
 
@@ -13,6 +14,58 @@ namespace scanknit {
 namespace {
 
 constexpr double kBytesPerMebibyte = 1024.0 * 1024.0;
+
+constexpr std::size_t kHolesInReport = 20;
+
+/// `unit_m`: of the mesh's coordinates.
+void describe_holes(const Mesh& mesh, double unit_m, RunReport& report) {
+  RunReport::Holes& holes = report.holes.emplace();
+  if (report.mesh->boundary_edges == 0) return;
+  for (const Hole& hole : find_holes(mesh)) {
+    ++holes.count;
+    holes.total_length_m += unit_m * hole.length_m;
+    if (holes.longest_m.size() < kHolesInReport) holes.longest_m.push_back(unit_m * hole.length_m);
+  }
+}
+
+SurfaceFit measure_fit(const Mesh& mesh, const MeshFrame& frame, const FusionConfig& config, RunReport& report) {
+  const FitBand band{config.truncation_voxels * config.voxel_size_m, config.truncation_sigmas, config.noise};
+  SurfaceFit fit = fit_surface(mesh, frame.depths, band);
+  report.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
+  return fit;
+}
+
+Result<void> write_picture(const char* kind, const ColourImage& picture, const std::filesystem::path& path,
+                           RunReport& report) {
+  report.files[kind] = path.string();
+  return timed(report, "write", [&] { return write_png(picture, path); });
+}
+
+/// What the preview is for colour, these are for the depth frames.
+Result<void> write_maps(const Mesh& mesh, const SurfaceFit& fit, const MeshFrame& frame, const Job& job,
+                        RunReport& report) {
+  const UpAxis up = job.config.output.world_up.value_or(frame.world_up);
+  const auto error = timed(report, "export", [&] { return draw_error_map(mesh, fit, up, frame.T_world_scanner); });
+  const auto coverage =
+      timed(report, "export", [&] { return draw_coverage_map(mesh, fit, up, frame.T_world_scanner); });
+  const std::filesystem::path& preview = *job.outputs.preview;
+  if (auto written = write_picture("error", error, preview.parent_path() / "error.png", report); !written) {
+    return written;
+  }
+  return write_picture("coverage", coverage, preview.parent_path() / "coverage.png", report);
+}
+
+Result<void> write_pictures(const Mesh& mesh, const MeshFrame& frame, const Job& job, RunReport& report) {
+  std::optional<SurfaceFit> fit;
+  if (!frame.depths.empty() && mesh.normals.size() == mesh.positions_m.size()) {
+    fit = timed(report, "export", [&] { return measure_fit(mesh, frame, job.config.fusion, report); });
+  }
+  if (!job.outputs.preview) return {};
+  const UpAxis up = job.config.output.world_up.value_or(frame.world_up);
+  const ColourImage picture = timed(report, "export", [&] { return render_preview(mesh, up, frame.T_world_scanner); });
+  if (auto written = write_picture("preview", picture, *job.outputs.preview, report); !written) return written;
+  return fit ? write_maps(mesh, *fit, frame, job, report) : Result<void>();
+}
 
 }  // namespace
 
@@ -90,6 +143,7 @@ Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const
   report.mesh->min_m *= static_cast<float>(frame.file_unit_m.value_or(1));
   report.mesh->max_m *= static_cast<float>(frame.file_unit_m.value_or(1));
   if (mesh.empty()) return empty_mesh_error(job);
+  describe_holes(mesh, frame.file_unit_m.value_or(1), report);
 
   const ExportConfig& config = job.config.output;
   for (const std::filesystem::path& path : job.outputs.meshes) {
@@ -98,12 +152,7 @@ Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const
     if (!written) return written.error();
     report.files[path.extension().string().substr(1)] = path.string();
   }
-  if (!job.outputs.preview) return {};
-  const ColourImage picture = timed(report, "export", [&] {
-    return render_preview(mesh, config.world_up.value_or(frame.world_up), frame.T_world_scanner);
-  });
-  report.files["preview"] = job.outputs.preview->string();
-  return timed(report, "write", [&] { return write_png(picture, *job.outputs.preview); });
+  return write_pictures(mesh, frame, job, report);
 }
 
 void warn_of_holes(const ExtractConfig& config, Console& console) {

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "app/pipeline.h"
 #include "core/axes.h"
 #include "core/pose.h"
 #include "core/result.h"
 #include "export/report.h"
+#include "export/surface_fit.h"
 #include "extract/extract_surface.h"
 #include "extract/volume/volume_header.h"
 #include "fusion/tsdf_volume.h"
@@ -27,9 +29,10 @@ struct MeshFrame {
   UpAxis world_up;
   std::optional<Pose> T_world_scanner;  ///< of a frame in the middle of the scan: from where a person would look
   std::optional<double> file_unit_m;    ///< metres per unit of a volume file's own coordinates; nothing: a scan, metres
+  std::vector<PosedDepth> depths = {};  ///< some of the frames that it was made of
 };
 
-/// Tells the report of the surface; writes every mesh file, then the preview. kMesh where the surface is empty.
+/// Tells the report of the surface; writes every mesh file, then the pictures. kMesh where the surface is empty.
 [[nodiscard]] Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const Job& job,
                                          RunReport& report);
 

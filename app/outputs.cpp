@@ -18,8 +18,8 @@ using Path = std::filesystem::path;
 
 /// Endings that mean "a file", which we do not write. Any other unknown ending is taken as a folder's name.
 bool is_foreign_file(const Path& path) {
-  static constexpr std::array kEndings = {".gltf", ".fbx", ".dae",  ".off", ".3mf", ".usd", ".usdz",
-                                          ".vdb",  ".png", ".json", ".txt", ".pcd", ".xyz", ".zip"};
+  static constexpr std::array kEndings = {".gltf", ".fbx",  ".dae", ".off", ".usd", ".usdz", ".vdb",
+                                          ".png",  ".json", ".txt", ".pcd", ".xyz", ".zip"};
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
@@ -28,7 +28,7 @@ bool is_foreign_file(const Path& path) {
 
 std::vector<Path> all_paths(const Outputs& outputs) {
   std::vector<Path> paths = outputs.meshes;
-  for (const auto& path : {outputs.preview, outputs.report, outputs.trajectory, outputs.volume}) {
+  for (const auto& path : {outputs.preview, outputs.report, outputs.page, outputs.trajectory, outputs.volume}) {
     if (path) paths.push_back(*path);
   }
   return paths;
@@ -53,7 +53,8 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   const bool is_folder = std::filesystem::is_directory(output, ignored);
   const bool is_file = is_mesh_path(output) && !is_folder;
   if (!is_folder && is_foreign_file(output)) {
-    return Error{ErrorCode::kUsage, "no such output: give a folder, or a file that ends in .glb, .ply, .obj or .stl",
+    return Error{ErrorCode::kUsage,
+                 "no such output: give a folder, or a file that ends in .glb, .ply, .obj, .stl or .3mf",
                  output.string()};
   }
   if (!is_file && !is_folder && std::filesystem::exists(output, ignored)) {
@@ -66,6 +67,7 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
     for (const std::string& format : config.formats) outputs.meshes.push_back(output / ("model." + format));
     if (config.preview) outputs.preview = output / "preview.png";
     outputs.report = output / "report.json";
+    outputs.page = output / "report.html";
     if (request.has_trajectory) outputs.trajectory = output / "trajectory.txt";
   }
   if (request.report) outputs.report = request.report;

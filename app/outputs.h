@@ -14,6 +14,7 @@ struct Outputs {
   std::vector<std::filesystem::path> meshes;
   std::optional<std::filesystem::path> preview;
   std::optional<std::filesystem::path> report;
+  std::optional<std::filesystem::path> page;  ///< report.html
   std::optional<std::filesystem::path> trajectory;
   std::optional<std::filesystem::path> volume;
 };
@@ -25,7 +26,8 @@ struct OutputRequest {
   bool has_trajectory = true;  ///< false: the command knows no poses
 };
 
-/// A folder gets model.* for each of config.formats, preview.png, report.json and trajectory.txt; one file gets itself.
+/// A folder gets model.* for each of config.formats, preview.png (a scan error.png and
+/// coverage.png, too), report.json, report.html and trajectory.txt; one file gets itself.
 /// Explicitly named files go where they are named. Errors (kUsage): an extension that nothing writes, a file where a
 /// folder should be, two outputs of one name.
 [[nodiscard]] Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& config);

@@ -19,6 +19,8 @@ void forget_frames(RunReport& report) {
   report.tracking.reset();
   report.volume = {};
   report.mesh.reset();
+  report.holes.reset();
+  report.fit.reset();
 }
 
 /// The volume was full: what it holds is worth a mesh.
@@ -148,6 +150,8 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   report.frames.fused = again.frames.fused;
   if (auto written = write_anew(*scan, again); !written) return written.error();
   report.mesh = again.mesh;
+  report.holes = again.holes;
+  report.fit = again.fit;
   report.extract = again.extract;
   report.volume = again.volume;
   report.tracking = again.tracking;

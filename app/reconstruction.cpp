@@ -59,6 +59,7 @@ Result<Reconstruction> Reconstruction::create(const Job& job, const RecordingInf
 
 void Reconstruction::expect_loops() {
   fused_.clear();
+  samples_.clear();
   keys_.reset();
   was_lost_ = false;
   if (info_.poses == PoseMode::kTrack && job_.config.fusion.loop_closure) keys_.emplace(job_.config.fusion.noise);
@@ -86,6 +87,7 @@ Result<std::optional<Pose>> Reconstruction::add(Frame& frame) {
   if (!fused) return fused.error();
   intake_.note_fused(frame, *T_world_camera, fused->is_budget_reached);
   note_for_loops(frame, *T_world_camera);
+  if (job_.outputs.report) samples_.add(frame);
   return T_world_camera;
 }
 
@@ -153,7 +155,9 @@ Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop)
   if (!meshed) return meshed.error();
   // Seen from where the scanner stood half way through the scan.
   const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
-  const MeshFrame frame{info_.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
+  MeshFrame frame{info_.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
+  frame.depths = samples_.posed(trajectory, intake_.fused_sequences());
+  for (PosedDepth& depth : frame.depths) depth.T_world_camera = meshed->T_mesh_world * depth.T_world_camera;
   return write_surface(meshed->surface, frame, job_, report);
 }
 

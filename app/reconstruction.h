@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "app/depth_samples.h"
 #include "app/finish_surface.h"
 #include "app/frame_intake.h"
 #include "app/fuse_again.h"
@@ -97,6 +98,7 @@ class Reconstruction {
   std::optional<Eigen::AlignedBox3d> crop_;
   FrameEdit edit_;
   std::vector<std::uint64_t> fused_;  ///< sequence numbers
+  DepthSamples samples_;              ///< when a report is written
   std::optional<KeyFrames> keys_;     ///< when loops are looked for
   bool was_lost_ = false;             ///< since the last frame that was fused
 };

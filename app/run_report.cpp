@@ -8,6 +8,7 @@
 #include "app/summary.h"
 #include "core/atomic_file.h"
 #include "core/version.h"
+#include "export/report_page.h"
 
 namespace scanknit {
 namespace {
@@ -36,7 +37,10 @@ bool wants_report(const RunReport& report) {
 Result<void> write_report(RunReport& report, const Job& job) {
   if (!job.outputs.report || !wants_report(report)) return {};
   report.files["report"] = job.outputs.report->string();
-  return write_file_atomically(*job.outputs.report, to_json(report));
+  if (job.outputs.page) report.files["page"] = job.outputs.page->string();
+  const std::string json = to_json(report);
+  if (auto written = write_file_atomically(*job.outputs.report, json); !written) return written;
+  return job.outputs.page ? write_report_page(json, *job.outputs.page) : Result<void>();
 }
 
 }  // namespace
@@ -65,6 +69,7 @@ int conclude(RunReport& report, Result<void> result, const Job& job, const Commo
              bool with_case_table) {
   if (auto written = write_report(report, job); !written) {
     report.files.erase("report");
+    report.files.erase("page");
     if (!result) (void)fail(written.error(), common);
     if (result) {
       result = written;

@@ -15,10 +15,12 @@ enum class Material {
 };
 
 struct ExportConfig {
-  std::vector<std::string> formats = {"glb", "ply"};  ///< written when the output is a folder; of glb ply obj stl
+  std::vector<std::string> formats = {"glb", "ply"};  ///< written when the output is a folder; of glb ply obj stl 3mf
   std::optional<UpAxis> world_up;  ///< which axis of the recording's world is up; nothing: what the recording says
   std::optional<UpAxis> up;  ///< turn PLY and OBJ so that this axis is up; nothing: the recording's world, untouched
   Material material = Material::kLit;
+  bool quantize = false;  ///< GLB: KHR_mesh_quantization
+  bool compress = false;  ///< GLB: EXT_meshopt_compression
   bool preview = true;
 };
 

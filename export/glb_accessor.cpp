@@ -2,6 +2,8 @@
 
 #include <tiny_gltf.h>
 
+#include <algorithm>
+
 #include "core/byte_reader.h"
 #include "core/checked_math.h"
 #include "export/mesh_builder.h"
@@ -39,6 +41,7 @@ Result<AccessorView> AccessorView::open(const tinygltf::Model& model, int access
   result.count_ = accessor->count;
   result.components_ = components;
   result.component_type_ = accessor->componentType;
+  result.is_normalised_ = accessor->normalized;
   result.component_bytes_ = static_cast<std::size_t>(component_bytes);
   const std::size_t element_bytes = static_cast<std::size_t>(components) * result.component_bytes_;
   result.stride_ = view->byteStride == 0 ? element_bytes : view->byteStride;
@@ -77,7 +80,14 @@ double AccessorView::normalised(std::size_t element, int component) const {
   const double raw = value(element, component);
   if (component_type_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return raw / 255;
   if (component_type_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return raw / 65535;
+  // glTF 2.0, 3.11: the lowest number of a signed type counts as the one above it.
+  if (component_type_ == TINYGLTF_COMPONENT_TYPE_BYTE) return std::max(raw / 127, -1.0);
+  if (component_type_ == TINYGLTF_COMPONENT_TYPE_SHORT) return std::max(raw / 32767, -1.0);
   return raw;
+}
+
+double AccessorView::meant(std::size_t element, int component) const {
+  return is_normalised_ ? normalised(element, component) : value(element, component);
 }
 
 }  // namespace scanknit

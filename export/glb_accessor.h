@@ -25,8 +25,10 @@ class AccessorView {
 
   /// The component as stored; `element` < count(), `component` < components().
   [[nodiscard]] double value(std::size_t element, int component) const;
-  /// Integer types scaled to 0..1, as colours are meant; floats as they are.
+  /// Integer types scaled to 0..1, or -1..1, as colours are meant; floats as they are.
   [[nodiscard]] double normalised(std::size_t element, int component) const;
+  /// normalised() where the accessor asks for it, else value().
+  [[nodiscard]] double meant(std::size_t element, int component) const;
 
  private:
   std::span<const std::byte> bytes_;
@@ -34,6 +36,7 @@ class AccessorView {
   std::size_t stride_ = 0;
   int components_ = 0;
   int component_type_ = 0;
+  bool is_normalised_ = false;
   std::size_t component_bytes_ = 0;
 };
 

@@ -63,4 +63,24 @@ Result<void> check_glb_container(std::string_view bytes, int max_depth) {
   return {};
 }
 
+std::string glb_container(std::string json, std::string binary) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  binary.resize((binary.size() + 3) / 4 * 4, '\0');
+  std::string glb;
+  const auto put = [&glb](std::size_t value) {
+    for (int shift = 0; shift < 32; shift += 8) glb += static_cast<char>(value >> shift & 0xFF);
+  };
+  constexpr std::size_t kHeader = 12, kChunkHeader = 8, kBin = 0x004E4942;
+  glb.reserve(kHeader + 2 * kChunkHeader + json.size() + binary.size());
+  put(kMagic);
+  put(2);
+  put(kHeader + kChunkHeader + json.size() + kChunkHeader + binary.size());
+  put(json.size());
+  put(kJson);
+  glb += json;
+  put(binary.size());
+  put(kBin);
+  return glb += binary;
+}
+
 }  // namespace scanknit

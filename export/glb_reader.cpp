@@ -8,6 +8,7 @@
 
 #include "export/glb_accessor.h"
 #include "export/glb_container.h"
+#include "export/glb_packing.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 #include "export/srgb.h"
@@ -15,6 +16,7 @@
 namespace scanknit {
 namespace {
 
+constexpr const char* kQuantization = "KHR_mesh_quantization";
 constexpr int kMaxNodeDepth = 64;
 // A mesh may be drawn by many nodes, so a small file can ask for a huge mesh. This many bytes of vertices and indices
 // for each byte of the file are believed.
@@ -47,7 +49,7 @@ Result<tinygltf::Model> load(std::string_view bytes) {
                                   static_cast<unsigned int>(bytes.size()));
   if (!is_loaded) return input_error("the GLB cannot be understood: " + error.substr(0, error.find('\n')));
   for (const std::string& extension : model.extensionsRequired) {
-    if (extension != "KHR_materials_unlit") {
+    if (extension != "KHR_materials_unlit" && extension != kQuantization) {
       return input_error("the GLB needs the extension " + extension + ", which is not supported");
     }
   }
@@ -78,7 +80,9 @@ class SceneReader {
         limits_(limits),
         max_vertices_(kMaxExpansion * (file_bytes / kVertexBytes + 1)),
         max_corners_(kMaxExpansion * (file_bytes + 1)),
-        is_visited_(model.nodes.size(), false) {}
+        is_visited_(model.nodes.size(), false),
+        may_be_quantised_(std::find(model.extensionsUsed.begin(), model.extensionsUsed.end(), kQuantization) !=
+                          model.extensionsUsed.end()) {}
 
   Result<Mesh> read() {
     for (const int root : roots()) {
@@ -219,14 +223,15 @@ class SceneReader {
 
   [[nodiscard]] Result<AccessorView> open_floats(int accessor) const {
     auto view = AccessorView::open(model_, accessor);
-    if (view && (view->components() != 3 || view->component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)) {
+    const bool is_float = view && view->component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT;
+    if (view && (view->components() != 3 || !(is_float || may_be_quantised_))) {
       return input_error("glTF positions or normals that are not three floats");
     }
     return view;
   }
 
   [[nodiscard]] static Eigen::Vector3d vector(const AccessorView& view, std::size_t i) {
-    return {view.value(i, 0), view.value(i, 1), view.value(i, 2)};
+    return {view.meant(i, 0), view.meant(i, 1), view.meant(i, 2)};
   }
 
   const tinygltf::Model& model_;
@@ -234,6 +239,7 @@ class SceneReader {
   std::size_t max_vertices_;
   std::size_t max_corners_;
   std::vector<bool> is_visited_;
+  bool may_be_quantised_;
   Mesh mesh_;
   bool all_have_normals_ = true;
   bool all_have_colours_ = true;
@@ -244,6 +250,9 @@ class SceneReader {
 Result<Mesh> read_glb(std::string_view bytes, const Limits& limits) {
   if (auto ok = check_glb_container(bytes); !ok) return ok.error();
   try {
+    const auto unpacked = without_meshopt(bytes, limits);
+    if (!unpacked) return unpacked.error();
+    if (*unpacked) bytes = **unpacked;
     const auto model = load(bytes);
     if (!model) return model.error();
     return SceneReader(*model, limits, bytes.size()).read();

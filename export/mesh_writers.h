@@ -42,6 +42,15 @@ void put_stl_facet(const std::array<Eigen::Vector3f, 3>& placed_corners, ByteWri
 /// Wavefront OBJ: `v x y z [r g b]`, colours as sRGB in 0..1 (the convention of MeshLab, Blender and others), `vn`.
 [[nodiscard]] Result<void> write_obj(const Mesh& mesh, const Placement& placement, AtomicFile& file);
 
+/// A 3MF file beyond this is refused: its model is text, some 100 bytes a triangle once it is unpacked.
+inline constexpr std::size_t kMax3mfTriangles = 4'000'000;
+
+/// 3MF (core specification 1.3, materials extension's colour group): millimetres, sRGB colours at each corner. The zip
+/// is ours: three deflated entries, the same bytes for the same mesh. Triangles that name a vertex twice are left out.
+/// kOutput beyond `max_triangles`.
+[[nodiscard]] Result<void> write_3mf(const Mesh& mesh, const Placement& placement, AtomicFile& file,
+                                     std::size_t max_triangles = kMax3mfTriangles);
+
 /// Binary STL; facet normals come from the geometry. The format has no colour.
 [[nodiscard]] Result<void> write_stl(const Mesh& mesh, const Placement& placement, AtomicFile& file);
 

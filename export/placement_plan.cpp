@@ -36,6 +36,10 @@ PlacementPlan plan_placement(MeshFormat format, const ExportConfig& config, UpAx
       const Placement& placement = file_unit_m ? as_it_is : in_millimetres;
       return {format, placement, placement.unit + ", Z up"};
     }
+    case MeshFormat::kThreeMf: {
+      const auto scale = static_cast<float>(1000 * file_unit_m.value_or(1));
+      return {format, {up_rotation(from, UpAxis::kZ), scale, "millimetres"}, "millimetres, Z up"};
+    }
     case MeshFormat::kPly:
     case MeshFormat::kObj: break;
   }

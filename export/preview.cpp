@@ -20,10 +20,9 @@ void copy_into(const ColourImage& part, int left, int top, ColourImage& whole) {
   }
 }
 
-}  // namespace
-
-ColourImage render_preview(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int width,
-                           int height) {
+/// The first `count` views, in rows of two.
+ColourImage render_views(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int count,
+                         int width, int height) {
   ColourImage picture(width, height, kBackground);
   if (mesh.empty()) return picture;
   std::array<View, 4> views = choose_views(mesh, world_up);
@@ -34,16 +33,29 @@ ColourImage render_preview(const Mesh& mesh, UpAxis world_up, const std::optiona
     views[3].in_colour = false;
     frames[0] = frames[3] = framing_seen_from(mesh, *T_world_scanner);
   }
+  const int part_width = width / 2, part_height = height / (count / 2);
   std::array<ColourImage, 4> parts;
   // A view belongs to one thread: the same picture for every number of threads.
-  tbb::parallel_for(0, 4, [&](int i) {
+  tbb::parallel_for(0, count, [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    parts[k] = render_view(mesh, frames[k], views[k], width / 2, height / 2);
+    parts[k] = render_view(mesh, frames[k], views[k], part_width, part_height);
   });
-  for (int i = 0; i < 4; ++i) {
-    copy_into(parts[static_cast<std::size_t>(i)], (i % 2) * (width / 2), (i / 2) * (height / 2), picture);
+  for (int i = 0; i < count; ++i) {
+    copy_into(parts[static_cast<std::size_t>(i)], (i % 2) * part_width, (i / 2) * part_height, picture);
   }
   return picture;
+}
+
+}  // namespace
+
+ColourImage render_preview(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int width,
+                           int height) {
+  return render_views(mesh, world_up, T_world_scanner, 4, width, height);
+}
+
+ColourImage render_two_views(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int width,
+                             int height) {
+  return render_views(mesh, world_up, T_world_scanner, 2, width, height);
 }
 
 Result<void> write_png(const ColourImage& image, const std::filesystem::path& path) {

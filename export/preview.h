@@ -19,6 +19,11 @@ namespace scanknit {
                                          const std::optional<Pose>& T_world_scanner = std::nullopt, int width = 1280,
                                          int height = 960);
 
+/// The first two of those views side by side.
+[[nodiscard]] ColourImage render_two_views(const Mesh& mesh, UpAxis world_up,
+                                           const std::optional<Pose>& T_world_scanner, int width = 1280,
+                                           int height = 480);
+
 /// Encodes as PNG and writes all or nothing.
 [[nodiscard]] Result<void> write_png(const ColourImage& image, const std::filesystem::path& path);
 

@@ -16,6 +16,8 @@ Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& li
     case MeshFormat::kPly: return read_ply(bytes, limits);
     case MeshFormat::kObj: return read_obj(bytes, limits);
     case MeshFormat::kStl: return read_stl(bytes, limits);
+    case MeshFormat::kThreeMf:
+      return input_error("3MF is written only, for slicers: take the GLB or PLY of the same mesh");
   }
   return input_error("a format without a reader");
 }
@@ -33,9 +35,10 @@ Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits&
 Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits) {
   const std::optional<MeshFormat> format = mesh_format(path);
   if (!format) {
-    return Error{ErrorCode::kInput,
-                 fmt::format("unknown mesh extension '{}'; known are {}", path.extension().string(), kMeshExtensions),
-                 path.string()};
+    return Error{
+        ErrorCode::kInput,
+        fmt::format("unknown mesh extension '{}'; known are {}", path.extension().string(), kReadableMeshExtensions),
+        path.string()};
   }
   const auto bytes = read_text_file(path, limits.max_mesh_bytes);
   if (!bytes) return bytes.error();

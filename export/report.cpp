@@ -206,6 +206,26 @@ Json mesh_json(const RunReport& report) {
   return json;
 }
 
+Json holes_json(const std::optional<RunReport::Holes>& holes) {
+  if (!holes) return nullptr;
+  Json json;
+  json["count"] = holes->count;
+  json["total_length_m"] = finite(holes->total_length_m);
+  json["longest_m"] = Json::array();
+  for (const double length_m : holes->longest_m) json["longest_m"].push_back(finite(length_m));
+  return json;
+}
+
+Json fit_json(const std::optional<RunReport::Fit>& fit) {
+  if (!fit) return nullptr;
+  return Json{{"frames", fit->frames},
+              {"seen_share", finite(fit->seen_share)},
+              {"median_m", finite(fit->median_m)},
+              {"p95_m", finite(fit->p95_m)},
+              {"error_map_end_m", finite(fit->error_map_end_m)},
+              {"coverage_map_end", fit->coverage_map_end}};
+}
+
 Json extract_json(const RunReport::Extract& extract) {
   Json json;
   json["isovalue"] = extract.isovalue ? Json(finite(*extract.isovalue)) : Json(nullptr);
@@ -272,6 +292,8 @@ std::string to_json(const RunReport& report) {
   json["peak_rss_mib"] = finite(report.peak_rss_mib);
   json["volume"] = volume_json(report.volume);
   json["mesh"] = mesh_json(report);
+  json["holes"] = holes_json(report.holes);
+  json["fit"] = fit_json(report.fit);
   json["extract"] = extract_json(report.extract);
   json["finish"] = finish_json(report.finish);
   json["files"] = object_of(report.files);

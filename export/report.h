@@ -135,6 +135,23 @@ struct RunReport {
   /// False: the mesh was streamed, and of `mesh` only the counts of vertices and triangles and the bounds are known.
   bool is_mesh_checked = true;
 
+  /// Loops of the mesh's boundary; nothing for a mesh that is not there, or was streamed.
+  struct Holes {
+    std::size_t count = 0;
+    double total_length_m = 0;      ///< of their rims
+    std::vector<double> longest_m;  ///< of the longest rims, longest first
+  };
+  std::optional<Holes> holes;
+
+  /// The mesh against some of its depth frames, see SurfaceFit; nothing where there were none.
+  struct Fit {
+    std::size_t frames = 0;
+    double seen_share = 0, median_m = 0, p95_m = 0;
+    double error_map_end_m = 0;        ///< the error that has the last colour in error.png
+    std::size_t coverage_map_end = 0;  ///< the count of frames that has the last colour in coverage.png
+  };
+  std::optional<Fit> fit;
+
   struct Extract {
     std::optional<double> isovalue;                              ///< nothing before it is known
     std::string isovalue_source;                                 ///< "config", "signed_distance" or "otsu"

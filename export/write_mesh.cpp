@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "core/atomic_file.h"
+#include "export/glb_packing.h"
 #include "export/mesh_extension.h"
 #include "export/mesh_writers.h"
 #include "export/placement_plan.h"
@@ -40,10 +41,13 @@ Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
 
 Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config, AtomicFile& file) {
   switch (plan.format) {
-    case MeshFormat::kGlb: return write_glb(mesh, plan.placement, config.material, file);
+    case MeshFormat::kGlb:
+      if (config.quantize || config.compress) return write_packed_glb(mesh, plan.placement, config, file);
+      return write_glb(mesh, plan.placement, config.material, file);
     case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
+    case MeshFormat::kThreeMf: return write_3mf(mesh, plan.placement, file);
   }
   return Error{ErrorCode::kInternal, "a format without a writer"};
 }
@@ -58,6 +62,7 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
   if (extension == ".ply") return MeshFormat::kPly;
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".stl") return MeshFormat::kStl;
+  if (extension == ".3mf") return MeshFormat::kThreeMf;
   return std::nullopt;
 }
 

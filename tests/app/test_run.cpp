@@ -23,10 +23,54 @@ TEST(Run, LeavesTheFilesThatTheHelpPromises) {
   const Scan scan;
   const Outcome outcome = scan.run();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* name : {"model.glb", "model.ply", "preview.png", "report.json", "trajectory.txt"}) {
+  for (const char* name : {"model.glb", "model.ply", "preview.png", "error.png", "coverage.png", "report.json",
+                           "report.html", "trajectory.txt"}) {
     EXPECT_TRUE(fs::is_regular_file(scan.output() / name)) << name;
     EXPECT_GT(fs::file_size(scan.output() / name), 0u) << name;
   }
+}
+
+TEST(Run, TheMeshFitsTheDepthFramesOfANoiselessScan) {
+  const Scan scan({.width = 320, .height = 240});
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const Json fit = scan.report()["fit"];
+  EXPECT_EQ(fit["frames"], kScanFrames);
+  EXPECT_GT(fit["seen_share"].get<double>(), 0.95);
+  constexpr double kMedianM = 0.001;  // an eighth of a voxel
+  EXPECT_LT(fit["median_m"].get<double>(), kMedianM);
+  EXPECT_GT(fit["median_m"].get<double>(), 0);
+  EXPECT_EQ(scan.report()["holes"]["count"] == 0, scan.report()["mesh"]["is_closed"].get<bool>());
+}
+
+TEST(Run, WithoutPicturesThePageSaysSo) {
+  const Scan scan;
+  ASSERT_EQ(scan.run({"--set", "export.preview=false"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(scan.output() / "error.png"));
+  EXPECT_NE(read_text(scan.output() / "report.html").find("There are no pictures"), std::string::npos);
+}
+
+TEST(Report, IsDrawnAgainWhereverTheFolderIs) {
+  const Scan scan;
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const std::string page = read_text(scan.output() / "report.html");
+  fs::rename(scan.output(), scan / "moved");
+  fs::remove(scan / "moved/report.html");
+  const Outcome outcome = scanknit_command({"report", (scan / "moved").string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, (scan / "moved/report.html").string() + "\n");
+  EXPECT_TRUE(read_text(scan / "moved/report.html") == page);
+}
+
+TEST(Report, OfAFolderWithoutOneSaysWhatWasExpected) {
+  const Scan scan;
+  for (const auto& folder : {scan.recording(), scan / "absent"}) {
+    const Outcome outcome = scanknit_command({"report", folder.string()});
+    EXPECT_EQ(outcome.exit_code, 4);
+    EXPECT_NE(outcome.err.find(folder.string()), std::string::npos) << outcome.err;
+  }
+  std::ofstream(scan / "recording" / "report.json") << "{broken";
+  EXPECT_EQ(scanknit_command({"report", scan.recording().string()}).exit_code, 4);
+  EXPECT_FALSE(fs::exists(scan.recording() / "report.html"));
 }
 
 TEST(Run, PrintsAFewReadableLines) {
@@ -120,7 +164,7 @@ TEST(Run, QuietSaysNothingWhenAllIsWell) {
 
 TEST(Run, OneFileIsOneFile) {
   const Scan scan;
-  for (const char* name : {"a.glb", "a.ply", "a.obj", "a.STL"}) {
+  for (const char* name : {"a.glb", "a.ply", "a.obj", "a.STL", "a.3mf"}) {
     ASSERT_EQ(scan.run({"-o", (scan / name).string()}).exit_code, 0) << name;
     EXPECT_TRUE(fs::exists(scan / name)) << name;
   }

@@ -42,6 +42,18 @@ export async function openPage(url, { size = kDesk, isTest = true } = {}) {
   return page;
 }
 
+/// A page without scripts, as it lies on disk.
+export async function openFile(url, options) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  page.setDefaultTimeout(kPatienceMs);
+  page.problems = [];
+  page.on('console', (message) => message.type() === 'error' && page.problems.push(message.text()));
+  page.on('pageerror', (error) => page.problems.push(error.message));
+  await page.goto(url);
+  return page;
+}
+
 export const look = (page, field) => page.evaluate((name) => window.scanknit[name], field);
 export const banner = (page) => page.evaluate(() => ({
   tone: document.getElementById('banner').dataset.tone,
@@ -67,9 +79,9 @@ export const smallTargets = (page) => page.evaluate(() => [...document.querySele
 export const isWiderThanScreen = (page) => page.evaluate(() => document.documentElement.scrollWidth > window.innerWidth);
 
 /// Kept where SCANKNIT_SCREENSHOTS says, to be looked at.
-export async function keepScreenshot(page, name) {
+export async function keepScreenshot(page, name, options = {}) {
   const folder = process.env.SCANKNIT_SCREENSHOTS;
   if (!folder) { return; }
   mkdirSync(folder, { recursive: true });
-  await page.screenshot({ path: join(folder, `${name}.png`) });
+  await page.screenshot({ ...options, path: join(folder, `${name}.png`) });
 }

@@ -154,10 +154,11 @@ TEST(HostileGlb, OtherFilesAreNotOpened) {
 TEST(HostileGlb, RequiredExtensionsAreNamed) {
   EXPECT_NE(
       refusal(
-          scene(R"([{"mesh":0}])", R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})",
-                R"({"buffer":0,"byteLength":36})", R"({"attributes":{"POSITION":0}})",
-                R"(,"extensionsUsed":["EXT_meshopt_compression"],"extensionsRequired":["EXT_meshopt_compression"])"))
-          .find("EXT_meshopt_compression"),
+          scene(
+              R"([{"mesh":0}])", R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})",
+              R"({"buffer":0,"byteLength":36})", R"({"attributes":{"POSITION":0}})",
+              R"(,"extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"])"))
+          .find("KHR_draco_mesh_compression"),
       std::string::npos);
 }
 

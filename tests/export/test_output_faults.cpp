@@ -127,7 +127,7 @@ TEST(WriteMesh, UnknownExtensionNamesTheKnown) {
   const auto written = write_mesh(test::cube(), folder / "m.fbx", {}, UpAxis::kY);
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().code, ErrorCode::kOutput);
-  EXPECT_EQ(written.error().message, "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl");
+  EXPECT_EQ(written.error().message, "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl .3mf");
 }
 
 TEST(WritePng, FullDiskIsAnError) {

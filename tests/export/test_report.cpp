@@ -83,6 +83,8 @@ RunReport sample() {
   report.peak_rss_mib = 300;
   report.volume = {1000, 20, 1.5, 0.004, false};
   report.mesh = check_mesh(test::cube());
+  report.holes = RunReport::Holes{2, 0.3, {0.2, 0.1}};
+  report.fit = RunReport::Fit{24, 0.9, 0.001, 0.004, 0.005, 20};
   report.extract = {300, "otsu", {{"ambiguous_faces_joined", 3}}, {{"0", 90}, {"3A", 2}, {"10C", 1}}};
   report.finish = RunReport::Finish{
       {{"pieces", "", {{"pieces_removed", 3}, {"area_removed_mm2", 12.5}}}, {"ground", "no plane was found", {}}},
@@ -111,7 +113,7 @@ TEST(Report, SchemaTestSeesWhatIsWrong) {
 TEST(Report, EveryKeyIsInItsTable) {
   const std::string table = test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.md");
   const Json json = Json::parse(to_json(sample()));
-  for (const char* part : {"frames", "tracking", "volume", "mesh", "extract", "finish"}) {
+  for (const char* part : {"frames", "tracking", "volume", "mesh", "holes", "fit", "extract", "finish"}) {
     for (const auto& [key, value] : json[part].items()) {
       EXPECT_NE(table.find("`" + std::string(part) + "." + key + "`"), std::string::npos) << key;
     }

@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "export/preview.h"
+#include "export/report.h"
+#include "export/report_page.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/export/export_samples.h"
+
+namespace scanknit {
+namespace {
+
+using test::TemporaryFolder;
+using test::write_text;
+
+RunReport sample() {
+  RunReport report;
+  report.version = "0.1.0";
+  report.input = "recordings/desk";
+  report.status = "ok";
+  report.frames = {1234, 1200, 30, 4, {{"no_pose", 30}}, {"frame-000003.pose.txt: no such file"}};
+  report.losses = {{"device", 7}, {"queue", 0}};
+  report.tracking = RunReport::Tracking{"track",
+                                        {{"ok", 2}, {"lost", 1}},
+                                        {{0, "ok", "", 0, 0, 0, 900, 0},
+                                         {1, "ok", "", 0.9, 0.8, 1, 900, 0},
+                                         {2, "lost", "too fast", 0.2, 0.1, 3, 900, 0}},
+                                        std::nullopt};
+  report.stages["integrate"].samples_ms = {2000, 500};
+  report.total_ms = 125'000;
+  report.volume = {1000, 20, 1.5, 0.004, false};
+  report.mesh = check_mesh(test::cube());
+  report.holes = RunReport::Holes{2, 0.3, {0.2, 0.1}};
+  report.fit = RunReport::Fit{24, 0.9, 0.0011, 0.004, 0.005, 20};
+  report.files = {{"glb", "out/model.glb"}};
+  report.config_json = R"({"fusion":{"voxel_size":0.004}})";
+  return report;
+}
+
+constexpr const char* kTrajectory = "0 0 0 0 0 0 0 1\n1 0.5 0 0.1 0 0 0 1\n2 1 0 0.2 0 0 0 1\n";
+
+std::string page_of(const RunReport& report, std::string_view trajectory = kTrajectory,
+                    std::span<const PagePicture> pictures = {}) {
+  const auto page = report_page(to_json(report), trajectory, pictures);
+  return page ? *page : "";
+}
+
+void expect_all(const std::string& page, const std::vector<const char*>& words) {
+  for (const char* word : words) EXPECT_NE(page.find(word), std::string::npos) << word;
+}
+
+PagePicture png_of(const char* kind) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(write_png(ColourImage(1600, 400, {200, 60, 40}), folder / "p.png"));
+  const std::string bytes = test::read_text(folder / "p.png");
+  const auto raw = std::as_bytes(std::span(bytes));
+  return {kind, {raw.begin(), raw.end()}};
+}
+
+TEST(ReportPage, TellsWhatTheReportTells) {
+  expect_all(page_of(sample()),
+             {"recordings/desk", "2000.0 × 2000.0 × 2000.0 mm", "1,200 of 1,234", "frame-000003.pose.txt: no such file",
+              "<td>no_pose</td><td>30</td>", "<td>device</td><td>7</td>", "lost: too fast", "2 open rims, 300 mm",
+              "<td>manifold</td><td>yes</td>", "2 min 5 s", "<td>integrate</td><td>2.50 s", "fusion.voxel_size",
+              "out/model.glb", "median 1.10 mm"});
+}
+
+TEST(ReportPage, DrawsTrackingAndTheCamerasWay) {
+  const std::string page = page_of(sample());
+  expect_all(page,
+             {"<polyline class=\"overlap\"", "<rect class=\"lost\"", "<polyline class=\"path\"", "class=\"box\""});
+  EXPECT_EQ(page_of(sample(), "").find("Camera path"), std::string::npos);
+}
+
+TEST(ReportPage, PosesOfScansAreNoWayOfACamera) {
+  RunReport report = sample();
+  report.alignment.emplace();
+  EXPECT_EQ(page_of(report).find("Camera path"), std::string::npos);
+}
+
+TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
+  RunReport report = sample();
+  report.tracking->frames.assign(20'000, {1, "ok", "", 0.9, 0.9, 1, 900, 0});
+  report.tracking->frames[12'345].state = "lost";
+  const std::string page = page_of(report);
+  EXPECT_NE(page.find("<rect class=\"lost\""), std::string::npos);
+  EXPECT_LT(page.size(), 100'000u);
+}
+
+TEST(ReportPage, OfNothingIsAPage) {
+  expect_all(page_of(RunReport{}, ""), {"<!doctype html>", "There is no mesh", "</html>"});
+}
+
+TEST(ReportPage, OfAStreamedMeshSaysWhyThereIsNoPicture) {
+  RunReport report = sample();
+  report.is_mesh_checked = false;
+  report.holes.reset();
+  report.fit.reset();
+  expect_all(page_of(report), {"never in memory as a whole", "not checked"});
+}
+
+TEST(ReportPage, NeedsNoScriptAndFetchesNothing) {
+  const std::string page = page_of(sample());
+  for (const char* word : {"<script", "http://", "https://", "url(", "src=\"/", "@import"}) {
+    EXPECT_EQ(page.find(word), std::string::npos) << word;
+  }
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+}
+
+constexpr const char* kHostile = "<script>alert(1)</script>\"'&<img src=x onerror=y>\x01\xFF";
+
+TEST(ReportPage, EveryStringIsText) {
+  RunReport report = sample();
+  report.input = report.version = report.status = kHostile;
+  report.warnings = {kHostile};
+  report.frames.dropped_by_reason = {{kHostile, 1}};
+  report.frames.drop_messages = {kHostile};
+  report.losses = {{kHostile, 3}};
+  report.tracking->frames[1].state = report.tracking->frames[1].reason = kHostile;
+  report.tracking->states = {{"ok", 1}};
+  report.turntable.emplace().reason = kHostile;
+  report.alignment.emplace().pairs.resize(1);
+  report.alignment->pairs[0].verdict = report.alignment->pairs[0].reason = kHostile;
+  report.stages[kHostile].samples_ms = {1};
+  report.files = {{kHostile, kHostile}};
+  report.config_json = nlohmann::json{{"<b>", "<i>\"'"}}.dump();
+  const std::string page = page_of(report);
+  for (const char* word : {"<script", "<img src=x", "<b>", "<i>\"", "\"'&<"}) {
+    EXPECT_EQ(page.find(word), std::string::npos) << word;
+  }
+  expect_all(page, {"&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39;&amp;&lt;img src=x", "&lt;b&gt;", "\xEF\xBF\xBD"});
+  EXPECT_EQ(page.find('\x01'), std::string::npos);
+  EXPECT_EQ(page.find('\xFF'), std::string::npos);
+}
+
+TEST(ReportPage, ALongTextIsCutBetweenCharacters) {
+  RunReport report = sample();
+  report.input.clear();
+  for (int i = 0; i < 10'000; ++i) report.input += "\xC3\xA9";  // é
+  const std::string page = page_of(report);
+  EXPECT_NE(page.find("\xC3\xA9..."), std::string::npos);
+  EXPECT_LT(page.size(), 50'000u);
+}
+
+TEST(ReportPage, PicturesAreWithinItAndShrunk) {
+  const std::vector<PagePicture> pictures = {png_of("preview"), png_of("error"), png_of("coverage")};
+  const std::string page = page_of(sample(), kTrajectory, pictures);
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = page.find("src=\"data:image/jpeg;base64,/9j/", at)) != std::string::npos; ++at)
+    ++count;
+  EXPECT_EQ(count, 3u);
+}
+
+TEST(ReportPage, WhatIsNoPictureIsLeftOut) {
+  PagePicture broken = png_of("preview");
+  broken.png.resize(40);
+  PagePicture huge = png_of("error");
+  for (std::size_t i = 16; i < 20; ++i) huge.png[i] = std::byte{0x7F};  // its width
+  const std::vector<PagePicture> pictures = {broken, huge, {"coverage", {}}};
+  const std::string page = page_of(sample(), kTrajectory, pictures);
+  EXPECT_EQ(page.find("<img"), std::string::npos);
+  EXPECT_NE(page.find("There are no pictures"), std::string::npos);
+}
+
+TEST(ReportPage, ValuesOfAnotherTypeAreLeftOut) {
+  // A report of another version, or of somebody else: the page has what it understands.
+  const nlohmann::json all = nlohmann::json::parse(to_json(sample()));
+  for (const nlohmann::json& other :
+       {nlohmann::json(), nlohmann::json("text"), nlohmann::json(7),
+        nlohmann::json::array({1, "a", nlohmann::json::object()}), nlohmann::json{{"frames", 1}, {"pairs", 2}}}) {
+    for (const auto& [key, value] : all.items()) {
+      nlohmann::json changed = all;
+      changed[key] = other;
+      EXPECT_TRUE(report_page(changed.dump(), kTrajectory, {})) << key << " " << other;
+      if (!value.is_object()) continue;
+      for (const auto& [inner, ignored] : value.items()) {
+        changed = all;
+        changed[key][inner] = other;
+        EXPECT_TRUE(report_page(changed.dump(), kTrajectory, {})) << key << "." << inner << " " << other;
+      }
+    }
+  }
+}
+
+TEST(ReportPage, WhatIsNoReportIsRefused) {
+  for (const std::string& text : {std::string(), std::string("[]"), std::string("{"), std::string("null"),
+                                  "{\"a\":" + std::string(100'000, '[') + std::string(100'000, ']') + "}"}) {
+    const auto page = report_page(text, "", {});
+    ASSERT_FALSE(page) << text.substr(0, 20);
+    EXPECT_EQ(page.error().code, ErrorCode::kInput);
+  }
+}
+
+TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
+  for (const char* text : {"nonsense", "1 2\n3 4\n", "0 nan 0 0\n1 inf 0 0\n", "0 1 2 3 0 0 0 1"}) {
+    EXPECT_EQ(page_of(sample(), text).find("Camera path"), std::string::npos) << text;
+  }
+}
+
+TEST(ReportPage, TheCamerasWayIsWhereFinishingPutTheMesh) {
+  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  const std::string as_it_was = *report_page(report.dump(), kTrajectory, {});
+  report["finish"] = {{"steps", {{{"name", "watertight"}, {"refused", ""}, {"figures", {{"invented_area_m2", 0.02}}}}}},
+                      {"T_mesh_world", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -5}, {0, 0, 0, 1}}}};
+  const std::string moved = *report_page(report.dump(), kTrajectory, {});
+  const auto path = [](const std::string& page) {
+    const std::size_t begin = page.find("class=\"path\"");
+    return page.substr(begin, page.find("/>", begin) - begin);
+  };
+  EXPECT_NE(path(moved), path(as_it_was));
+  expect_all(moved, {"<td>watertight</td><td>invented_area_m2 0.02</td>"});
+  report["finish"]["T_mesh_world"][1] = "no row";
+  EXPECT_EQ(path(*report_page(report.dump(), kTrajectory, {})), path(as_it_was));
+}
+
+TEST(WriteReportPage, TakesWhatLiesBesideItWhereverTheRunWroteIt) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_png(ColourImage(64, 48, {200, 60, 40}), folder / "preview.png"));
+  write_text(folder / "trajectory.txt", kTrajectory);
+  RunReport report = sample();
+  report.files["preview"] = "/elsewhere/out/preview.png";
+  report.files["trajectory"] = "elsewhere/trajectory.txt";
+  ASSERT_TRUE(write_report_page(to_json(report), folder / "report.html"));
+  expect_all(test::read_text(folder / "report.html"), {"data:image/jpeg", "Camera path"});
+}
+
+TEST(WriteReportPage, ReadsNothingOutsideItsFolder) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "inner");
+  ASSERT_TRUE(write_png(ColourImage(64, 48, {200, 60, 40}), folder / "secret.png"));
+  RunReport report = sample();
+  report.files["preview"] = "../secret.png";
+  ASSERT_TRUE(write_report_page(to_json(report), folder / "inner" / "report.html"));
+  EXPECT_EQ(test::read_text(folder / "inner" / "report.html").find("data:image"), std::string::npos);
+}
+
+TEST(WriteReportPage, LeavesTheOldPageWhenItCannotBeWritten) {
+  const TemporaryFolder folder;
+  write_text(folder / "report.html", "the old one");
+  EXPECT_FALSE(write_report_page("no report", folder / "report.html"));
+  EXPECT_EQ(test::read_text(folder / "report.html"), "the old one");
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+}  // namespace
+}  // namespace scanknit
