@@ -50,8 +50,7 @@ using Request = http::request<http::string_body>;
 
 /// Among those that a WebSocket's client offers.
 bool speaks_our_protocol(const Request& request) {
-  http::token_list offered(request[http::field::sec_websocket_protocol]);
-  return offered.exists(kSubprotocol);
+  return http::token_list(request[http::field::sec_websocket_protocol]).exists(kSubprotocol);
 }
 
 /// What all connections share.
@@ -232,8 +231,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string_view origin = view_of(request[http::field::origin]);
     if (!websocket::is_upgrade(request)) return refuse(http::status::upgrade_required, "This is for WebSockets.");
     if (!is_own_origin(origin, host_)) return refuse(http::status::forbidden, "Another web page asked for this.");
-    if (!speaks_our_protocol(request))
-      return refuse(http::status::bad_request, "The subprotocol is scanknit.v1.");
+    if (!speaks_our_protocol(request)) return refuse(http::status::bad_request, "The subprotocol is scanknit.v1.");
     if (hub_.clients.size() >= kMostClients)
       return refuse(http::status::service_unavailable, "Too many pages are looking on already.");
     stream_.expires_never();  // the WebSocket has its own

@@ -134,6 +134,31 @@ TEST_F(Tower, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(meshes[0], meshes[2]);
 }
 
+TEST_F(Tower, IsClosedAllRoundByASecondTurnOnItsSide) {
+  const Outcome synth =
+      scanknit_command({"synth", "tower", "--turntable", "--on-side", "--angle-noise", "0.5", "--noise", "--seed", "2",
+                        "-o", place("side"), "--frames", "48", "--width", "240", "--height", "180", "--quiet"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  ASSERT_EQ(scan(place("side"), place("of_side"), {"--cut-recording", place("side_cut")}).exit_code, 0);
+  const Outcome joined = scanknit_command({"align", place("cut"), place("side_cut"), "-o", place("joined"), "--set",
+                                           "fusion.voxel_size=2mm", "--set", "finish.watertight=full", "--quiet"});
+  ASSERT_EQ(joined.exit_code, 0) << joined.err;
+  const Json both = report(place("joined"));
+  EXPECT_EQ(both["alignment"]["pairs"][0]["verdict"], "good");
+  EXPECT_EQ(both["mesh"]["is_closed"], true);
+  EXPECT_EQ(both["mesh"]["euler"], 2);
+  EXPECT_EQ(both["mesh"]["components"], 1);
+  // Little is invented: the rim that lay on the disc both times. The rest of the underside was seen.
+  const Json& closed = both["finish"]["steps"][0];
+  EXPECT_EQ(closed["name"], "watertight");
+  EXPECT_LT(closed["figures"]["invented_share"], 0.03);
+  // The world is that of the first turn.
+  const Outcome distance = scanknit_command({"distance", place("joined") + "/model.ply", recording(), "--trajectory",
+                                             place("found") + "/trajectory.txt", "--json"});
+  ASSERT_EQ(distance.exit_code, 0) << distance.err;
+  EXPECT_LE(Json::parse(distance.out)["area"]["mean_m"].get<double>(), 1.5 * 0.188e-3) << "of one turn with true poses";
+}
+
 TEST_F(Tower, TakesAnglesFromAFileAndSaysWhatIsWrongWithIt) {
   ASSERT_EQ(scan(recording(), place("encoder"), {"--angles", recording() + "/angles.txt"}).exit_code, 0);
   EXPECT_EQ(report(place("encoder"))["turntable"]["prior"], "file");
