@@ -42,8 +42,8 @@ struct LoopClosure {
 /// ways, when the walk could have drifted so far, and when another loop nearby agrees (a cycle of the two closes); a
 /// wrong loop is worse than none. Where one is, key frames are registered with their neighbours as well, and all of
 /// it is distributed over the walk by a pose graph (pose_graph.h), twice, since more places overlap after the first
-/// time. Where that moves nothing that a key frame sees by more than `tolerance_m`, the poses stay as they are. The same
-/// bits for any number of threads.
+/// time. Where that moves nothing that a key frame sees by more than `tolerance_m`, the poses stay as they are. The
+/// same bits for any number of threads.
 [[nodiscard]] LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m);
 
 }  // namespace scanknit
