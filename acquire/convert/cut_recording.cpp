@@ -1,20 +1,51 @@
 #include "acquire/convert/cut_recording.h"
 
+#include <system_error>
 #include <utility>
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
 
 namespace scanknit {
+namespace fs = std::filesystem;
 
-CutRecording::CutRecording(std::unique_ptr<RecordingTarget> target) : target_(std::move(target)) {}
+CutRecording::CutRecording(std::unique_ptr<RecordingTarget> target, fs::path folder)
+    : target_(std::move(target)), folder_(std::move(folder)) {}
 CutRecording::CutRecording(CutRecording&&) noexcept = default;
-CutRecording::~CutRecording() = default;
 
-Result<CutRecording> CutRecording::create(const std::filesystem::path& folder) {
+CutRecording::~CutRecording() {
+  if (!target_ || is_finished_) return;
+  target_.reset();
+  std::error_code code;  // the folder was empty: all that is in it is ours
+  fs::remove_all(folder_, code);
+}
+
+Result<void> CutRecording::check(const fs::path& folder) {
+  std::error_code code;
+  if (folder.empty()) return Error{ErrorCode::kOutput, "--cut-recording names no folder"};
+  if (fs::exists(folder, code) && (!fs::is_directory(folder, code) || !fs::is_empty(folder, code))) {
+    return Error{ErrorCode::kOutput, "is there already and not an empty folder; give another --cut-recording",
+                 folder.string()};
+  }
+  fs::path first_new = folder;
+  for (fs::path parent = folder; !parent.empty() && !fs::exists(parent, code); parent = parent.parent_path()) {
+    first_new = parent;
+  }
+  const bool was_there = fs::exists(folder, code);
+  fs::create_directories(folder, code);
+  if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), folder.string()};
+  if (!was_there) fs::remove_all(first_new, code);
+  return {};
+}
+
+Result<CutRecording> CutRecording::create(const fs::path& folder) {
+  if (auto checked = check(folder); !checked) return checked.error();
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), folder.string()};
   auto target = open_open3d_target(folder);
   if (!target) return target.error();
-  return CutRecording(*std::move(target));
+  return CutRecording(*std::move(target), folder);
 }
 
 Result<void> CutRecording::write(const Frame& frame) {
@@ -27,7 +58,9 @@ Result<void> CutRecording::write(const Frame& frame) {
 }
 
 Result<void> CutRecording::finish() {
-  return target_->finish();
+  auto finished = target_->finish();
+  is_finished_ = static_cast<bool>(finished);
+  return finished;
 }
 
 }  // namespace scanknit
