@@ -318,10 +318,17 @@ std::string millimetre_hint(const ConfigKey& key, double metres) {
   return fmt::format(" (did you mean millimetres? {} mm is {})", format_number(metres), format_number(as_mm));
 }
 
+/// Turns go either way.
+std::string sign_hint(const ConfigKey& key, double value) {
+  const bool is_of_turn = key.name == "turntable.step" || key.name == "turntable.rpm";
+  if (!is_of_turn || !(value < 0) || -value > key.maximum) return "";
+  return fmt::format(" (the sign is not needed, either direction is found: write {})", format_number(-value));
+}
+
 Result<double> in_range(const ConfigKey& key, double value) {
   if (value >= key.minimum && value <= key.maximum) return value;
-  return complaint(
-      fmt::format("{} is outside {}{}", with_unit(key, value), format_config_range(key), millimetre_hint(key, value)));
+  return complaint(fmt::format("{} is outside {}{}{}", with_unit(key, value), format_config_range(key),
+                               millimetre_hint(key, value), sign_hint(key, value)));
 }
 
 template <typename Stored>
