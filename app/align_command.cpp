@@ -7,6 +7,7 @@
 
 #include "app/align_inputs.h"
 #include "app/align_output.h"
+#include "app/align_warnings.h"
 #include "app/commands.h"
 #include "app/quantity.h"
 #include "app/run_report.h"
@@ -45,20 +46,59 @@ class AlignRun {
   [[nodiscard]] Result<void> run() {
     if (auto writable = check(); !writable) return writable;
     auto loaded = load_align_inputs(arguments_.inputs, job_.config, stop_, console_, report_);
+    if (stop_.stop_requested()) return Error{ErrorCode::kTooLittle, "interrupted while the scans were read: no mesh"};
     if (!loaded) return loaded.error();
     inputs_ = *std::move(loaded);
-    const auto priors = load_align_priors(arguments_, inputs_, job_.config.acquire.limits);
-    if (!priors) return priors.error();
-    if (stop_.stop_requested()) return Error{ErrorCode::kTooLittle, "interrupted before anything was brought together"};
+    if (auto known = find_priors(); !known) return known;
     alignment_ = timed(report_, "align", [&] {
-      return align_scans(inputs_.models, *priors,
-                         [&](std::size_t done, std::size_t total) { console_.progress("comparing", done, total); });
+      return align_scans(inputs_.models, priors_, [&](std::size_t done, std::size_t total) {
+        console_.progress("comparing", done, total);
+        return !stop_.stop_requested();
+      });
     });
+    if (stop_.stop_requested()) {
+      return Error{ErrorCode::kTooLittle, "interrupted while pairs of scans were compared: no mesh"};
+    }
     if (auto described = describe_alignment(inputs_, alignment_, picture_folder(), report_); !described)
       return described;
+    tell(priors_.are_final ? given_pose_warnings(inputs_, alignment_) : prior_warnings(inputs_, priors_, alignment_));
     if (auto placed = check_placed(); !placed) return placed;
-    if (priors->are_final) warn_of_misfits();
     return write();
+  }
+
+ private:
+  void tell(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      console_.warn(warning);
+      report_.warnings.push_back(warning);
+    }
+  }
+
+  /// ... and the world that they are in.
+  [[nodiscard]] Result<void> find_priors() {
+    tell(unit_warnings(inputs_));
+    std::vector<std::string> warnings;
+    auto priors = load_align_priors(arguments_, inputs_, job_.config.acquire.limits, warnings);
+    if (!priors) return priors.error();
+    priors_ = *std::move(priors);
+    tell(warnings);
+    if (priors_.T_world_scan[0]) inputs_.world = "that of the poses that were given";
+    const Eigen::Vector3d offset = move_near_origin(priors_);
+    if (!offset.isZero(0)) {
+      inputs_.world += fmt::format(", less {:.0f} {:.0f} {:.0f} m", offset.x(), offset.y(), offset.z());
+      tell({fmt::format(
+          "the given poses are far from the origin: the result is moved near it; add {:.0f} {:.0f} {:.0f} m "
+          "to its positions",
+          offset.x(), offset.y(), offset.z())});
+    }
+    const bool has_given = std::any_of(inputs_.inputs.begin(), inputs_.inputs.end(),
+                                       [](const AlignInput& input) { return input.T_world_scan.has_value(); });
+    if (has_given && !priors_.are_final) {
+      console_.info(
+          "the poses of the files are a beginning and are corrected, since --refine, --initial or --markers "
+          "is given, or a scan without a pose is among them");
+    }
+    return {};
   }
 
  private:
@@ -91,17 +131,6 @@ class AlignRun {
                  fmt::format("no place was found for {} beside scan 1 ({}). Scan so that at least a third of each scan "
                              "is in another one too, say where it is with --initial or --markers, or leave it out{}",
                              fmt::join(lost, ", "), inputs_.inputs[0].name, reasons)};
-  }
-
-  void warn_of_misfits() {
-    for (const AlignedPair& pair : alignment_.pairs) {
-      if (pair.judgement.verdict != PairVerdict::kUnacceptable || pair.measure.overlap < 0.12) continue;
-      const std::string warning =
-          fmt::format("the given poses of {} and {} do not fit: {}", inputs_.inputs[pair.from].name,
-                      inputs_.inputs[pair.to].name, pair.judgement.reason);
-      console_.warn(warning);
-      report_.warnings.push_back(warning);
-    }
   }
 
   [[nodiscard]] Result<void> write() {
@@ -146,6 +175,7 @@ class AlignRun {
   Console& console_;
   RunReport& report_;
   AlignInputs inputs_;
+  AlignPriors priors_;
   Alignment alignment_;
 };
 

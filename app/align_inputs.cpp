@@ -7,6 +7,7 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/range/range_files.h"
+#include "acquire/replay/text_numbers.h"
 #include "app/frame_count.h"
 #include "app/frame_intake.h"
 #include "app/reconstruction.h"
@@ -65,6 +66,12 @@ class InputLoader {
     if (!text) return text.error();
     const auto scans = parse_conf(*text, config_.acquire.limits);
     if (!scans) return Error{scans.error().code, scans.error().message, path.string()};
+    for (const TextLine& line : text_lines(*text)) {
+      if (line.words[0] != "mesh") continue;  // an older form, whose poses are not those of bmesh
+      warn(fmt::format(
+          "{}:{}: a line 'mesh' is not read, its scan is left out; expected bmesh FILE tx ty tz qx qy qz qw",
+          path.string(), line.number));
+    }
     const std::size_t before = loaded_.inputs.size();
     for (const NamedScan& scan : *scans) {
       const fs::path named(scan.file);

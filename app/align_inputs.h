@@ -37,10 +37,11 @@ struct AlignInput {
   [[nodiscard]] bool is_fusable() const { return kind == AlignKind::kRange || kind == AlignKind::kRecording; }
 };
 
-/// Both of one length.
+/// Inputs and models, both of one length.
 struct AlignInputs {
   std::vector<AlignInput> inputs;
   std::vector<ScanModel> models;
+  std::string world = "the frame of scan 1";  ///< in which the poses are, for people
 };
 
 /// Reads everything. A recording is fused for its model, as `run` would. A scan that a .conf names but that is not
@@ -50,8 +51,13 @@ struct AlignInputs {
                                                     RunReport& report);
 
 /// --initial and --markers, beside what the files say of poses. Scans are named by their number, from 1, or by their
-/// file. Errors (kInput): a line that is none of a pose, a scan that is not there.
+/// file. What says nothing or contradicts itself is told in `warnings`. Errors (kInput): a line that is none of a pose,
+/// a scan that is not there.
 [[nodiscard]] Result<AlignPriors> load_align_priors(const AlignArguments& arguments, const AlignInputs& inputs,
-                                                    const Limits& limits);
+                                                    const Limits& limits, std::vector<std::string>& warnings);
+
+/// Poses a kilometre and more from the origin (georeferenced ones) are moved near it, all by the same whole number of
+/// hundreds of metres: positions of a mesh are 32-bit. Returns what was taken from them, or zero.
+[[nodiscard]] Eigen::Vector3d move_near_origin(AlignPriors& priors);
 
 }  // namespace scanknit

@@ -79,13 +79,15 @@ Result<void> fuse_scan(const AlignInput& input, const ScanModel& model, const Po
   return {};
 }
 
-Result<void> write_poses(const Alignment& alignment, const std::filesystem::path& path, RunReport& report) {
+Result<void> write_poses(const Alignment& alignment, const std::string& world, const std::filesystem::path& path,
+                         RunReport& report) {
   std::vector<StampedPose> poses;
   for (std::size_t i = 0; i < alignment.T_world_scan.size(); ++i) {
     poses.push_back({static_cast<double>(i + 1), alignment.T_world_scan[i]});
   }
   report.files["trajectory"] = path.string();
-  return timed(report, "write", [&] { return write_file_atomically(path, to_tum_trajectory(poses)); });
+  const std::string text = "# scan tx ty tz qx qy qz qw; the world is " + world + "\n" + to_tum_trajectory(poses);
+  return timed(report, "write", [&] { return write_file_atomically(path, text); });
 }
 
 }  // namespace
@@ -129,7 +131,7 @@ Result<void> describe_alignment(const AlignInputs& inputs, const Alignment& alig
 Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment, const Job& job, std::stop_token stop,
                           Console& console, RunReport& report) {
   if (job.outputs.trajectory) {
-    if (auto written = write_poses(alignment, *job.outputs.trajectory, report); !written) return written;
+    if (auto written = write_poses(alignment, inputs.world, *job.outputs.trajectory, report); !written) return written;
   }
   auto volume = TsdfVolume::create(job.config.fusion);
   if (!volume) return volume.error();
@@ -140,6 +142,11 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
                                *volume, report);
         !fused)
       return fused;
+  }
+  if (stop.stop_requested()) {
+    if (report.frames.fused == 0) return Error{ErrorCode::kTooLittle, "interrupted before anything was fused: no mesh"};
+    console.warn("interrupted: the mesh holds only what was fused until then");
+    report.warnings.emplace_back("interrupted: the mesh holds only what was fused until then");
   }
   report.volume.is_budget_reached = volume->is_budget_reached;
   if (volume->is_budget_reached) console.warn("the volume has reached fusion.memory_budget: the mesh is incomplete");

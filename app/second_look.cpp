@@ -70,7 +70,9 @@ bool look_again(Reconstruction& scan, const SecondLook& again, Console& console,
   report.tracking->loops = described(*closure, scan);
   const auto closed = close(scan, *std::move(closure), again, console, report);
   if (closed) return *closed;
-  const std::string warning = "the loop could not be closed, the mesh is as tracked: " + closed.error().text();
+  const std::string warning = again.stop.stop_requested()
+                                  ? "closing the loop was interrupted: the mesh is as tracked"
+                                  : "the loop could not be closed, the mesh is as tracked: " + closed.error().text();
   console.warn(warning);
   report.warnings.push_back(warning);
   return false;

@@ -85,14 +85,16 @@ Result<PtxPoint> read_point(PtxLines& lines) {
   std::size_t count = 0;
   for (std::string_view word = take_word(line); !word.empty() && count < v.size(); word = take_word(line)) {
     const auto number = parse_double(word);
-    if (!number || !std::isfinite(*number))
-      return lines.error("a finite number was expected, not '" + std::string(word) + "'");
+    if (!number) return lines.error("a number was expected, not '" + std::string(word) + "'");
     v[count++] = *number;
   }
   if (count != 3 && count != 4 && count != 7) {
     return lines.error("a point x y z [intensity [r g b]] was expected; is the file whole?");
   }
   PtxPoint point{{v[0], v[1], v[2]}, {}, {}};
+  if (!point.position.allFinite()) return point;
+  if (!std::all_of(v.begin(), v.end(), [](double value) { return std::isfinite(value); }))
+    return lines.error("an intensity or a colour is not finite");
   const auto byte = [](double value) { return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0)); };
   if (count >= 4) point.intensity = v[3];
   if (count == 7) point.colour = Rgb8{byte(v[4]), byte(v[5]), byte(v[6])};
@@ -131,9 +133,9 @@ Result<RangeScan> read_scan(PtxLines& lines, std::string_view first, const Limit
     for (int y = *rows - 1; y >= 0; --y) {
       const auto point = read_point(lines);
       if (!point) return point.error();
-      if (point->position.isZero(0)) continue;
-      scan.points_m.at(x, y) = point->position.cast<float>();
-      if (!scan.points_m.at(x, y).allFinite()) return lines.error("a point is too far away for its numbers");
+      const Eigen::Vector3f position = point->position.cast<float>();
+      if (position.isZero(0) || !position.allFinite()) continue;
+      scan.points_m.at(x, y) = position;
       if (!point->intensity) continue;
       if (scan.colours.empty()) scan.colours = Image<Rgb8>(*columns, *rows);
       scan.colours.at(x, y) = colour_of(*point);

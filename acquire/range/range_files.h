@@ -27,15 +27,16 @@ struct RangeFile {
 };
 
 /// Stanford PLY with a `range_grid` element, ASCII or binary, row 0 at the bottom. The scanner stands at larger z; its
-/// lines of sight are estimated from the grid. Errors (kInput): not one, counts beyond the limits or the file, an index
-/// out of range, a point that is not finite, truncated. A pure function of the bytes, like those below.
+/// lines of sight are estimated from the grid. A vertex that is not finite is no return. Errors (kInput): not one,
+/// counts beyond the limits or the file, an index out of range, truncated. A pure function of the bytes, like those
+/// below.
 [[nodiscard]] Result<RangeScan> parse_range_ply(std::string_view bytes, const Limits& limits);
 
 /// True for the PLY whose header has a `range_grid` element.
 [[nodiscard]] bool is_range_ply(std::string_view bytes);
 
 /// PTX: for each scan columns, rows, the scanner's position and axes, a 4x4 matrix (row vectors), and a point a line,
-/// column by column from the bottom: x y z [intensity [r g b]]. 0 0 0 is no return.
+/// column by column from the bottom: x y z [intensity [r g b]]. 0 0 0, or a number that is not finite, is no return.
 [[nodiscard]] Result<std::vector<RangeScan>> parse_ptx(std::string_view bytes, const Limits& limits);
 
 /// A PCD: a scan where it is organised (HEIGHT above 1), else a cloud. VIEWPOINT is the pose of the scan.

@@ -91,8 +91,7 @@ Result<Vertices> read_vertices(const PlyElement& element, PlyNumbers& numbers) {
       v[slots[p]] = *value;
     }
     const Eigen::Vector3f point = Eigen::Vector3d(v[0], v[1], v[2]).cast<float>();
-    if (!point.allFinite()) return broken("vertex " + std::to_string(i) + " is not finite");
-    vertices.points.push_back(point);
+    vertices.points.push_back(point.allFinite() ? point : kNoReturn);
     const auto byte = [&](std::size_t slot) { return static_cast<std::uint8_t>(std::clamp(v[slot], 0.0, 255.0)); };
     if (has_colours) vertices.colours.push_back({byte(3), byte(4), byte(5)});
   }

@@ -56,7 +56,7 @@ class ScanAligner {
       for (std::size_t to = from + 1; to < models_.size(); ++to) {
         result_.pairs.push_back(priors_.are_final ? measure_given(from, to) : find_pair(from, to));
         const std::size_t total = models_.size() * (models_.size() - 1) / 2;
-        if (progress_) progress_(result_.pairs.size(), total);
+        if (progress_ && !progress_(result_.pairs.size(), total)) return std::move(result_);
       }
     }
     if (priors_.are_final) {
@@ -110,6 +110,7 @@ class ScanAligner {
     const double spacing = level == CheckLevel::kFine ? result_.scale.fine_m : result_.scale.coarse_m;
     FoundPose found{match, measure_pair(prepared_[from], prepared_[to], match.T_a_b, level), 0};
     found.measure.least_strength = match.least_strength;
+    found.measure.is_held = match.is_held;
     found.score = match.pairs == 0 ? -HUGE_VAL : score_of(found.measure, spacing);
     return found;
   }
@@ -118,6 +119,18 @@ class ScanAligner {
     const PreparedScan &a = prepared_[from], &b = prepared_[to];
     const Pose near = is_rough ? match_finely(a.coarse, b.coarse, start, kCoarseRounds).T_a_b : start;
     return measured(from, to, match_finely(a.fine, b.fine, near, kFineRounds), CheckLevel::kFine);
+  }
+
+  /// Moved only as far as the shape says where to.
+  [[nodiscard]] FoundPose held_by(const Pose& prior, std::size_t from, std::size_t to) const {
+    const PreparedScan &a = prepared_[from], &b = prepared_[to];
+    const Pose near = match_finely(a.coarse, b.coarse, prior, kCoarseRounds, kLeastStrength).T_a_b;
+    return measured(from, to, match_finely(a.fine, b.fine, near, kFineRounds, kLeastStrength), CheckLevel::kFine);
+  }
+
+  [[nodiscard]] bool may_hold(std::size_t from, std::size_t to) const {
+    if (priors_.T_from_to.contains({from, to})) return true;
+    return !priors_.may_hold.empty() && priors_.may_hold[from] && priors_.may_hold[to];
   }
 
   [[nodiscard]] AlignedPair pair_of(std::size_t from, std::size_t to, const FoundPose& found, const char* start) const {
@@ -144,6 +157,12 @@ class ScanAligner {
       const AlignedPair pair = pair_of(from, to, found, "prior");
       matches_[{from, to}] = found.match;
       if (counts(pair)) return pair;
+      if (may_hold(from, to)) {
+        const FoundPose held = held_by(*prior, from, to);
+        const AlignedPair held_pair = pair_of(from, to, held, "prior");
+        matches_[{from, to}] = held.match;
+        if (counts(held_pair)) return held_pair;
+      }
     }
     return search_pair(from, to);
   }
@@ -335,9 +354,10 @@ class ScanAligner {
       if (!counts(pair)) continue;
       const Pose final = result_.T_world_scan[pair.from].inverse() * result_.T_world_scan[pair.to];
       pair.off_m = distance(pair.T_from_to, final, pair.to);
-      const double strength = pair.measure.least_strength;
+      const PairMeasure matched = pair.measure;
       pair.measure = measure_pair(prepared_[pair.from], prepared_[pair.to], final, CheckLevel::kFine);
-      pair.measure.least_strength = strength;
+      pair.measure.least_strength = matched.least_strength;
+      pair.measure.is_held = matched.is_held;
       pair.judgement = judge_pair(pair.measure, result_.scale.fine_m);
     }
   }

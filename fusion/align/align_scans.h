@@ -20,6 +20,8 @@ struct AlignPriors {
   std::vector<std::optional<Pose>> T_world_scan;  ///< of each scan; empty: nothing is known
   /// T_from_to of pairs (from < to), by markers for example.
   std::map<std::pair<std::size_t, std::size_t>, Pose> T_from_to;
+  /// T_world_scan of the scan was stated to hold what the shape does not; poses of pairs always are. Empty: none is.
+  std::vector<bool> may_hold = {};
   bool are_final = false;  ///< T_world_scan is taken as it is, of every scan: pairs are measured, nothing is moved
 };
 
@@ -40,13 +42,14 @@ struct Alignment {
   std::vector<AlignedPair> pairs;  ///< all of them, by (from, to)
 };
 
-/// `done` of `total` pairs.
-using AlignProgress = std::function<void(std::size_t done, std::size_t total)>;
+/// `done` of `total` pairs. False ends the work: only the pairs that were compared are returned, and nothing is placed.
+using AlignProgress = std::function<bool(std::size_t done, std::size_t total)>;
 
 /// Every pair: coarse search (unless a prior fits), fine registration, and a judgement by overlap, residual, what is in
 /// the way, and how firmly the shape holds it; then all pairs that count in a pose graph. A pair that contradicts the
-/// others is refused; one that was refused, but has a place by the others, is looked at again there. The world is the
-/// first scan's frame, moved by its prior where it has one. The same bits for any number of threads.
+/// others is refused; a pair that could slide is held by a prior that may hold; one that was refused, but has a place
+/// by the others, is looked at again there. The world is the first scan's frame, moved by its prior where it has one.
+/// The same bits for any number of threads.
 [[nodiscard]] Alignment align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
                                     const AlignProgress& progress = {});
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -131,18 +132,54 @@ Pose motion_of(const Vector6d& step) {
   return motion;
 }
 
-/// Rotations about the middle of the points, in units of their radius.
-double least_strength(const NormalSums& sums) {
+/// The normal equations with rotations about the middle of the points, in units of their radius.
+struct CentredEquations {
+  Matrix6d T_step = Matrix6d::Identity();  ///< step = T_step * centred step
+  Eigen::SelfAdjointEigenSolver<Matrix6d> modes;
+  Vector6d vector = Vector6d::Zero();
+  bool is_valid = false;  ///< the points do not all lie in one place
+  [[nodiscard]] double least_strength() const { return is_valid ? std::max(0.0, modes.eigenvalues()[0]) : 0; }
+};
+
+CentredEquations centred(const NormalSums& sums) {
+  CentredEquations equations;
   const Vector3d middle = sums.points / sums.weight;
   const double radius = std::sqrt(std::max(0.0, sums.radii / sums.weight - middle.squaredNorm()));
-  if (!(radius > 0)) return 0;
-  Matrix6d change = Matrix6d::Identity();
-  change.topRightCorner<3, 3>() << 0, -middle.z(), middle.y(), middle.z(), 0, -middle.x(), -middle.y(), middle.x(), 0;
-  Matrix6d centred = change.transpose() * (sums.matrix / sums.weight) * change;
-  centred.bottomRows<3>() /= radius;
-  centred.rightCols<3>() /= radius;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(centred, Eigen::EigenvaluesOnly);
-  return std::max(0.0, solver.eigenvalues()[0]);
+  if (!(radius > 0)) return equations;
+  Matrix6d& T = equations.T_step;
+  T.topRightCorner<3, 3>() << 0, -middle.z(), middle.y(), middle.z(), 0, -middle.x(), -middle.y(), middle.x(), 0;
+  T.rightCols<3>() /= radius;
+  equations.modes.compute(T.transpose() * (sums.matrix / sums.weight) * T);
+  equations.vector = T.transpose() * sums.vector / sums.weight;
+  equations.is_valid = true;
+  return equations;
+}
+
+/// The step along what is held firmly enough; `match` is told of the rest.
+Vector6d held_step(const CentredEquations& equations, double least_moved, FineMatch& match) {
+  if (!equations.is_valid) return Vector6d::Zero();
+  Vector6d strengths = equations.modes.eigenvalues();
+  const Matrix6d& modes = equations.modes.eigenvectors();
+  Vector6d step = Vector6d::Zero();
+  match.is_held = false;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    if (strengths[i] >= least_moved) {
+      step += modes.col(i) * (modes.col(i).dot(equations.vector) / strengths[i]);
+    } else {
+      strengths[i] = least_moved;
+      match.is_held = true;
+    }
+  }
+  const Matrix6d back = modes.transpose() * equations.T_step.inverse();
+  match.shape = back.transpose() * strengths.asDiagonal() * back;
+  return equations.T_step * step;
+}
+
+/// What the scans do not hold is hardly moved.
+Vector6d damped_step(const NormalSums& sums) {
+  const Matrix6d damped =
+      sums.matrix + 1e-6 * sums.weight * Matrix6d(sums.matrix.diagonal().asDiagonal()) / sums.weight;
+  return Eigen::LDLT<Matrix6d>(damped).solve(sums.vector);
 }
 
 }  // namespace
@@ -152,7 +189,7 @@ ScanLevel::ScanLevel(OrientedPoints level_points, double spacing)
       spacing_m(spacing),
       grid(points.points_m, static_cast<float>(kReach * spacing)) {}
 
-FineMatch match_finely(const ScanLevel& a, const ScanLevel& b, const Pose& T_a_b, int iterations) {
+FineMatch match_finely(const ScanLevel& a, const ScanLevel& b, const Pose& T_a_b, int iterations, double least_moved) {
   FineMatch match{.T_a_b = T_a_b};
   for (int i = 0; i < iterations; ++i) {
     const std::vector<PointPair> pairs = all_pairs(a, b, match.T_a_b);
@@ -162,11 +199,9 @@ FineMatch match_finely(const ScanLevel& a, const ScanLevel& b, const Pose& T_a_b
     const NormalSums sums = sum_up(pairs, kTukey * scale);
     match.shape = sums.matrix / sums.weight;
     match.residual_m = std::sqrt(sums.squares / sums.weight);
-    match.least_strength = least_strength(sums);
-    // What the scans do not hold is hardly moved.
-    const Matrix6d damped =
-        sums.matrix + 1e-6 * sums.weight * Matrix6d(sums.matrix.diagonal().asDiagonal()) / sums.weight;
-    const Vector6d step = Eigen::LDLT<Matrix6d>(damped).solve(sums.vector);
+    const CentredEquations equations = centred(sums);
+    match.least_strength = equations.least_strength();
+    const Vector6d step = least_moved > 0 ? held_step(equations, least_moved, match) : damped_step(sums);
     if (!step.allFinite()) return FineMatch{.T_a_b = T_a_b};
     match.T_a_b = match.T_a_b * motion_of(step);
     const Vector3d middle = sums.points / sums.weight;

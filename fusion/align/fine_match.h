@@ -26,12 +26,16 @@ struct FineMatch {
   /// 1/3 at most; 0 where the scans could slide or turn along each other.
   double least_strength = 0;
   double residual_m = 0;  ///< root of the weighted mean square distance along normals
+  bool is_held = false;   ///< some motion was left as it was, since the scans do not hold it
   std::size_t pairs = 0;  ///< of points; 0: the scans do not meet, and T_a_b is where it began
 };
 
 /// Point to plane with the sum of both normals (Rusinkiewicz 2019, "A Symmetric Objective Function for ICP"), from both
 /// scans to the other, with Tukey's weights. Points whose neighbour lies on a rim have none. The same bits for any
-/// number of threads.
-[[nodiscard]] FineMatch match_finely(const ScanLevel& a, const ScanLevel& b, const Pose& T_a_b, int iterations);
+/// number of threads. Motions that the scans hold less firmly than `least_moved` (as `least_strength`) stay as they are
+/// in T_a_b: solution remapping (Zhang, Kaess & Singh 2016, "On Degeneracy of Optimization-Based State Estimation
+/// Problems"); `shape` then holds them so firmly.
+[[nodiscard]] FineMatch match_finely(const ScanLevel& a, const ScanLevel& b, const Pose& T_a_b, int iterations,
+                                     double least_moved = 0);
 
 }  // namespace scanknit

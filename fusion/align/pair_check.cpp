@@ -24,7 +24,7 @@ constexpr double kGoodOverlap = 0.25, kAcceptableOverlap = 0.12, kUnseenOverlap 
 constexpr double kGoodResidual = 0.35, kAcceptableResidual = 0.55;
 constexpr double kGoodContradicted = 0.005, kAcceptableContradicted = 0.015;
 constexpr double kGoodMissing = 0.01, kAcceptableMissing = 0.02;
-constexpr double kGoodStrength = 0.004, kAcceptableStrength = 0.0015;
+constexpr double kGoodStrength = 0.004;
 
 /// What was found of one point.
 struct PointFinding {
@@ -122,6 +122,10 @@ PairMeasure measure_pair(const PreparedScan& a, const PreparedScan& b, const Pos
                                   share_of(of_b.in_the_way, of_b.in_the_way + of_b.meeting));
   measure.missing = std::max(share_of(of_a.missing, of_a.missing + of_a.meeting),
                              share_of(of_b.missing, of_b.missing + of_b.meeting));
+  const auto against = [](const SideMeasure& side) {
+    return share_of(std::max(side.in_the_way, side.missing), side.points);
+  };
+  measure.against = std::max(against(of_a), against(of_b));
   return measure;
 }
 
@@ -151,8 +155,11 @@ PairJudgement judge_pair(const PairMeasure& measure, double spacing_m) {
                    " of it faced the other scanner, which saw nothing there");
   }
   if (residual > kAcceptableResidual) return refused("the surfaces do not fit: the residual is as large as by chance");
-  if (measure.least_strength < kAcceptableStrength) {
+  if (measure.least_strength < kLeastStrength && !measure.is_held) {
     return refused("they could slide along each other: what they share is flat, round or a cylinder");
+  }
+  if (measure.least_strength < kLeastStrength) {
+    return {PairVerdict::kAcceptable, "held by the markers or the initial poses: by its shape alone it could slide"};
   }
   if (measure.overlap < kGoodOverlap) return {PairVerdict::kAcceptable, "little overlap"};
   if (measure.contradicted > kGoodContradicted) return {PairVerdict::kAcceptable, "something is in the way"};

@@ -16,18 +16,23 @@ struct PreparedScan {
 };
 
 struct PairMeasure {
-  double overlap = 0;         ///< share of the scan with less area that meets the other one, 0 to 1
-  double residual_m = 0;      ///< root mean square distance along normals of what meets
-  double contradicted = 0;    ///< of what one scanner looked at, the share that the other scan has in its way, 0 to 1
-  double missing = 0;         ///< ... and the share that it should have seen, but saw nothing there
-  bool is_seen = false;       ///< one of the scans tells from where it was seen: only then is `contradicted` known
+  double overlap = 0;       ///< share of the scan with less area that meets the other one, 0 to 1
+  double residual_m = 0;    ///< root mean square distance along normals of what meets
+  double contradicted = 0;  ///< of what one scanner looked at, the share that the other scan has in its way, 0 to 1
+  double missing = 0;       ///< ... and the share that it should have seen, but saw nothing there
+  bool is_seen = false;     ///< one of the scans tells from where it was seen: only then is `contradicted` known
+  double against = 0;  ///< share of all points of a scan that is in the way or missing, the larger of the two, 0 to 1
   double least_strength = 0;  ///< FineMatch's
+  bool is_held = false;       ///< what the shape does not hold, a prior does
 };
 
 /// At the scale of `level`: which of the levels is compared.
 enum class CheckLevel { kCoarse, kFine };
 [[nodiscard]] PairMeasure measure_pair(const PreparedScan& a, const PreparedScan& b, const Pose& T_a_b,
                                        CheckLevel level);
+
+/// Below it two scans could slide along each other (PairMeasure::least_strength).
+inline constexpr double kLeastStrength = 0.0015;
 
 enum class PairVerdict { kGood, kAcceptable, kUnacceptable };
 

@@ -88,12 +88,20 @@ TEST(RangePly, HostileNumbersAreRefusedWithWhatWasExpected) {
             std::string::npos);
   EXPECT_NE(error(ascii_grid(points, "1 0\n1 -1\n0\n1 2\n1 3\n0\n")).find("names a point that is not there"),
             std::string::npos);
-  EXPECT_NE(error(ascii_grid("0 0 nan\n1 0 0.5\n0 1 0\n1 1 0\n")).find("not finite"), std::string::npos);
   EXPECT_NE(error(ascii_grid(points, "2 0 1\n1 1\n0\n1 2\n1 3\n0\n")).find("one was expected"), std::string::npos);
   EXPECT_NE(error(ascii_grid(points, "1 0\n", "7")).find("num_cols x num_rows"), std::string::npos);
   std::string huge = ascii_grid();
   huge.replace(huge.find("num_cols 3"), 10, "num_cols 9000000000000000000");
   EXPECT_NE(error(huge).find("limit"), std::string::npos);
+}
+
+TEST(RangePly, AVertexThatIsNotFiniteIsNoReturn) {
+  for (const char* word : {"nan", "inf", "1e300"}) {
+    const auto scan = parse_range_ply(ascii_grid("0 0 0\n1 0 " + std::string(word) + "\n0 1 0\n1 1 0\n"), {});
+    ASSERT_TRUE(scan) << word << ": " << scan.error().text();
+    EXPECT_FALSE(has_return(scan->points_m.at(1, 1))) << word;
+    EXPECT_TRUE(has_return(scan->points_m.at(0, 1))) << word;
+  }
 }
 
 TEST(RangeGzip, UnpacksAndStopsAtTheLimit) {
@@ -172,8 +180,18 @@ TEST(Ptx, CutAtEveryLineIsAnError) {
   for (std::size_t end = whole.find('\n'); end + 1 < whole.size(); end = whole.find('\n', end + 1)) {
     EXPECT_FALSE(parse_ptx(std::string_view(whole).substr(0, end + 1), {})) << end;
   }
-  EXPECT_FALSE(parse_ptx(ptx("1 0 0 0.5\n2 nan 0 0.5\n3 0 0 0.5\n4 0 0 1\n"), {}));
+  EXPECT_FALSE(parse_ptx(ptx("1 0 0 0.5\n2 0 0 nan\n3 0 0 0.5\n4 0 0 1\n"), {}));
   EXPECT_FALSE(parse_ptx("1000000000\n1000000000\n", {}));
+}
+
+TEST(Ptx, APointThatIsNotFiniteIsNoReturn) {
+  const auto scans = parse_ptx(ptx("1 0 0 0.5\n2 nan 0 0.5\nnan nan nan nan\n4 1e300 0 1\n"), {});
+  ASSERT_TRUE(scans) << scans.error().text();
+  const RangeScan& scan = (*scans)[0];
+  EXPECT_TRUE(has_return(scan.points_m.at(0, 1)));
+  EXPECT_FALSE(has_return(scan.points_m.at(0, 0)));
+  EXPECT_FALSE(has_return(scan.points_m.at(1, 1)));
+  EXPECT_FALSE(has_return(scan.points_m.at(1, 0)));
 }
 
 TEST(RangePcd, OrganisedIsAScanAndOneRowIsACloud) {

@@ -175,6 +175,35 @@ TEST(AlignScans, WhatCouldSlideIsRefused) {
   EXPECT_FALSE(found.is_placed[1]);
 }
 
+// ... unless markers say how it is turned.
+TEST(AlignScans, WhatCouldSlideIsHeldByMarkersAtBestAcceptably) {
+  const auto scene = make_scene("sphere");
+  ASSERT_TRUE(scene);
+  Scans scans;
+  for (const unsigned seed : {63u, 64u}) {
+    PlacedScan scan = scan_from(**scene, 30.0 * (seed - 63u), seed);
+    scans.models.push_back(std::move(scan.model));
+    scans.T_world_scan.push_back(scan.T_world_scan);
+  }
+  AlignPriors markers;
+  markers.T_from_to[{0, 1}] = scans.T_world_scan[0].inverse() * scans.T_world_scan[1];
+  const Alignment held = align_scans(scans.models, markers);
+  print(held);
+  ASSERT_TRUE(held.is_placed[1]);
+  EXPECT_EQ(held.pairs[0].judgement.verdict, PairVerdict::kAcceptable);
+  EXPECT_NE(held.pairs[0].judgement.reason.find("held by the markers"), std::string::npos);
+  const Off off = off_of(held, scans, 1);
+  EXPECT_LT(off.metres, 0.001);
+  EXPECT_LT(off.degrees, 0.2);
+
+  // Poses that are only a beginning do not hold it; stated ones do.
+  AlignPriors poses;
+  for (const Pose& pose : scans.T_world_scan) poses.T_world_scan.emplace_back(pose);
+  EXPECT_FALSE(align_scans(scans.models, poses).is_placed[1]);
+  poses.may_hold = {true, true};
+  EXPECT_TRUE(align_scans(scans.models, poses).is_placed[1]);
+}
+
 TEST(AlignScans, PriorsAreRefinedAndTheWorldIsTheirs) {
   const Scans scans = scans_from({0, 60}, 71);
   AlignPriors priors;

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "export/read_mesh.h"
 #include "fusion/align/point_grid.h"
@@ -47,6 +49,20 @@ class AlignHills : public ::testing::Test {
   [[nodiscard]] Outcome align(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "align");
     return scanknit_command(arguments);
+  }
+  /// Lists a at `T_world_a`, and b.
+  void write_conf(const std::string& name, const Pose& T_world_a, const Pose& T_world_b,
+                  const std::string& more = "") const {
+    std::ofstream file(path(name));
+    file.precision(17);
+    for (const auto& [scan, pose] : {std::pair("a.ply", T_world_a), std::pair("b.ply", T_world_b)}) {
+      const Eigen::Quaterniond q(pose.linear().transpose());  // the file's quaternion turns the other way
+      file << "bmesh " << scan << " " << pose.translation().transpose() << " " << q.coeffs().transpose() << "\n";
+    }
+    file << more;
+  }
+  [[nodiscard]] std::string warnings_of(const std::string& folder) const {
+    return report_of(folder_ / folder)["warnings"].dump();
   }
   /// Where b is found, against the truth: at its middle, metres.
   [[nodiscard]] double error_m(const Json& report) const {
@@ -142,6 +158,94 @@ TEST_F(AlignHills, MarkersAndInitialPosesAreABeginning) {
   ASSERT_EQ(by_poses.exit_code, 0) << by_poses.err;
   EXPECT_EQ(report_of(folder_ / "again")["alignment"]["pairs"][0]["start"], "prior");
   EXPECT_LT(error_m(report_of(folder_ / "again")), 0.0002);
+}
+
+TEST_F(AlignHills, GivenPosesThatContradictWhatWasSeenAreWarnedOf) {
+  // Three centimetres above the other: in the way of all that was seen.
+  write_conf("wrong.conf", Pose::Identity(), Eigen::Translation3d(0, 0, 0.03) * T_b_world_.inverse());
+  const Outcome outcome = align({path("wrong.conf"), "-o", path("out")});
+  EXPECT_EQ(outcome.exit_code, 0) << "poses are taken as they are: " << outcome.err;
+  for (const char* words :
+       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "nothing bears out the given pose of 2", "--refine"}) {
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
+    EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words;
+  }
+  write_conf("right.conf", Pose::Identity(), T_b_world_.inverse());
+  ASSERT_EQ(align({path("right.conf"), "-o", path("right")}).exit_code, 0);
+  EXPECT_EQ(warnings_of("right"), "[]");
+}
+
+TEST_F(AlignHills, AMeshLineOfAConfIsWarnedOf) {
+  write_conf("old.conf", Pose::Identity(), T_b_world_.inverse(), "mesh a.ply\n");
+  const Outcome outcome = align({path("old.conf"), "-o", path("out")});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("old.conf:3: a line 'mesh' is not read"), std::string::npos) << outcome.err;
+}
+
+TEST_F(AlignHills, PosesFarFromTheOriginAreMovedNearIt) {
+  const Eigen::Translation3d far(500'020, 4'000'000, 100);
+  write_conf("map.conf", far * Pose::Identity(), far * T_b_world_.inverse());
+  const Outcome outcome = align({path("map.conf"), "-o", path("out")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(warnings_of("out").find("add 500000 4000000 100 m"), std::string::npos) << warnings_of("out");
+  const Json report = report_of(folder_ / "out");
+  EXPECT_NEAR(report["mesh"]["bounds_m"][0][0].get<double>(), 20, 0.01);
+  EXPECT_EQ(report["mesh"]["components"], 1);
+  const std::string poses = read_text(folder_ / "out" / "trajectory.txt");
+  EXPECT_NE(poses.find("less 500000 4000000 100 m\n1 20 0 0 "), std::string::npos) << poses;
+}
+
+TEST_F(AlignHills, MarkersThatSayNothingOrContradictAreWarnedOf) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"", "no marker has the same name"},
+      {"1 a 0 0 0\n2 b 0 0 0\n", "no marker has the same name"},
+      {"1 a 0 0 0\n1 b 1 0 0\n2 a 0 0 0\n2 b 1 0 0\n", "have 2 in common; it takes 3"},
+      {"1 a 0 0 0\n1 b 1 0 0\n1 c 2 0 0\n2 a 0 0 0\n2 b 1 0 0\n2 c 2 0 0\n", "lie in a line"},
+      {"1 a 0 0 0\n1 b 0.1 0 0\n1 c 0 0.2 0\n2 a 0 0 0\n2 b 0.1 0 0\n2 c 0 0.3 0\n", "mm remain"},
+      {"1 a 0 0 0\n1 a 1 0 0\n", "marker a of scan 1 is there already"}};
+  for (const auto& [text, words] : cases) {
+    std::ofstream(path("markers.txt")) << text;
+    const Outcome outcome = align({path("a.ply"), path("b.ply"), "-o", path("out"), "--markers", path("markers.txt")});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words << " in " << warnings_of("out");
+  }
+}
+
+TEST_F(AlignHills, InitialPosesThatSayNothingOrContradictAreWarnedOf) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"", "it has poses of 0 scans"},
+      {"1 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n", "initial.txt:2: scan 1 (a.ply) has a pose already"},
+      {"1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 1\n", "mm from where the scans fit"}};
+  for (const auto& [text, words] : cases) {
+    std::ofstream(path("initial.txt")) << text;
+    const Outcome outcome = align({path("a.ply"), path("b.ply"), "-o", path("out"), "--initial", path("initial.txt")});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words << " in " << warnings_of("out");
+  }
+}
+
+TEST_F(AlignHills, MillimetresAreHintedAt) {
+  Pose millimetres = Pose::Identity();
+  millimetres.linear() *= 1000;
+  write_hills(path("mm.ply"), 0, millimetres);
+  const Outcome outcome = align({path("mm.ply"), path("b.ply"), "-o", path("out")});
+  EXPECT_EQ(outcome.exit_code, 6);
+  EXPECT_NE(outcome.err.find("mm.ply is 120 m wide"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("is one of them in millimetres?"), std::string::npos) << outcome.err;
+}
+
+TEST_F(AlignHills, InterruptedItSaysSo) {
+  write_hills(path("c.ply"), 0.02, turned(-30, {0, 0, 0}));
+  Program program({"align", path("a.ply"), path("b.ply"), path("c.ply"), "-o", path("out")});
+  while (program.is_running() && program.err_so_far().find("comparing") == std::string::npos) {
+    std::this_thread::yield();
+  }
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 130);
+  EXPECT_NE(outcome.err.find("interrupted while pairs of scans were compared"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("the mesh is empty"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "model.glb"));
 }
 
 TEST_F(AlignHills, AMeshIsBroughtToItsPlaceButNotFused) {
