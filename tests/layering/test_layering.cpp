@@ -21,7 +21,8 @@ struct Include {
   bool is_quoted;
 };
 
-const std::set<std::string> kRooms = {"core", "acquire", "fusion", "extract", "finish", "export", "view", "app", "python"};
+const std::set<std::string> kRooms = {"core",   "acquire", "fusion", "extract", "finish",
+                                      "export", "view",    "app",    "python"};
 
 std::vector<Include> all_includes() {
   const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
