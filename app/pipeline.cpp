@@ -1,5 +1,6 @@
 #include "app/pipeline.h"
 
+#include "acquire/convert/cut_recording.h"
 #include "acquire/frame_source.h"
 #include "app/budget_check.h"
 #include "app/frame_intake.h"
@@ -81,6 +82,9 @@ Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& consol
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report, ScanView& view) {
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
+  if (job.cut_recording) {
+    if (auto writable = CutRecording::check(*job.cut_recording); !writable) return writable;
+  }
   auto opened = open_recording(job.input, job.config.acquire);
   if (!opened) return opened.error();
   for (const std::string& warning : (*opened)->info().warnings) console.warn(warning);

@@ -123,6 +123,14 @@ TEST_F(Tower, LeavesARecordingOfItselfAlone) {
   }
 }
 
+TEST_F(Tower, IsNotOverwrittenByItsOwnCut) {
+  const std::string before = read_text(fs::path(recording()) / "depth/000010.png");
+  const Outcome refused = scan(recording(), place("none"), {"--cut-recording", recording()});
+  EXPECT_EQ(refused.exit_code, 8) << refused.err;
+  EXPECT_EQ(read_text(fs::path(recording()) / "depth/000010.png"), before);
+  EXPECT_FALSE(fs::exists(place("none"))) << "refused before any work";
+}
+
 TEST_F(Tower, IsTheSameForAnyNumberOfThreads) {
   std::vector<std::string> meshes;
   for (const char* threads : {"1", "2", "8"}) {
