@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 
+#include "core/disjoint_sets.h"
 #include "core/median.h"
 
 namespace scanknit {
@@ -13,11 +13,6 @@ namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kMostOff = 0.2;  // of the frames, for the others to be right
-
-std::size_t root_of(std::vector<std::size_t>& parents, std::size_t frame) {
-  while (parents[frame] != frame) frame = parents[frame] = parents[parents[frame]];
-  return frame;
-}
 
 using Frames = std::vector<std::size_t>;
 
@@ -64,16 +59,15 @@ double scale_of(const std::vector<Frames>& joined, const std::vector<double>& kn
 std::vector<std::size_t> turntable_parts(const TurntableSolution& solution, const std::vector<TurntableEdge>& edges,
                                          double least_weight) {
   const std::size_t frames = solution.motion.angles_rad.size();
-  std::vector<std::size_t> parents(frames);
-  std::iota(parents.begin(), parents.end(), std::size_t{0});
+  DisjointSets joined(frames);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (solution.weights[i] <= least_weight) continue;
-    const std::size_t a = root_of(parents, edges[i].from);
-    const std::size_t b = root_of(parents, edges[i].to);
-    parents[std::max(a, b)] = std::min(a, b);
+    joined.join(static_cast<std::uint32_t>(edges[i].from), static_cast<std::uint32_t>(edges[i].to));
   }
+  std::vector<std::size_t> roots;
+  for (std::size_t i = 0; i < frames; ++i) roots.push_back(joined.root(static_cast<std::uint32_t>(i)));
   std::vector<std::size_t> sizes(frames);
-  for (std::size_t i = 0; i < frames; ++i) ++sizes[root_of(parents, i)];
+  for (std::size_t i = 0; i < frames; ++i) ++sizes[roots[i]];
   const auto largest = static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
   std::vector<std::size_t> numbers(frames);  // of the parts, by their first frame
   std::size_t next = 1;
@@ -81,7 +75,7 @@ std::vector<std::size_t> turntable_parts(const TurntableSolution& solution, cons
     if (sizes[i] > 0) numbers[i] = i == largest ? 0 : next++;
   }
   std::vector<std::size_t> parts(frames);
-  for (std::size_t i = 0; i < frames; ++i) parts[i] = numbers[root_of(parents, i)];
+  for (std::size_t i = 0; i < frames; ++i) parts[i] = numbers[roots[i]];
   return parts;
 }
 
