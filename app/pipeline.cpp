@@ -3,6 +3,7 @@
 #include "acquire/convert/cut_recording.h"
 #include "acquire/frame_source.h"
 #include "app/budget_check.h"
+#include "app/finish_surface.h"
 #include "app/frame_intake.h"
 #include "app/mesh_output.h"
 #include "app/pace_control.h"
@@ -22,6 +23,7 @@ void forget_frames(RunReport& report) {
   report.mesh.reset();
   report.holes.reset();
   report.fit.reset();
+  forget_finish(report);
 }
 
 /// The volume was full: what it holds is worth a mesh.
@@ -53,10 +55,19 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
   return scan.write_trajectory();
 }
 
+/// What its finishing warns of is said, too.
+Result<void> write_mesh(const Reconstruction& scan, Console& console, RunReport& report) {
+  forget_finish(report);
+  const std::size_t warnings_before = report.warnings.size();
+  auto meshed = scan.write_mesh(report, EmptyCrop::kIgnored);
+  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+  return meshed;
+}
+
 /// The scan has changed: all of it is written anew.
-Result<void> write_anew(Reconstruction& scan, RunReport& report) {
+Result<void> write_anew(Reconstruction& scan, Console& console, RunReport& report) {
   if (auto saved = write_scan(scan, report); !saved) return saved;
-  return scan.write_mesh(report, EmptyCrop::kIgnored);
+  return write_mesh(scan, console, report);
 }
 
 /// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
@@ -116,9 +127,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     console.warn(*warning);
     report.warnings.push_back(*warning);
   }
-  const std::size_t warnings_before = report.warnings.size();
-  auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
-  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+  const auto meshed = write_mesh(*scan, console, report);
   view.show_all(scan->volume(), report);
   if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
   if (table != nullptr) {
@@ -129,7 +138,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     return {};
   }
   view.show_anew(scan->volume(), report);
-  return write_anew(*scan, report);
+  return write_anew(*scan, console, report);
 }
 
 Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -152,7 +161,10 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   for (const char* stage : {"refine", "fuse_again"}) report.stages[stage] = again.stages[stage];
   if (!refined || !*refined) return refined;
   report.frames.fused = again.frames.fused;
-  if (auto written = write_anew(*scan, again); !written) return written.error();
+  if (auto written = write_anew(*scan, console, again); !written) return written.error();
+  forget_finish(report);
+  report.finish = again.finish;
+  report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
   report.mesh = again.mesh;
   report.holes = again.holes;
   report.fit = again.fit;
