@@ -52,6 +52,9 @@ HoldsWhatItShould() {
   done
   expect_field libscanknit-dev Depends 'scanknit \(= [0-9.]+\)'
   expect_field libscanknit-dev Section '^libdevel$'
+  if [ -e "$(package scanknit-openni2)" ]; then
+    expect_files scanknit-openni2 'usr/lib/(.*/)?scanknit/libscanknit_openni2\.so'
+  fi
   # A program that needs no driver of OpenNI2 does not ask for it.
   local bytes depends
   depends="$(dpkg-deb -f "$(package scanknit)" Depends)"
@@ -89,6 +92,10 @@ live_inside() {
   local preset
   preset="$(find /usr/share/scanknit/configs -name object.yaml)"
   scanknit config check "$preset" >/dev/null
+  if is_installed scanknit-openni2; then
+    if scanknit record --device openni2: -o a.mcap >said 2>&1; then fail "there is a camera in a clean root"; fi
+    if ! grep -q 'OpenNI2 sees no camera' said; then cat said; fail "the module for OpenNI2 is not found"; fi
+  fi
 
   cp -r /usr/share/doc/libscanknit-dev/examples/cpp example
   cmake -S example -B built >/dev/null && cmake --build built >/dev/null
