@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
 # ScanKnit on Debian 12: install what is needed, build, run.
 #
-#   ./quickstart.sh         build, then turn the sample recording into out/sample/model.glb
-#   ./quickstart.sh test    build, then run every test whose tools are installed
-#   ./quickstart.sh build   build only
+#   ./quickstart.sh               build, then turn the sample recording into out/sample/model.glb
+#   ./quickstart.sh test          build, then run every test whose tools are installed
+#   ./quickstart.sh test --full   install all of those tools first (browser, Blender, QEMU ...), then the same
+#   ./quickstart.sh tools         install those tools only
+#   ./quickstart.sh build         build only
 set -euo pipefail
 cd "$(dirname "$0")"
 
-job="${1:-sample}"
+job="${*:-sample}"
 build_dir=build/release
 
 required_packages=(
@@ -21,6 +23,13 @@ required_packages=(
 test_packages=(
   libgtest-dev libbenchmark-dev umockdev libumockdev-dev
   pybind11-dev python3-dev python3-numpy python3-pybind11
+)
+# Each lets one more test run: docs/testing.md. Some are looked for when the build is configured.
+tool_packages=(
+  admesh assimp-utils blender python3-open3d
+  chromium fish zsh mandoc man-db lintian mkdocs-material
+  clang clang-format libclang-rt-14-dev libopenvdb-tools invesalius-examples mricron-data
+  libfreenect-bin libopenni2-dev libuvc-dev qemu-system-x86 busybox-static cpio kmod v4l-utils
 )
 
 is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
@@ -37,10 +46,18 @@ install_packages() {
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
+# Debian's only where there is no other.
+install_npm() { command -v npm >/dev/null || install_packages nodejs npm; }
+
+install_tools() {
+  install_packages "${tool_packages[@]}"
+  install_npm
+}
+
 # three.js for the live view's page, as view/page/package-lock.json names it.
 install_page_packages() {
   if [ -f view/page/node_modules/three/package.json ]; then return; fi
-  command -v npm >/dev/null || install_packages nodejs npm
+  install_npm
   echo "Installing three.js for the live view ..."
   npm ci --prefix view/page --ignore-scripts --no-audit --no-fund --silent
 }
@@ -56,6 +73,14 @@ build() {
   fi
 }
 
+run_tests() {
+  install_packages "${required_packages[@]}" "${test_packages[@]}"
+  install_page_packages
+  build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON
+  tests/prepare.sh "$build_dir"
+  ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)"
+}
+
 case "$job" in
   sample)
     install_packages "${required_packages[@]}"
@@ -67,20 +92,19 @@ case "$job" in
     fi
     "$build_dir/bin/scanknit" run out/sample_recording --preset object -o out/sample
     ;;
-  test)
-    install_packages "${required_packages[@]}" "${test_packages[@]}"
-    install_page_packages
-    build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON
-    tests/prepare.sh "$build_dir"
-    ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)"
+  test) run_tests ;;
+  "test --full")
+    install_tools
+    run_tests
     ;;
+  tools) install_tools ;;
   build)
     install_packages "${required_packages[@]}"
     install_page_packages
     build -DSCANKNIT_BUILD_TESTS=OFF
     ;;
   *)
-    sed -n '2,6s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,8s/^# \{0,1\}//p' "$0" >&2
     exit 2
     ;;
 esac

@@ -14,6 +14,7 @@
 #include "app/vdb_grids.h"
 #include "app/volume_values.h"
 #include "export/mesh_spill.h"
+#include "export/preview.h"
 #include "extract/extract_surface.h"
 #include "extract/stream_surface.h"
 #include "fusion/tsdf_volume.h"
@@ -22,6 +23,8 @@ namespace scanknit {
 namespace {
 
 constexpr std::int64_t kMebibyte = 1 << 20;
+constexpr std::size_t kPictureVertices = 500'000;    // more than a picture shows
+constexpr std::size_t kBytesPerPictureVertex = 256;  // with its triangles, and what finds it
 
 Error which_isovalue(const ValueCensus& census, const Job& job) {
   if (census.count() == 0) return {ErrorCode::kInput, kNoFiniteSample, job.input.string()};
@@ -144,6 +147,18 @@ Result<void> write_spilled(const MeshSpill& mesh, const MeshFrame& frame, const 
   return {};
 }
 
+/// Of the mesh made so coarse that it fits into memory.
+Result<void> draw_spilled(const MeshSpill& mesh, const MeshFrame& frame, const Job& job, RunReport& report) {
+  if (!job.outputs.preview) return {};
+  const std::size_t vertices = std::min(kPictureVertices, budget_bytes(job.config.extract) / kBytesPerPictureVertex);
+  const auto coarse = timed(report, "export", [&] { return mesh.coarse(vertices); });
+  if (!coarse) return coarse.error();
+  const UpAxis up = job.config.output.world_up.value_or(frame.world_up);
+  const ColourImage picture = timed(report, "export", [&] { return render_preview(*coarse, up); });
+  report.files["preview"] = job.outputs.preview->string();
+  return timed(report, "write", [&] { return write_png(picture, *job.outputs.preview); });
+}
+
 Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Job& job, Console& console,
                            RunReport& report) {
   const ExtractConfig& config = job.config.extract;
@@ -171,7 +186,8 @@ Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Jo
   if (mesh->triangles() == 0) return empty_mesh_error(job);
   report.mesh->min_m = mesh->bounds().min() * static_cast<float>(reader.header().metres_per_unit);
   report.mesh->max_m = mesh->bounds().max() * static_cast<float>(reader.header().metres_per_unit);
-  return write_spilled(*mesh, frame, job, report);
+  if (auto written = write_spilled(*mesh, frame, job, report); !written) return written;
+  return draw_spilled(*mesh, frame, job, report);
 }
 
 Result<void> extract_whole(const DenseVolume& volume, const MeshFrame& frame, const Job& job, RunReport& report) {

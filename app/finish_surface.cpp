@@ -28,6 +28,7 @@ constexpr double kSquareMillimetres = 1e6;  // a square metre
 constexpr double kMillimetres = 1e3;
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kGroundVoxels = 2;  // of tolerance for what lies on the ground, and of clearance above it
+constexpr const char* kFinishWarning = "finish: ";  // how every warning begins
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::AlignedBox3d crop_box(const CropLimits& limits) {
@@ -70,7 +71,7 @@ class SurfaceFinisher {
  public:
   SurfaceFinisher(const Config& config, UpAxis world_up, RunReport& report)
       : config_(config), wish_(config.finish), up_(config.output.world_up.value_or(world_up)), report_(report) {
-    report_.finish.reset();
+    forget_finish(report_);
     if (wish_.is_anything()) report_.finish.emplace();
   }
 
@@ -103,7 +104,7 @@ class SurfaceFinisher {
 
   void refuse(const char* step, const std::string& reason) {
     report_.finish->steps.push_back({step, reason, {}});
-    report_.warnings.push_back(fmt::format("finish: {} was not done: {}", step, reason));
+    report_.warnings.push_back(fmt::format("{}{} was not done: {}", kFinishWarning, step, reason));
   }
 
   [[nodiscard]] static Result<FinishedSurface> handed_on(Result<Surface> surface) {
@@ -286,8 +287,8 @@ class SurfaceFinisher {
                       {"error_mm", done.error_m * metres_per_unit * kMillimetres}});
     if (!done.is_held_back) return;
     report_.warnings.push_back(
-        fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer be manifold",
-                    done.triangles));
+        fmt::format("{}the mesh was simplified to {} triangles only: with fewer it would no longer be manifold",
+                    kFinishWarning, done.triangles));
   }
 
   [[nodiscard]] Pose place(double metres_per_unit, Mesh& mesh) {
@@ -320,6 +321,11 @@ class SurfaceFinisher {
 };
 
 }  // namespace
+
+void forget_finish(RunReport& report) {
+  report.finish.reset();
+  std::erase_if(report.warnings, [](const std::string& warning) { return warning.starts_with(kFinishWarning); });
+}
 
 Result<FinishedSurface> finished_surface(const FieldView& view, const Config& config, UpAxis world_up,
                                          RunReport& report) {

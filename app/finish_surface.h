@@ -18,6 +18,9 @@ struct FinishedSurface {
   Pose T_mesh_world = Pose::Identity();  ///< from the volume's world to where the mesh stands
 };
 
+/// What the report says of finishing no longer holds, its warnings neither: another mesh takes the place of that one.
+void forget_finish(RunReport& report);
+
 /// Extracts the surface of a volume and finishes it; without `finish:` it is extract_surface(). A step that cannot be
 /// done is left out, with the reason in report.finish and among the warnings: a scan is never lost. `world_up` is the
 /// way up unless export.world_up says otherwise. Errors: extract_surface()'s; kConfig for steps that make no sense

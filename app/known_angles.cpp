@@ -56,6 +56,10 @@ const char* KnownAngles::name() const {
   return config_.rpm > 0 ? "rpm" : "none";
 }
 
+std::string KnownAngles::option() const {
+  return file_degrees_.empty() ? fmt::format("turntable.{}", name()) : "--angles";
+}
+
 Error KnownAngles::no_times() const {
   return {ErrorCode::kConfig, "turntable.rpm: the recording has no times; give turntable.step", recording_};
 }
@@ -121,7 +125,7 @@ std::string KnownAngles::contradiction(const PriorCheck& check) const {
 std::string KnownAngles::frames_off(const std::vector<std::uint64_t>& sequences) const {
   const std::string frames = ranges_text(sequences);
   if (file_degrees_.empty()) {
-    return fmt::format("the pictures contradict the turntable.{} at frames {}; there they decide", name(), frames);
+    return fmt::format("the pictures contradict {} at frames {}; there they decide", option(), frames);
   }
   return fmt::format(
       "{}: the pictures contradict the angles of frames {} (the first is {:.6g} degrees); theirs are taken", file_,

@@ -26,6 +26,12 @@ class KnownAngles {
   /// The report's word for it: `none`, `rpm`, `step` or `file`.
   [[nodiscard]] const char* name() const;
 
+  /// False for a step: frames that are missing from the recording are missing from it.
+  [[nodiscard]] bool knows_gaps() const { return !file_degrees_.empty() || config_.step_degrees <= 0; }
+
+  /// As the user wrote it: `--angles`, `turntable.step`.
+  [[nodiscard]] std::string option() const;
+
   /// Before any work: whether there is an angle for every frame. A warning where there are more, or nothing.
   /// Errors: kConfig.
   [[nodiscard]] Result<std::optional<std::string>> check(const RecordingInfo& recording) const;

@@ -5,6 +5,7 @@
 #include "acquire/convert/cut_recording.h"
 #include "acquire/frame_source.h"
 #include "app/budget_check.h"
+#include "app/finish_surface.h"
 #include "app/frame_intake.h"
 #include "app/mesh_output.h"
 #include "app/pace_control.h"
@@ -16,9 +17,15 @@
 namespace scanknit {
 namespace {
 
+namespace fs = std::filesystem;
+
 void warn(const std::string& text, Console& console, RunReport& report) {
   console.warn(text);
   report.warnings.push_back(text);
+}
+
+void add_samples(const StageTimes& from, StageTimes& to) {
+  to.samples_ms.insert(to.samples_ms.end(), from.samples_ms.begin(), from.samples_ms.end());
 }
 
 /// The frames are read from the beginning again.
@@ -29,6 +36,7 @@ void forget_frames(RunReport& report) {
   report.mesh.reset();
   report.holes.reset();
   report.fit.reset();
+  forget_finish(report);
 }
 
 /// The volume was full: what it holds is worth a mesh.
@@ -60,10 +68,19 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
   return scan.write_trajectory();
 }
 
+/// What its finishing warns of is said, too.
+Result<void> write_mesh(const Reconstruction& scan, Console& console, RunReport& report) {
+  forget_finish(report);
+  const std::size_t warnings_before = report.warnings.size();
+  auto meshed = scan.write_mesh(report, EmptyCrop::kIgnored);
+  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+  return meshed;
+}
+
 /// The scan has changed: all of it is written anew.
-Result<void> write_anew(Reconstruction& scan, RunReport& report) {
+Result<void> write_anew(Reconstruction& scan, Console& console, RunReport& report) {
   if (auto saved = write_scan(scan, report); !saved) return saved;
-  return scan.write_mesh(report, EmptyCrop::kIgnored);
+  return write_mesh(scan, console, report);
 }
 
 /// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
@@ -75,8 +92,8 @@ Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& consol
   Job turning = job;
   turning.config.fusion.loop_closure = false;  // the turn closes otherwise
   const auto meshed = mesh_source(source, turning, again.stop, console, report, view, again, &table);
-  if (!meshed && meshed.error().code == ErrorCode::kConfig) return meshed;  // what is known of the angles is wrong
-  table.conclude();
+  table.conclude(/*has_mesh=*/meshed.has_value());
+  if (!meshed) return meshed;  // all of each picture would be of what stands still
   const bool was_as_any = !table.changes_frames() && !(job.config.fusion.loop_closure && report.tracking);
   if (report.turntable->is_refined || was_as_any || again.stop.stop_requested()) return meshed;
   auto whole = again.open();
@@ -93,20 +110,25 @@ Result<void> check_is_turntable(const Job& job) {
                                               job.cut_recording ? "--cut-recording" : "--angles")};
 }
 
+/// One spelling of a path, whether or not it is there.
+fs::path settled(const fs::path& path) {
+  std::error_code code;
+  const fs::path whole = fs::weakly_canonical(fs::absolute(path, code), code);
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
 /// Before any work: it is not there yet, or empty, and not where other things are or will be.
 Result<void> check_cut_recording(const Job& job) {
   if (!job.cut_recording) return {};
-  namespace fs = std::filesystem;
-  std::error_code code;
-  const fs::path folder = fs::weakly_canonical(*job.cut_recording, code);
-  const fs::path input = fs::weakly_canonical(job.input, code);
+  const fs::path folder = settled(*job.cut_recording);
+  const fs::path input = settled(job.input);
   for (fs::path at = folder; at != at.parent_path(); at = at.parent_path()) {
     if (at == input) {
       return Error{ErrorCode::kOutput, "lies in the recording itself; give another --cut-recording", folder.string()};
     }
   }
   for (const fs::path& mesh : job.outputs.meshes) {
-    if (fs::weakly_canonical(mesh, code).parent_path() == folder) {
+    if (settled(mesh).parent_path() == folder) {
       return Error{ErrorCode::kOutput,
                    "is where the mesh goes; give another --cut-recording, for example its folder turn",
                    folder.string()};
@@ -151,17 +173,16 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   view.show_writing();
   if (auto saved = write_scan(*scan, report); !saved) return saved;
   const auto tracked = check_tracking(report);
-  if (!tracked && !is_partial(tracked.error())) return tracked;
+  const bool is_lost = !tracked && !is_partial(tracked.error());
+  if (is_lost && table == nullptr) return tracked;
   const auto lost = tracking_warning(report);
   const auto warn_of_lost = [&] {
     if (lost) warn(*lost, console, report);
   };
   if (table == nullptr) warn_of_lost();  // the frames of a turntable may be fused yet
-  const std::size_t warnings_before = report.warnings.size();
-  auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
-  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+  const auto meshed = is_lost ? Result<void>() : write_mesh(*scan, console, report);
   view.show_all(scan->volume(), report);
-  if (!meshed || !tracked || again.stop.stop_requested()) {
+  if (!meshed || (!tracked && !is_lost) || again.stop.stop_requested()) {
     if (table != nullptr) warn_of_lost();
     return meshed ? tracked : meshed;
   }
@@ -169,12 +190,12 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     const auto refined = table->refine(*scan, intake);
     if (!refined || !*refined) warn_of_lost();
     if (!refined) return refined.error();
-    if (!*refined) return {};
+    if (!*refined) return tracked;
   } else if (!look_again(*scan, again, console, report)) {
     return {};
   }
   view.show_anew(scan->volume(), report);
-  return write_anew(*scan, report);
+  return write_anew(*scan, console, report);
 }
 
 Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -194,11 +215,17 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   }
   const auto refined = table.refine(*scan, intake);
   report.turntable = again.turntable;
+  const bool is_refined = refined && *refined;
+  const auto written = is_refined ? write_anew(*scan, console, again) : Result<void>();
+  if (is_refined) forget_finish(report);
   report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
-  for (const char* stage : {"refine", "fuse_again"}) report.stages[stage] = again.stages[stage];
-  if (!refined || !*refined) return refined;
+  for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "write"}) {
+    add_samples(again.stages[stage], report.stages[stage]);
+  }
+  if (!is_refined) return refined;
+  if (!written) return written.error();
+  report.finish = again.finish;
   report.frames.fused = again.frames.fused;
-  if (auto written = write_anew(*scan, again); !written) return written.error();
   report.mesh = again.mesh;
   report.holes = again.holes;
   report.fit = again.fit;

@@ -32,7 +32,7 @@ class PoseFinder {
 /// kTooLittle: it was not found again.
 [[nodiscard]] Result<void> check_tracking(const RunReport& report);
 
-/// What to say when it was lost in as many frames, but is known at the end.
+/// What to say when it was lost in more than a tenth of the frames and there is a mesh all the same.
 [[nodiscard]] std::optional<std::string> tracking_warning(const RunReport& report);
 
 }  // namespace scanknit

@@ -142,7 +142,8 @@ Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport&
   if (empty_crop == EmptyCrop::kRefused) {
     return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
   }
-  report.warnings.emplace_back(kCropIgnored);
+  std::vector<std::string>& warnings = report.warnings;  // the mesh may be written more than once
+  if (std::find(warnings.begin(), warnings.end(), kCropIgnored) == warnings.end()) warnings.emplace_back(kCropIgnored);
   return extract(std::nullopt);
 }
 

@@ -39,8 +39,10 @@ Result<void> write_report(RunReport& report, const Job& job) {
   report.files["report"] = job.outputs.report->string();
   if (job.outputs.page) report.files["page"] = job.outputs.page->string();
   const std::string json = to_json(report);
-  if (auto written = write_file_atomically(*job.outputs.report, json); !written) return written;
-  return job.outputs.page ? write_report_page(json, *job.outputs.page) : Result<void>();
+  if (job.outputs.page) {  // first: report.json must not tell of a success that was none
+    if (auto written = write_report_page(json, *job.outputs.page); !written) return written;
+  }
+  return write_file_atomically(*job.outputs.report, json);
 }
 
 }  // namespace

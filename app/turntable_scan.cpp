@@ -23,8 +23,9 @@ namespace scanknit {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kSamples = 48;      // frames that tell what stands still, and what is not there
-constexpr std::size_t kFewestFrames = 8;  // tracked
+constexpr std::size_t kSamples = 48;  // frames that tell what stands still, and what is not there
+constexpr std::size_t kFewestTracked = 4;
+constexpr std::size_t kFewestFrames = 8;  // that hold together
 constexpr double kLeastTurn_rad = 30 * kDegree;
 constexpr double kMostOff = 0.05;  // of the object's distance: tracked poses farther from one axis are no turntable
 constexpr double kMostRms_m = 0.004;
@@ -36,6 +37,12 @@ constexpr double kPlaces_rad = 3 * kDegree;  // known angles that are better joi
 constexpr double kLeastInSequence = 0.6;     // of the key frames fit the one before
 constexpr double kUnderDisc_m = 0.006;
 constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
+
+double extent_of(const std::vector<double>& angles_rad, const std::set<std::size_t>& nodes) {
+  const auto [least, most] = std::minmax_element(
+      nodes.begin(), nodes.end(), [&](std::size_t a, std::size_t b) { return angles_rad[a] < angles_rad[b]; });
+  return nodes.empty() ? 0 : angles_rad[*most] - angles_rad[*least];
+}
 
 }  // namespace
 
@@ -83,9 +90,7 @@ Result<void> TurntableScan::read_frames(std::size_t every, const Visit& visit) c
 Result<void> TurntableScan::learn() {
   const auto source = open_recording(job_.input, job_.config.acquire);
   if (!source) return source.error();
-  if (!has_poses_) {
-    if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
-  }
+  if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
   const std::size_t frames = selected_frames((*source)->info(), job_.config.acquire);
   const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
   const auto begun = timed(report_, "refine", [&] {
@@ -116,6 +121,9 @@ Result<void> TurntableScan::check_known_angles(const RecordingInfo& info) {
   const auto warning = known_.check(info);
   if (!warning) return warning.error();
   if (*warning) warn(**warning);
+  if (has_poses_ && known_.name() != std::string_view("none")) {
+    warn(fmt::format("the recording has poses, which count: {} is not asked (--poses track asks it)", known_.option()));
+  }
   return {};
 }
 
@@ -134,7 +142,7 @@ void TurntableScan::clear_still(Frame& frame) const {
 /// Angles of all frames, from the poses of those that were tracked.
 bool TurntableScan::begin_nodes(const FrameIntake& intake) {
   const auto& tracked = intake.fused_sequences();
-  if (tracked.size() < kFewestFrames) return give_up("too few frames were tracked");
+  if (tracked.size() < kFewestTracked) return give_up("too few frames were tracked");
   std::vector<Pose> poses;
   for (const StampedPose& pose : intake.trajectory()) poses.push_back(pose.T_world_camera);
   const auto fitted = fit_turntable(poses, depth_m_);
@@ -149,21 +157,11 @@ bool TurntableScan::begin_nodes(const FrameIntake& intake) {
     return true;
   }
   nodes_.motion.axis = fitted->axis;
-  std::size_t next = 0;  // the first of the tracked frames that does not come before this one
   for (const RunReport::TrackedFrame& frame : report_.tracking->frames) {
-    while (next < tracked.size() && tracked[next] < frame.sequence) ++next;
-    if (next == tracked.size()) break;
-    if (next == 0 && frame.sequence < tracked.front()) continue;
-    double angle = fitted->angles_rad[next];
-    if (tracked[next] != frame.sequence) {  // lost, between two that were not
-      const auto span = static_cast<double>(tracked[next] - tracked[next - 1]);
-      const double part = static_cast<double>(frame.sequence - tracked[next - 1]) / span;
-      angle = fitted->angles_rad[next - 1] + part * (angle - fitted->angles_rad[next - 1]);
-    }
-    nodes_.is_tracked.push_back(tracked[next] == frame.sequence);
     nodes_.sequences.push_back(frame.sequence);
-    nodes_.motion.angles_rad.push_back(angle);
+    nodes_.is_tracked.push_back(std::binary_search(tracked.begin(), tracked.end(), frame.sequence));
   }
+  nodes_.motion.angles_rad = angles_of_all(nodes_.sequences, tracked, fitted->angles_rad);
   nodes_.stamps.resize(nodes_.sequences.size());
   nodes_.times_ns.resize(nodes_.sequences.size());
   return true;
@@ -202,6 +200,10 @@ std::optional<AnglePrior> TurntableScan::agreed(AnglePrior prior, const Turntabl
                                                 const std::vector<std::size_t>& parts) {
   const bool is_held = seen.angle_sigma_rad < kHeld_rad && seen.rms_m <= kMostRms_m;
   if (!is_held) return prior;
+  const bool has_several_parts = std::any_of(parts.begin(), parts.end(), [&](std::size_t part) {
+    return part != 0 && std::count(parts.begin(), parts.end(), part) > 1;
+  });
+  if (has_several_parts && !known_.knows_gaps()) return std::nullopt;
   const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);
   const PriorCheck check = check_prior(prior.angles_rad, seen.motion, parts, tolerance_rad);
   if (check.contradicts) {
@@ -215,21 +217,18 @@ std::optional<AnglePrior> TurntableScan::agreed(AnglePrior prior, const Turntabl
   return prior;
 }
 
-/// Frames that nothing joins to the rest.
-void TurntableScan::warn_of_lone_parts(const std::vector<std::size_t>& parts) {
+/// Frames that nothing joins to the rest, if they are more than a few.
+void TurntableScan::warn_of_left_out(const std::set<std::size_t>& held) {
+  constexpr std::size_t kFew = 20;  // one in so many
   std::vector<std::uint64_t> left_out;
-  std::vector<std::size_t> sizes(parts.size() + 1);
-  for (const std::size_t part : parts) ++sizes[part];
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (parts[i] != 0 && sizes[parts[i]] > 1) left_out.push_back(nodes_.sequences[i]);
+  for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) {
+    if (!held.contains(i)) left_out.push_back(nodes_.sequences[i]);
   }
-  if (left_out.empty()) return;
-  const std::size_t kept = sizes[0];
+  if (kFew * left_out.size() <= nodes_.sequences.size()) return;
   warn(fmt::format(
-      "turntable: of {} frames only {} hold together; frames {} are left out, for nothing joins them to the "
-      "rest: before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees, or give "
-      "--angles",
-      parts.size(), kept, ranges_text(left_out)));
+      "turntable: of {} frames only {} hold together; frames {} are left out, for nothing joins them to the rest: they "
+      "show too little, or before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees{}",
+      nodes_.sequences.size(), held.size(), ranges_text(left_out), job_.angles ? "" : ", or give --angles"));
 }
 
 /// Whether the frames agree that it is one; tells the report.
@@ -346,8 +345,10 @@ Result<bool> TurntableScan::find_pairs(TurntablePairs& pairs) {
   pairs.close();
   if (pairs.edges().empty()) return give_up("frames do not fit each other");
   if (pairs.share_in_sequence() < kLeastInSequence) return give_up("too little is the same from frame to frame");
-  const TurntableSolution seen = solve_turntable(nodes_.motion, pairs.edges(), std::nullopt);
+  const TurntableMotion start = along_pairs(nodes_.motion, pairs.edges());
+  const TurntableSolution seen = solve_turntable(start, pairs.edges(), std::nullopt);
   pairs.forget(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
+  nodes_.motion = along_pairs(seen.motion, pairs.edges());
   return true;
 }
 
@@ -362,7 +363,8 @@ Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
   std::optional<AnglePrior> prior;
   if (*angles) prior = agreed(**std::move(angles), seen, parts);
   told_.prior = prior ? known_.name() : "none";
-  if (prior && prior->sigma_rad < kPlaces_rad) std::fill(parts.begin(), parts.end(), std::size_t{0});
+  if (prior && known_.knows_gaps() && prior->sigma_rad < kPlaces_rad)
+    std::fill(parts.begin(), parts.end(), std::size_t{0});
   const TurntableSolution first = prior ? solve_turntable(nodes_.motion, pairs.edges(), prior) : seen;
   pairs.join_across(first.motion, parts);
   const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), prior);
@@ -373,7 +375,8 @@ Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
     if (solution.weights[i] > kAgrees && parts[edge.from] == 0) held.insert({edge.from, edge.to});
   }
   if (held.size() < kFewestFrames) return give_up("too few frames hold together");
-  warn_of_lone_parts(parts);
+  told_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);
+  warn_of_left_out(held);
   // The axis is better known now, and so is the space around it.
   return find_room();
 }
@@ -397,13 +400,14 @@ Result<bool> TurntableScan::refine(Reconstruction& scan, FrameIntake& intake) {
   told_.radius_m = space_->radius_m;
   add_witnesses();
   auto fused = fuse(held, scan, intake);
-  if (fused && *fused) told_.is_refined = true;
+  told_.is_refined = fused && *fused;
   return fused;
 }
 
-void TurntableScan::conclude() {
+void TurntableScan::conclude(bool has_mesh) {
   if (told_.is_refined || !told_.reason.empty()) return;
-  (void)give_up(stop_.stop_requested() ? "it was interrupted" : "there is no mesh of the frames as they were tracked");
+  if (has_mesh) return (void)give_up("it was interrupted");
+  told_.reason = stop_.stop_requested() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
 }
 
 }  // namespace scanknit

@@ -49,15 +49,15 @@ class TurntableScan {
   [[nodiscard]] Result<bool> refine(Reconstruction& scan, FrameIntake& intake);
 
   /// Tells why not, where it did not come to refine().
-  void conclude();
+  void conclude(bool has_mesh);
 
  private:
-  /// Every frame that was read while tracking, from the first to the last that was tracked.
+  /// Every frame that was read while tracking.
   struct Nodes {
     std::vector<std::uint64_t> sequences;
     std::vector<double> stamps;
     std::vector<std::int64_t> times_ns;  ///< 0 without a clock
-    std::vector<bool> is_tracked;        ///< the others lay between two that were
+    std::vector<bool> is_tracked;        ///< the others have what angles_of_all() says
     TurntableMotion motion;
     std::vector<Pose> T_world_camera;  ///< of the recording, if they are known
     [[nodiscard]] std::optional<std::size_t> find(std::uint64_t sequence) const;
@@ -74,7 +74,7 @@ class TurntableScan {
   [[nodiscard]] Result<void> check_known_angles(const RecordingInfo& info);
   [[nodiscard]] std::optional<AnglePrior> agreed(AnglePrior prior, const TurntableSolution& seen,
                                                  const std::vector<std::size_t>& parts);
-  void warn_of_lone_parts(const std::vector<std::size_t>& parts);
+  void warn_of_left_out(const std::set<std::size_t>& held);
   void warn(const std::string& text);
   [[nodiscard]] bool accept(const TurntableSolution& solution, const TurntablePairs& pairs);
   [[nodiscard]] Result<bool> fuse(const std::set<std::size_t>& held, Reconstruction& scan, FrameIntake& intake);

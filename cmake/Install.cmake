@@ -16,6 +16,13 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/
         DESTINATION ${CMAKE_INSTALL_DATADIR}/scanknit/configs COMPONENT runtime)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/cpp
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libscanknit-dev/examples COMPONENT dev)
+if(SCANKNIT_BUILD_APP)
+  # A recording to begin with: rendered when it is first installed, by the program that comes with it.
+  install(CODE "set(scanknit \"$<TARGET_FILE:scanknit>\")
+set(sample \"${PROJECT_BINARY_DIR}/sample/turntable.mcap\")
+set(destination \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/scanknit/samples\")" COMPONENT runtime)
+  install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/install_sample.cmake COMPONENT runtime)
+endif()
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ScanKnit)
 install(EXPORT ScanKnitTargets NAMESPACE ScanKnit:: DESTINATION ${package_dir} COMPONENT dev)

@@ -14,6 +14,8 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)  # who links with our libraries depends on this very version
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 # scanknit_package(COMPONENT NAME package SECTION section SUMMARY ... TEXT ... [DEPENDS ...] [SUGGESTS ...])
@@ -38,8 +40,9 @@ scanknit_package(runtime NAME scanknit SECTION graphics SUGGESTS "scanknit-openn
 poses or tracked, into a signed distance volume and writes a manifold, coloured
 mesh of it: GLB, PLY, OBJ or STL.
 .
-This package holds the command scanknit, its libraries, the rules that let users
-open their cameras, manual pages and completion for bash, zsh and fish.")
+This package holds the command scanknit, its libraries, the rules that let
+users open their cameras, manual pages, completion for bash, zsh and fish, and
+a sample recording.")
 scanknit_package(dev NAME libscanknit-dev SECTION libdevel
   DEPENDS "scanknit (${same_version}), libeigen3-dev, libopenvdb-dev, libtbb-dev, libimath-dev"
   SUMMARY "coloured meshes from depth cameras (headers)"

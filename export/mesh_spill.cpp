@@ -9,11 +9,14 @@
 #include "export/byte_writer.h"
 #include "export/mesh_writers.h"
 #include "export/placement_plan.h"
+#include "export/vertex_clusters.h"
 
 namespace scanknit {
 namespace {
 
 constexpr std::size_t kChunk = 1u << 14;  // vertices or triangles read at a time
+
+const Eigen::Vector3f kNoNormal = Eigen::Vector3f::Zero();
 
 /// A vertex as it is spilled; the second vector only where there are normals.
 using Spilled = std::array<Eigen::Vector3f, 2>;
@@ -86,6 +89,18 @@ bool names_vertices_below(std::size_t vertices, const Triangle& triangle) {
   return *std::max_element(triangle.begin(), triangle.end()) < vertices;
 }
 
+Result<std::array<Eigen::Vector3f, 3>> corners_of(const Triangle& triangle, std::size_t vertices,
+                                                  PositionCache& positions) {
+  if (!names_vertices_below(vertices, triangle)) return beyond(vertices);
+  std::array<Eigen::Vector3f, 3> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const auto position = positions.position(triangle[i]);
+    if (!position) return position.error();
+    corners[i] = *position;
+  }
+  return corners;
+}
+
 }  // namespace
 
 Result<MeshSpill> MeshSpill::create(const std::filesystem::path& folder) {
@@ -149,15 +164,13 @@ Result<void> write_stl(const SpilledMesh& mesh, const Placement& placement, Byte
   out.put(static_cast<std::uint32_t>(mesh.triangles));
   PositionCache positions(mesh.vertex_file, vertex_bytes(mesh.has_normals));
   return for_each<Triangle>(mesh.triangle_file, sizeof(Triangle), [&](const Triangle& triangle) -> Result<void> {
-    if (!names_vertices_below(mesh.vertices, triangle)) return beyond(mesh.vertices);
-    std::array<Eigen::Vector3f, 3> corners;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const auto position = positions.position(triangle[i]);
-      if (!position) return position.error();
-      corners[i] = placement.position(*position);
-      if (!corners[i].allFinite()) return not_finite("the position");
+    auto corners = corners_of(triangle, mesh.vertices, positions);
+    if (!corners) return corners.error();
+    for (Eigen::Vector3f& corner : *corners) {
+      corner = placement.position(corner);
+      if (!corner.allFinite()) return not_finite("the position");
     }
-    put_stl_facet(corners, out);
+    put_stl_facet(*corners, out);
     return {};
   });
 }
@@ -182,6 +195,30 @@ Result<WrittenFile> MeshSpill::write(const std::filesystem::path& path, const Ex
   if (auto finished = out.finish(); !finished) return finished.error();
   if (auto committed = file->commit(); !committed) return committed.error();
   return written_file(path, plan);
+}
+
+Result<Mesh> MeshSpill::coarse(std::size_t most_vertices) const {
+  constexpr int kFinest = 256;  // cubes along the longest side: more than a picture shows
+  if (triangles_ == 0) return Error{ErrorCode::kMesh, "the mesh is empty"};
+  for (int cubes = kFinest;; cubes /= 2) {
+    VertexClusters clusters(bounds_, cubes);
+    auto added =
+        for_each<Spilled>(vertex_file_, vertex_bytes(has_normals_), [&](const Spilled& vertex) -> Result<void> {
+          if (clusters.size() <= most_vertices) clusters.add_vertex(vertex[0], has_normals_ ? vertex[1] : kNoNormal);
+          return {};
+        });
+    if (!added) return added.error();
+    if (clusters.size() > most_vertices && cubes > 1) continue;
+    PositionCache positions(vertex_file_, vertex_bytes(has_normals_));
+    added = for_each<Triangle>(triangle_file_, sizeof(Triangle), [&](const Triangle& triangle) -> Result<void> {
+      const auto corners = corners_of(triangle, vertices_, positions);
+      if (!corners) return corners.error();
+      clusters.add_triangle(*corners);
+      return {};
+    });
+    if (!added) return added.error();
+    return clusters.take();
+  }
 }
 
 bool can_be_written_in_parts(const std::filesystem::path& path) {

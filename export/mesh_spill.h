@@ -36,6 +36,10 @@ class MeshSpill {
   [[nodiscard]] Result<WrittenFile> write(const std::filesystem::path& path, const ExportConfig& config,
                                           UpAxis world_up, std::optional<double> file_unit_m = std::nullopt) const;
 
+  /// The mesh with vertices joined until there are at most `most_vertices` (a thousand or more): for pictures. Holds as
+  /// many in memory. Errors: kOutput; kMesh for an empty mesh, or a triangle that names a vertex that is not there.
+  [[nodiscard]] Result<Mesh> coarse(std::size_t most_vertices) const;
+
  private:
   MeshSpill(SpillFile vertex_file, SpillFile triangle_file);
 

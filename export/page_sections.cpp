@@ -132,8 +132,13 @@ std::string pictures_section(const PageJson& report, const PageUris& pictures) {
     return found == pictures.end() ? std::string() : found->second;
   };
   std::string html;
+  const bool is_streamed = report.at("/mesh").is_object() && report.at("/mesh/components").is_null();
   if (const auto uri = uri_of("preview"); !uri.empty()) {
-    html += picture(uri, "Four views of the mesh", "The mesh from three sides, and in clay.");
+    html +=
+        picture(uri, "Four views of the mesh",
+                is_streamed ? "The mesh from three sides. It was never in memory as a whole, and is drawn coarsely: "
+                              "vertices that lie close together as one."
+                            : "The mesh from three sides, and in clay.");
   }
   const std::string frames = count_at(report, "/fit/frames");
   if (const auto uri = uri_of("error"); !uri.empty()) {
@@ -148,12 +153,7 @@ std::string pictures_section(const PageJson& report, const PageUris& pictures) {
                         percent(number_at(report, "/fit/seen_share").value_or(0)) + " of the vertices were seen.<br>" +
                         ramp(kCoverageRamp, "1", count_at(report, "/fit/coverage_map_end")));
   }
-  const bool is_streamed = report.at("/mesh").is_object() && report.at("/mesh/components").is_null();
-  if (is_streamed) {
-    html += paragraph(
-        "The mesh is larger than <code>extract.memory_budget</code> and was never in memory as a whole: "
-        "no pictures of it were drawn.");
-  } else if (html.empty() && report.at("/mesh").is_object()) {
+  if (html.empty() && report.at("/mesh").is_object()) {
     html += paragraph("There are no pictures: <code>export.preview</code> is off, or they have been removed.");
   }
   return section("Pictures", html);
@@ -251,7 +251,8 @@ std::string alignment_section(const PageJson& report, const PageUris& pictures) 
   std::string html = table({"scans", "residual", "overlap", "in the way", "missing", "verdict"}, rows);
   std::size_t shown = 0;
   for (const auto& [kind, uri] : pictures) {
-    if (!kind.starts_with("pair ") || uri.empty() || shown++ == kMostPairs) continue;
+    if (!kind.starts_with("pair ") || uri.empty() || shown == kMostPairs) continue;
+    ++shown;
     html += picture(uri, kind, escaped(kind) + ": the first scan is orange, the second blue");
   }
   return section("Scans brought together", html);

@@ -92,17 +92,16 @@ Vector3d common_point(const Vector3d& direction, std::vector<Screw>& screws) {
   return point - direction * direction.dot(point);
 }
 
-/// The angle of the turn about `direction` that comes nearest to a rotation.
-double angle_about(const Vector3d& direction, const Matrix3d& rotation) {
-  const Eigen::Quaterniond q(rotation);
-  return 2 * std::atan2(q.vec().dot(direction), q.w());
-}
-
 double wrapped(double angle_rad) {
   return std::remainder(angle_rad, 2 * std::numbers::pi);
 }
 
 }  // namespace
+
+double angle_about(const Vector3d& direction, const Matrix3d& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  return 2 * std::atan2(q.vec().dot(direction), q.w());
+}
 
 Pose turn_about(const TurntableAxis& axis, double angle_rad) {
   Pose pose = Pose::Identity();

@@ -19,6 +19,9 @@ struct TurntableAxis {
 /// at that angle; between two frames it is T_from_to of the cameras by the difference of their angles.
 [[nodiscard]] Pose turn_about(const TurntableAxis& axis, double angle_rad);
 
+/// The angle of the turn about `direction` (unit) that comes nearest to a rotation.
+[[nodiscard]] double angle_about(const Eigen::Vector3d& direction, const Eigen::Matrix3d& rotation);
+
 /// An axis and one angle a pose.
 struct TurntableMotion {
   TurntableAxis axis;

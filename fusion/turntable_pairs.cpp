@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/median.h"
 #include "fusion/icp.h"
 
 namespace scanknit {
@@ -32,6 +33,14 @@ double spacing_of(const TurntableMotion& motion) {
   return std::max(kSpacing_rad, (*most - *least) / kMostKeys);
 }
 
+double usual_step_of(const TurntableMotion& motion) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < motion.angles_rad.size(); ++i) {
+    steps.push_back(motion.angles_rad[i] - motion.angles_rad[i - 1]);
+  }
+  return median(steps);
+}
+
 bool is_believable(const IcpResult& fit) {
   return fit.overlap >= kLeastOverlap && fit.inlier_share >= kLeastInliers &&
          fit.contradicted_share <= kMostContradicted && fit.colour_agreement >= kLeastColour &&
@@ -45,7 +54,15 @@ double wrapped(double angle_rad) {
 }  // namespace
 
 TurntablePairs::TurntablePairs(const TurntableMotion& start, const NoiseModel& noise)
-    : start_(start), noise_(noise), spacing_rad_(spacing_of(start)) {}
+    : start_(start), noise_(noise), spacing_rad_(spacing_of(start)), usual_step_rad_(usual_step_of(start)) {}
+
+/// From where `to` is registered with a frame shortly before it: where tracking has it, and, if that is somewhere else
+/// altogether, the usual steps on.
+std::vector<double> TurntablePairs::nearby_angles(const View& from, const View& to) const {
+  const double tracked = angle_between(from, to);
+  const double usual = usual_step_rad_ * (static_cast<double>(to.frame) - static_cast<double>(from.frame));
+  return std::abs(tracked - usual) > kTrial_rad ? std::vector{tracked, usual} : std::vector{tracked};
+}
 
 double TurntablePairs::angle_between(const View& from, const View& to) const {
   return start_.angles_rad[to.frame] - start_.angles_rad[from.frame];
@@ -74,7 +91,7 @@ void TurntablePairs::join_pending() {
   for (const View& view : pending_) {
     const std::size_t nearest = std::min<std::size_t>(keys_.size(), 2);
     for (std::size_t k = keys_.size() - nearest; k < keys_.size(); ++k) {
-      join(keys_[k], view, {angle_between(keys_[k], view)}, start_.axis, 1);
+      join(keys_[k], view, nearby_angles(keys_[k], view), start_.axis, 1);
     }
   }
   pending_.clear();
@@ -89,7 +106,7 @@ void TurntablePairs::add(std::size_t frame, SurfacePyramid seen) {
   }
   const std::size_t first = keys_.size() - std::min(keys_.size(), kNeighbours);
   for (std::size_t k = first; k < keys_.size(); ++k) {
-    const bool fits = join(keys_[k], view, {angle_between(keys_[k], view)}, start_.axis, 2);
+    const bool fits = join(keys_[k], view, nearby_angles(keys_[k], view), start_.axis, 2);
     if (k + 1 == keys_.size()) in_sequence_ += fits;
   }
   keys_.push_back(std::move(view));

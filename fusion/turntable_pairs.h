@@ -44,6 +44,7 @@ class TurntablePairs {
     std::size_t frame;
     SurfacePyramid seen;
   };
+  [[nodiscard]] std::vector<double> nearby_angles(const View& from, const View& to) const;
   [[nodiscard]] double angle_between(const View& from, const View& to) const;
   bool join(const View& from, const View& to, const std::vector<double>& angles_rad, const TurntableAxis& axis,
             int first_level);
@@ -51,7 +52,7 @@ class TurntablePairs {
 
   TurntableMotion start_;
   NoiseModel noise_;
-  double spacing_rad_;
+  double spacing_rad_, usual_step_rad_;
   std::vector<View> keys_;
   std::vector<View> pending_;  ///< since the last key frame
   std::vector<TurntableEdge> edges_;

@@ -23,6 +23,19 @@ constexpr const char* kRemedy =
     ". Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
     "says what is missing)";
 
+/// Where the module is installed: in a folder of its own beside the library, or the program, that this is part of.
+/// Where it was built, and wherever else the loader looks: by its name alone.
+std::filesystem::path module_path() {
+  ::Dl_info here{};
+  if (::dladdr(reinterpret_cast<const void*>(&load_openni2), &here) == 0 || here.dli_fname == nullptr) return kModule;
+  const std::filesystem::path folder = std::filesystem::path(here.dli_fname).parent_path();
+  for (const char* beside : {"scanknit", "../" SCANKNIT_LIBDIR "/scanknit"}) {
+    std::error_code ignored;
+    if (auto path = folder / beside / kModule; std::filesystem::is_regular_file(path, ignored)) return path;
+  }
+  return kModule;
+}
+
 /// OpenNI's player believes every number of a file: it gets only those that are whole and whose pictures we could read.
 Result<void> check_recording(const std::string& path) {
   auto access = open_random_access(path);
@@ -71,8 +84,8 @@ Result<std::unique_ptr<DeviceSource>> wait_and_open(const OpenNi2Plugin& plugin,
 }  // namespace
 
 Result<const OpenNi2Plugin*> load_openni2() {
-  // Found beside our own libraries. Never unloaded: cameras and errors come from it.
-  void* module = ::dlopen(kModule, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  // Never unloaded: cameras and errors come from it.
+  void* module = ::dlopen(module_path().c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   const auto refuse = [](const std::string& why) {
     return Error{ErrorCode::kDevice, "the OpenNI2 module cannot be used: " + why + kRemedy};
   };

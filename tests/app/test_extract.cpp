@@ -347,6 +347,17 @@ TEST_F(Streamed, TheReportSaysWhatIsNotKnown) {
   }
 }
 
+TEST_F(Streamed, AFolderHasAPictureOfTheMeshMadeCoarse) {
+  const Json streamed = report_of(path(), folder_ / "out", joined(options("1MiB"), {"--set", "export.formats=[ply]"}));
+  EXPECT_EQ(streamed["volume"]["is_streamed"], true);
+  const std::string picture = read_text(folder_ / "out/preview.png");
+  EXPECT_EQ(streamed["files"]["preview"], (folder_ / "out/preview.png").string());
+  EXPECT_GT(picture.size(), 20'000u) << "four balls, shaded";
+  const std::string page = read_text(folder_ / "out/report.html");
+  EXPECT_TRUE(contains(page, "is drawn coarsely"));
+  EXPECT_TRUE(contains(page, "<img"));
+}
+
 TEST_F(Streamed, OtherFormatsAreRefusedWithWhatToDo) {
   const Outcome outcome = extract(path(), folder_ / "ball.glb", options("1MiB"));
   EXPECT_EQ(outcome.exit_code, 9);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "export/mesh_spill.h"
 #include "export/read_mesh.h"
@@ -114,6 +115,59 @@ TEST(MeshSpill, RefusesAnEmptyMeshNaNAndIndicesOutOfRange) {
     EXPECT_EQ(spill->write(folder / name, {}, UpAxis::kY).error().code, ErrorCode::kMesh);
   }
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+Mesh coarse(const Mesh& mesh, std::size_t parts, std::size_t most_vertices) {
+  const TemporaryFolder folder;
+  auto spill = MeshSpill::create(folder.path());
+  EXPECT_TRUE(spill);
+  add_in_parts(mesh, parts, *spill);
+  auto joined = spill->coarse(most_vertices);
+  EXPECT_TRUE(joined);
+  return joined ? *joined : Mesh{};
+}
+
+TEST(CoarseMesh, HasFewVerticesNearTheSurfaceFacingOutwards) {
+  constexpr std::size_t kMost = 3000;
+  constexpr float kCubeSide = 2.0f / 16;  // 3,000 cubes of this size meet the sphere; twice as fine ones are too many
+  const Mesh mesh = coarse(large_sphere(true), 7, kMost);
+  EXPECT_LE(mesh.positions_m.size(), kMost);
+  EXPECT_GT(mesh.positions_m.size(), kMost / 8);
+  for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
+    EXPECT_NEAR(mesh.positions_m[i].norm(), 1, kCubeSide * kCubeSide);  // a chord's height
+    EXPECT_GT(mesh.normals[i].dot(mesh.positions_m[i].normalized()), 0.99f);
+  }
+  const MeshCheck check = check_mesh(mesh);
+  EXPECT_TRUE(check.is_well_formed);
+  EXPECT_EQ(check.duplicate_triangles, 0u);
+  EXPECT_EQ(check.boundary_edges, 0u);
+  EXPECT_NEAR(signed_volume_m3(mesh), 4.0 / 3 * std::numbers::pi, 0.1);
+}
+
+TEST(CoarseMesh, IsTheMeshItselfWhereThatHasOneVertexACube) {
+  const Mesh cube = test::cube(), mesh = coarse(cube, 2, 1000);
+  EXPECT_EQ(mesh.positions_m, cube.positions_m);
+  EXPECT_EQ(mesh.triangles.size(), cube.triangles.size());
+  EXPECT_EQ(check_mesh(mesh).euler, 2);
+  EXPECT_GT(signed_volume_m3(mesh), 0);
+}
+
+TEST(CoarseMesh, IsTheSameHoweverTheMeshCame) {
+  const Mesh one = coarse(large_sphere(true), 1, 5000), many = coarse(large_sphere(true), 40, 5000);
+  EXPECT_EQ(one.positions_m, many.positions_m);
+  EXPECT_EQ(one.normals, many.normals);
+  EXPECT_EQ(one.triangles, many.triangles);
+}
+
+TEST(CoarseMesh, OfNothingOrOfIndicesOutOfRangeIsRefused) {
+  const TemporaryFolder folder;
+  auto spill = MeshSpill::create(folder.path());
+  ASSERT_TRUE(spill);
+  EXPECT_EQ(spill->coarse(1000).error().code, ErrorCode::kMesh);
+  Mesh beyond = test::cube();
+  beyond.triangles[2][1] = 8;
+  ASSERT_TRUE(spill->add(beyond));
+  EXPECT_EQ(spill->coarse(1000).error().code, ErrorCode::kMesh);
 }
 
 TEST(MeshSpill, AFolderThatCannotBeWrittenIsAnError) {

@@ -93,12 +93,15 @@ TEST(ReportPage, OfNothingIsAPage) {
   expect_all(page_of(RunReport{}, ""), {"<!doctype html>", "There is no mesh", "</html>"});
 }
 
-TEST(ReportPage, OfAStreamedMeshSaysWhyThereIsNoPicture) {
+TEST(ReportPage, OfAStreamedMeshSaysThatItsPictureIsCoarse) {
   RunReport report = sample();
   report.is_mesh_checked = false;
   report.holes.reset();
   report.fit.reset();
-  expect_all(page_of(report), {"never in memory as a whole", "not checked"});
+  const std::vector<PagePicture> pictures = {png_of("preview")};
+  expect_all(page_of(report, kTrajectory, pictures), {"<img", "never in memory as a whole", "coarsely", "not checked"});
+  EXPECT_EQ(page_of(sample(), kTrajectory, pictures).find("coarsely"), std::string::npos);
+  expect_all(page_of(report), {"There are no pictures", "not checked"});
 }
 
 TEST(ReportPage, NeedsNoScriptAndFetchesNothing) {

@@ -14,6 +14,7 @@ run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/mesh_a_wall ${WORK_DIR}/build/wall.glb)
 run(${prefix}/bin/scanknit --version)
 run(${prefix}/bin/scanknit info ${WORK_DIR}/build/wall.glb)
+run(${prefix}/bin/scanknit info ${prefix}/share/scanknit/samples/turntable.mcap)
 
 set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
 execute_process(COMMAND pkg-config --cflags --libs scanknit OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE

@@ -37,7 +37,7 @@ HoldsWhatItShould() {
   expect_files scanknit usr/bin/scanknit 'usr/lib/(.*/)?libscanknit_core\.so\.[0-9.]+' usr/lib/udev/rules.d/60-scanknit.rules \
     usr/share/man/man1/scanknit.1.gz usr/share/man/man1/scanknit-run.1.gz usr/share/bash-completion/completions/scanknit \
     usr/share/zsh/vendor-completions/_scanknit usr/share/fish/vendor_completions.d/scanknit.fish \
-    usr/share/scanknit/configs/turntable.yaml usr/share/doc/scanknit/copyright usr/share/doc/scanknit/changelog.gz
+    usr/share/scanknit/configs/turntable.yaml usr/share/scanknit/samples/turntable.mcap usr/share/doc/scanknit/copyright usr/share/doc/scanknit/changelog.gz
   expect_files libscanknit-dev usr/include/scanknit/fusion/tsdf_volume.h 'usr/lib/(.*/)?libscanknit_core\.so' \
     'usr/lib/(.*/)?cmake/ScanKnit/ScanKnitConfig.cmake' 'usr/lib/(.*/)?pkgconfig/scanknit.pc' \
     usr/share/doc/libscanknit-dev/examples/cpp/mesh_a_wall.cpp usr/share/doc/libscanknit-dev/copyright
@@ -52,6 +52,9 @@ HoldsWhatItShould() {
   done
   expect_field libscanknit-dev Depends 'scanknit \(= [0-9.]+\)'
   expect_field libscanknit-dev Section '^libdevel$'
+  if [ -e "$(package scanknit-openni2)" ]; then
+    expect_files scanknit-openni2 'usr/lib/(.*/)?scanknit/libscanknit_openni2\.so'
+  fi
   # A program that needs no driver of OpenNI2 does not ask for it.
   local bytes depends
   depends="$(dpkg-deb -f "$(package scanknit)" Depends)"
@@ -79,13 +82,20 @@ live_inside() {
   cd "$(mktemp -d)"
 
   if ldd /usr/bin/scanknit | grep scanknit | grep -v '=> /\(usr/\)\?lib/'; then fail "a library from elsewhere"; fi
-  scanknit synth sphere --frames 8 --width 160 --height 120 -o recording --quiet
-  scanknit run recording --set fusion.voxel_size=8mm -o out --quiet
+  scanknit run /usr/share/scanknit/samples/turntable.mcap --preset object -o out >summary
+  cat summary
+  grep -qE '^Frames +36 of 36 fused$' summary || fail "the sample was not fused whole"
   scanknit info out/model.glb
   [ -s out/report.json ] || fail "no report"
+  scanknit synth sphere --frames 8 --width 160 --height 120 -o recording --quiet
+  scanknit run recording --set fusion.voxel_size=8mm -o other --quiet
   local preset
   preset="$(find /usr/share/scanknit/configs -name object.yaml)"
   scanknit config check "$preset" >/dev/null
+  if is_installed scanknit-openni2; then
+    if scanknit record --device openni2: -o a.mcap >said 2>&1; then fail "there is a camera in a clean root"; fi
+    if ! grep -q 'OpenNI2 sees no camera' said; then cat said; fail "the module for OpenNI2 is not found"; fi
+  fi
 
   cp -r /usr/share/doc/libscanknit-dev/examples/cpp example
   cmake -S example -B built >/dev/null && cmake --build built >/dev/null

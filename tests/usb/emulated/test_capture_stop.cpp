@@ -60,6 +60,14 @@ SynthConfig small_pictures(int frames) {
   return config;
 }
 
+/// What the report's `finish` says of one step; null where there was none.
+json step(const Scan& scan, const std::string& name) {
+  for (const json& one : scan.report.at("finish").at("steps")) {
+    if (one.at("name") == name) return one;
+  }
+  return nullptr;
+}
+
 std::string intrinsics(double focal) {
   return "acquire.intrinsics=[" + std::to_string(focal) + "," + std::to_string(focal) + ",159.5,119.5]";
 }
@@ -89,6 +97,37 @@ TEST(CaptureStop, ATurntableEndsInTheClosedMeshOfWhatTurned) {
   EXPECT_EQ(known.at("turntable").at("prior"), "rpm");
   EXPECT_EQ(known.at("turntable").at("is_refined"), true);
   EXPECT_EQ(known.at("mesh").at("is_closed"), true);
+}
+
+/// Without a plane for its underside, the hole there is the finish's to close. What the report says of it is of the
+/// mesh that is there in the end, not of the tracked one that came before.
+TEST(CaptureStop, WhatTurnedIsFinishedAndTheReportTellsOfThatMesh) {
+  constexpr int kTriangles = 4000;
+  SynthConfig config = small_pictures(48);
+  config.turntable = RigConfig{.angle_noise_rad = 0.5 * kDegree};
+  const TempFolder out;
+  const Scan scan = capture(out, "tower", config,
+                            {"--preset", "turntable", "--set", "fusion.voxel_size=4mm", "--set", intrinsics(kFocal),
+                             "--set", "turntable.close_base=false", "--set", "finish.watertight=full", "--set",
+                             "finish.triangles=" + std::to_string(kTriangles), "--set", "finish.origin=ground"});
+  ASSERT_EQ(scan.report.at("turntable").at("is_refined"), true) << scan.report.at("turntable").at("reason");
+  const json& mesh = scan.report.at("mesh");
+  EXPECT_EQ(mesh.at("is_closed"), true) << scan.said;
+  EXPECT_EQ(mesh.at("is_manifold"), true);
+  EXPECT_EQ(mesh.at("components"), 1) << "the wall is gone";
+  EXPECT_EQ(mesh.at("euler"), 2);
+  EXPECT_LE(mesh.at("triangles"), kTriangles);
+  EXPECT_NEAR(mesh.at("bounds_m")[1][1].get<double>(), 0, 1e-6) << "-y is up: it stands on y = 0";
+
+  constexpr double kBase_mm2 = 12000;  // the tower's foot; invented with it: cells round its rim
+  const json closed = step(scan, "watertight").at("figures"), simplified = step(scan, "simplify").at("figures");
+  EXPECT_GT(closed.at("boundary_edges_before"), 0);
+  EXPECT_EQ(closed.at("boundary_edges"), 0);
+  EXPECT_NEAR(closed.at("invented_area_mm2").get<double>(), kBase_mm2, 0.25 * kBase_mm2);
+  EXPECT_EQ(simplified.at("triangles"), mesh.at("triangles"));
+  for (const json& warning : scan.report.at("warnings")) {
+    EXPECT_EQ(warning.get<std::string>().find("finish:"), std::string::npos) << warning;
+  }
 }
 
 /// A camera that is taken for three in a hundred wider than it is misjudges every turn.

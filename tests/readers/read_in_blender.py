@@ -1,0 +1,49 @@
+"""Run by Blender: reads a mesh with its importer for the format, says in JSON what is in the scene then.
+
+blender -b --factory-startup --python-exit-code 3 --python read_in_blender.py -- MESH JSON
+"""
+
+import json
+import sys
+
+import numpy
+
+numpy.bool = bool  # Debian's Blender 3.4 asks for what its NumPy has no more
+
+import bpy
+
+mesh_file, json_file = sys.argv[sys.argv.index('--') + 1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+importers = {
+    'glb': bpy.ops.import_scene.gltf,
+    'ply': bpy.ops.import_mesh.ply,
+    'obj': bpy.ops.wm.obj_import,
+    'stl': bpy.ops.import_mesh.stl,
+}
+importers[mesh_file.rsplit('.', 1)[1]](filepath=mesh_file)
+found = [thing for thing in bpy.context.scene.objects if thing.type == 'MESH']
+assert len(found) == 1, f'{len(found)} meshes'
+mesh, to_world = found[0].data, found[0].matrix_world
+assert all(len(polygon.vertices) == 3 for polygon in mesh.polygons)
+
+
+def colours():
+    """Linear light, one a vertex, as a shader sees them."""
+    if not mesh.color_attributes:
+        return []
+    attribute = mesh.color_attributes.active_color or mesh.color_attributes[0]
+    if attribute.domain == 'POINT':
+        return [list(value.color)[:3] for value in attribute.data]
+    of_vertex = {}
+    for loop, value in zip(mesh.loops, attribute.data):
+        of_vertex.setdefault(loop.vertex_index, set()).add(tuple(value.color)[:3])
+    assert all(len(values) == 1 for values in of_vertex.values()), 'a vertex of two colours'
+    return [list(of_vertex[i].pop()) for i in range(len(mesh.vertices))]
+
+
+with open(json_file, 'w', encoding='utf-8') as out:
+    json.dump({
+        'vertices': [list(to_world @ vertex.co) for vertex in mesh.vertices],
+        'colours': colours(),
+        'triangles': [list(polygon.vertices) for polygon in mesh.polygons],
+    }, out)
