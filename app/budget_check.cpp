@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquire/depth_filter.h"
@@ -19,35 +21,51 @@ namespace {
 
 constexpr std::size_t kSampleFrames = 20;
 
-struct Sample {
-  std::vector<Frame> frames;  ///< filtered, each with its pose
-  std::size_t of = 0;         ///< frames of the recording
-  bool is_whole = false;      ///< all of them were looked at
+struct Selection {
+  std::size_t of = 0;     ///< frames of the recording
+  bool is_whole = false;  ///< all of them are looked at
 };
 
-/// Filtered as the run will filter them: what they need depends on it by half.
-Sample sample_frames(const std::filesystem::path& recording, const Config& config, std::stop_token stop) {
-  Sample sample;
+/// Some frames, evenly from the recording, filtered as the run will filter them: what they need depends on it by half.
+/// `visit` has each with its pose, and returns false when it has seen enough.
+Selection visit_samples(const std::filesystem::path& recording, const Config& config, std::stop_token stop,
+                        const std::function<bool(Frame)>& visit) {
+  Selection selection;
   const auto whole = open_recording(recording, config.acquire);
-  if (!whole) return sample;
-  sample.of = selected_frames((*whole)->info(), config.acquire);
+  if (!whole) return selection;
+  selection.of = selected_frames((*whole)->info(), config.acquire);
   AcquireConfig sparse = config.acquire;
-  const std::size_t stride = std::max<std::size_t>(1, sample.of / kSampleFrames);
-  sample.is_whole = stride == 1;
+  const std::size_t stride = std::max<std::size_t>(1, selection.of / kSampleFrames);
+  selection.is_whole = stride == 1;
   sparse.every *= stride;
   const auto source = open_recording(recording, sparse);
-  if (!source) return sample;
+  if (!source) return selection;
 
   while (true) {
     FrameEvent event = (*source)->next(stop);
-    if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) return sample;
+    if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) return selection;
     auto* frame = std::get_if<Frame>(&event);
     if (frame == nullptr || !frame->T_world_camera) continue;
     frame->colour.reset();  // only depth is asked for
     filter_frame(*frame, config.acquire, config.fusion.noise);
-    sample.frames.push_back(std::move(*frame));
+    if (!visit(std::move(*frame))) return selection;
   }
 }
+
+/// One frame at a time: most recordings fit, and twenty frames with their normals are 100 MB.
+bool fits_by_count(const std::filesystem::path& recording, const Config& config, std::stop_token stop) {
+  BlockCounter counter(config.fusion, config.fusion.memory_budget_mib << 20);
+  visit_samples(recording, config, stop, [&](const Frame& frame) {
+    counter.add(frame, *frame.T_world_camera);
+    return !counter.is_full();
+  });
+  return !counter.is_full();
+}
+
+struct Sample {
+  std::vector<Frame> frames;
+  Selection selection;
+};
 
 /// By counting the blocks that the frames may touch: fast, and a fifth too many, as some of them are never observed.
 bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
@@ -115,13 +133,15 @@ std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, c
 
 /// What to do next: a size that fits with an eighth of room for the frames that were not looked at, else just so.
 std::string advice(const Sample& sample, const FusionConfig& fusion) {
-  auto size_mm = finest_fitting_size_mm(sample.frames, fusion, sample.is_whole ? 0 : fusion.memory_budget_mib / 8);
-  const bool is_tight = !size_mm && !sample.is_whole;
+  auto size_mm =
+      finest_fitting_size_mm(sample.frames, fusion, sample.selection.is_whole ? 0 : fusion.memory_budget_mib / 8);
+  const bool is_tight = !size_mm && !sample.selection.is_whole;
   if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
   if (!size_mm)
     return "no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
-  const std::string known =
-      sample.is_whole ? "" : fmt::format(", judging by {} of its {} frames", sample.frames.size(), sample.of);
+  const std::string known = sample.selection.is_whole ? ""
+                                                      : fmt::format(", judging by {} of its {} frames",
+                                                                    sample.frames.size(), sample.selection.of);
   return fmt::format("{0} mm {1}{2}: --set fusion.voxel_size={0}mm", format_number(*size_mm),
                      is_tight ? "might just fit" : "would fit", known);
 }
@@ -133,7 +153,12 @@ Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses
   const auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
-  const Sample sample = sample_frames(recording, config, stop);
+  if (fits_by_count(recording, config, stop)) return {};
+  Sample sample;  // kept, for several sizes are tried
+  sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
+    sample.frames.push_back(std::move(frame));
+    return true;
+  });
   if (fits(sample.frames, config.fusion, 0)) return {};
   return Error{ErrorCode::kBudget,
                fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget); {}",

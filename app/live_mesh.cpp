@@ -121,7 +121,7 @@ void LiveMesh::note(const TsdfVolume& volume, const openvdb::Coord& leaf) {
     if (state.waiting == Waiting::kMatter) return;
     state.waiting = Waiting::kMatter;
     if (state.was_meshed) {
-      changed_.push_back(number);
+      queue_changed(number);
     } else {
       new_.push_back(number);
     }
@@ -129,6 +129,10 @@ void LiveMesh::note(const TsdfVolume& volume, const openvdb::Coord& leaf) {
     state.waiting = Waiting::kFree;
     free_.push_back(number);
   }
+}
+
+void LiveMesh::queue_changed(BlockIndex::Number number) {
+  if (!std::exchange(states_[number].is_in_changed, true)) changed_.push_back(number);
 }
 
 Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config) {
@@ -140,18 +144,47 @@ Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig&
   return LiveMesh(volume, *std::move(mesher));
 }
 
-std::vector<BlockIndex::Number> LiveMesh::take_some(std::size_t most_leaves) {
+/// A leaf, if it still waits, and with it those of its kind in its chunk: the chunk is written once for all of them.
+void LiveMesh::take_chunk(const TsdfVolume& volume, BlockIndex::Number first, std::size_t most_leaves,
+                          std::vector<BlockIndex::Number>& some) {
+  const bool was_meshed = states_[first].was_meshed;
+  const auto take = [&](BlockIndex::Number number) {
+    if (states_[number].waiting != Waiting::kMatter || states_[number].was_meshed != was_meshed) return;
+    states_[number].waiting = Waiting::kNot;
+    some.push_back(number);
+  };
+  if (states_[first].waiting != Waiting::kMatter) return;  // came along with another one
+  take(first);
+  const openvdb::Coord& origin = volume.index().blocks()[first].origin;
+  const Eigen::Vector3i chunk = chunk_of({origin.x(), origin.y(), origin.z()});
+  for (int x = 0; x < kChunkVoxels; x += kLeafVoxels) {
+    for (int y = 0; y < kChunkVoxels; y += kLeafVoxels) {
+      for (int z = 0; z < kChunkVoxels && some.size() < most_leaves; z += kLeafVoxels) {
+        const Eigen::Vector3i leaf = chunk + Eigen::Vector3i(x, y, z);
+        const BlockIndex::Number number = volume.index().find({leaf.x(), leaf.y(), leaf.z()});
+        if (number < states_.size()) take(number);
+      }
+    }
+  }
+}
+
+std::vector<BlockIndex::Number> LiveMesh::take_some(const TsdfVolume& volume, std::size_t most_leaves) {
   std::vector<BlockIndex::Number> some;
   while (some.size() < most_leaves && !new_.empty()) {
-    some.push_back(new_.back());
+    const BlockIndex::Number number = new_.back();
     new_.pop_back();
+    take_chunk(volume, number, most_leaves, some);
   }
   while (some.size() < most_leaves && !changed_.empty()) {
-    some.push_back(changed_.front());
+    const BlockIndex::Number number = changed_.front();
     changed_.pop_front();
+    states_[number].is_in_changed = false;
+    take_chunk(volume, number, most_leaves, some);
   }
   while (some.size() < most_leaves && !free_.empty()) {
-    if (states_[free_.front()].waiting == Waiting::kFree) some.push_back(free_.front());
+    BlockState& state = states_[free_.front()];
+    if (state.waiting == Waiting::kFree) some.push_back(free_.front());
+    if (state.waiting == Waiting::kFree) state.waiting = Waiting::kNot;
     free_.pop_front();
   }
   return some;
@@ -159,7 +192,7 @@ std::vector<BlockIndex::Number> LiveMesh::take_some(std::size_t most_leaves) {
 
 Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish) {
   for (const openvdb::Coord& origin : volume.take_changed_blocks()) note(volume, origin);
-  const std::vector<BlockIndex::Number> some = take_some(most_leaves);
+  const std::vector<BlockIndex::Number> some = take_some(volume, most_leaves);
   std::vector<Eigen::Vector3i> leaves;
   for (const BlockIndex::Number number : some) {
     const openvdb::Coord& origin = volume.index().blocks()[number].origin;
@@ -167,11 +200,13 @@ Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const
   }
   const auto different = mesher_.update(leaves);
   if (!different) {
-    changed_.insert(changed_.end(), some.begin(), some.end());
-    for (const BlockIndex::Number number : some) states_[number].waiting = Waiting::kMatter;
+    for (const BlockIndex::Number number : some) {
+      states_[number].waiting = Waiting::kMatter;
+      queue_changed(number);
+    }
     return different.error();
   }
-  for (const BlockIndex::Number number : some) states_[number] = {Waiting::kNot, /*was_meshed=*/true};
+  for (const BlockIndex::Number number : some) states_[number].was_meshed = true;
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
   for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));

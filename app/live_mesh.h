@@ -46,7 +46,10 @@ class LiveMesh {
 
   LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher);
   void note(const TsdfVolume& volume, const openvdb::Coord& leaf);
-  [[nodiscard]] std::vector<BlockIndex::Number> take_some(std::size_t most_leaves);
+  [[nodiscard]] std::vector<BlockIndex::Number> take_some(const TsdfVolume& volume, std::size_t most_leaves);
+  void take_chunk(const TsdfVolume& volume, BlockIndex::Number first, std::size_t most_leaves,
+                  std::vector<BlockIndex::Number>& some);
+  void queue_changed(BlockIndex::Number number);
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
@@ -55,6 +58,7 @@ class LiveMesh {
   struct BlockState {
     Waiting waiting = Waiting::kNot;
     bool was_meshed = false;
+    bool is_in_changed = false;
   };
   std::vector<BlockState> states_;          ///< of each block of the volume
   std::vector<BlockIndex::Number> new_;     ///< waiting for the first time, in the order in which they came

@@ -1,5 +1,7 @@
 #include "app/pipeline.h"
 
+#include <fmt/format.h>
+
 #include "acquire/convert/cut_recording.h"
 #include "acquire/frame_source.h"
 #include "app/budget_check.h"
@@ -14,6 +16,11 @@
 
 namespace scanknit {
 namespace {
+
+void warn(const std::string& text, Console& console, RunReport& report) {
+  console.warn(text);
+  report.warnings.push_back(text);
+}
 
 /// The frames are read from the beginning again.
 void forget_frames(RunReport& report) {
@@ -89,13 +96,42 @@ Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& consol
   return mesh_source(**whole, job, again.stop, console, report, view, again);
 }
 
+/// What only a turntable takes.
+Result<void> check_is_turntable(const Job& job) {
+  if (!job.cut_recording && !job.angles) return {};
+  if (job.config.turntable.is_enabled && job.config.acquire.poses != PoseMode::kStill) return {};
+  return Error{ErrorCode::kUsage, fmt::format("{} is for turntables: give --preset turntable, and no --poses still",
+                                              job.cut_recording ? "--cut-recording" : "--angles")};
+}
+
+/// Before any work: it is not there yet, or empty, and not where other things are or will be.
+Result<void> check_cut_recording(const Job& job) {
+  if (!job.cut_recording) return {};
+  namespace fs = std::filesystem;
+  std::error_code code;
+  const fs::path folder = fs::weakly_canonical(*job.cut_recording, code);
+  const fs::path input = fs::weakly_canonical(job.input, code);
+  for (fs::path at = folder; at != at.parent_path(); at = at.parent_path()) {
+    if (at == input) {
+      return Error{ErrorCode::kOutput, "lies in the recording itself; give another --cut-recording", folder.string()};
+    }
+  }
+  for (const fs::path& mesh : job.outputs.meshes) {
+    if (fs::weakly_canonical(mesh, code).parent_path() == folder) {
+      return Error{ErrorCode::kOutput,
+                   "is where the mesh goes; give another --cut-recording, for example its folder turn",
+                   folder.string()};
+    }
+  }
+  return CutRecording::check(*job.cut_recording);
+}
+
 }  // namespace
 
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report, ScanView& view) {
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
-  if (job.cut_recording) {
-    if (auto writable = CutRecording::check(*job.cut_recording); !writable) return writable;
-  }
+  if (auto asked = check_is_turntable(job); !asked) return asked;
+  if (auto place = check_cut_recording(job); !place) return place;
   auto opened = open_recording(job.input, job.config.acquire);
   if (!opened) return opened.error();
   for (const std::string& warning : (*opened)->info().warnings) console.warn(warning);
@@ -103,8 +139,12 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   if (auto opened_view = view.open(source->info().world_up); !opened_view) return opened_view;
   const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
-  if (job.config.turntable.is_enabled && source->info().poses != PoseMode::kStill) {
+  const bool stands_still = source->info().poses == PoseMode::kStill;
+  if (job.config.turntable.is_enabled && !stands_still) {
     return mesh_turntable(*source, job, console, report, view, again);
+  }
+  if (job.config.turntable.is_enabled) {
+    warn("--poses still: nothing is taken to turn, and no turntable is looked for", console, report);
   }
   return mesh_source(*source, job, stop, console, report, view, again);
 }
@@ -123,15 +163,20 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   if (auto saved = write_scan(*scan, report); !saved) return saved;
   const auto tracked = check_tracking(report);
   if (!tracked && !is_partial(tracked.error())) return tracked;
-  if (const auto warning = tracking_warning(report)) {
-    console.warn(*warning);
-    report.warnings.push_back(*warning);
-  }
+  const auto lost = tracking_warning(report);
+  const auto warn_of_lost = [&] {
+    if (lost) warn(*lost, console, report);
+  };
+  if (table == nullptr) warn_of_lost();  // the frames of a turntable may be fused yet
   const auto meshed = write_mesh(*scan, console, report);
   view.show_all(scan->volume(), report);
-  if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
+  if (!meshed || !tracked || again.stop.stop_requested()) {
+    if (table != nullptr) warn_of_lost();
+    return meshed ? tracked : meshed;
+  }
   if (table != nullptr) {
     const auto refined = table->refine(*scan, intake);
+    if (!refined || !*refined) warn_of_lost();
     if (!refined) return refined.error();
     if (!*refined) return {};
   } else if (!look_again(*scan, again, console, report)) {
@@ -158,9 +203,11 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   }
   const auto refined = table.refine(*scan, intake);
   report.turntable = again.turntable;
+  report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
   for (const char* stage : {"refine", "fuse_again"}) report.stages[stage] = again.stages[stage];
   if (!refined || !*refined) return refined;
   report.frames.fused = again.frames.fused;
+  again.warnings.clear();  // told above; what comes is of the mesh
   if (auto written = write_anew(*scan, console, again); !written) return written.error();
   forget_finish(report);
   report.finish = again.finish;

@@ -24,7 +24,7 @@ struct Job {
   Config config;
   Outputs outputs;
   Pace pace = Pace::kFast;
-  std::optional<std::filesystem::path> angles = std::nullopt;         ///< of a turntable, see angle_file.h
+  std::optional<std::filesystem::path> angles = std::nullopt;         ///< of a turntable, see known_angles.h
   std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: its frames are written here
 };
 

@@ -35,6 +35,12 @@ std::string tracking_line(const RunReport& report) {
   return fmt::format("Tracking {}\n", fmt::join(parts, ", "));
 }
 
+const char* angle_remark(const RunReport::Turntable& table) {
+  if (table.is_angle_held) return "";
+  return table.prior == "none" ? "; it looks alike from all sides: the angles are not sure"
+                               : "; the pictures do not hold the angles: they are those that were given";
+}
+
 std::string turntable_line(const RunReport& report) {
   if (!report.turntable) return "";
   const RunReport::Turntable& table = *report.turntable;
@@ -42,7 +48,7 @@ std::string turntable_line(const RunReport& report) {
   if (table.prior == "recording") return fmt::format("Table    {:.2f} turns, poses of the recording\n", table.turns);
   return fmt::format("Table    {:.2f} turns{}, {:.2f} mm and {:.2f} degrees left between frames{}\n", table.turns,
                      table.is_closed ? ", closed" : "", table.rms_m * 1000, table.rms_rad * 180 / std::numbers::pi,
-                     table.is_angle_held ? "" : "; it looks alike from all sides: the angles are not sure");
+                     angle_remark(table));
 }
 
 std::string volume_line(const RunReport& report) {

@@ -11,7 +11,6 @@
 
 #include "acquire/convert/cut_recording.h"
 #include "acquire/depth_filter.h"
-#include "app/angle_file.h"
 #include "app/frame_count.h"
 #include "app/fuse_again.h"
 #include "app/mesh_output.h"
@@ -32,6 +31,9 @@ constexpr double kMostRms_m = 0.004;
 constexpr double kLeastAgreeing = 0.6;  // of the pairs of frames
 constexpr double kAgrees = 0.3;         // the weight of a pair that does
 constexpr double kHeld_rad = 0.3 * kDegree;
+constexpr double kSeen_rad = 0.5 * kDegree;  // what angles of pictures that hold them may be off in a turn
+constexpr double kPlaces_rad = 3 * kDegree;  // known angles that are better join parts that no pair of frames does
+constexpr double kLeastInSequence = 0.6;     // of the key frames fit the one before
 constexpr double kUnderDisc_m = 0.006;
 constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
 
@@ -51,9 +53,16 @@ TurntableScan::TurntableScan(const Job& job, PoseMode poses, std::stop_token sto
       report_(report),
       told_(report.turntable.emplace()) {}
 
+void TurntableScan::warn(const std::string& text) {
+  console_.warn(text);
+  report_.warnings.push_back(text);
+}
+
 bool TurntableScan::give_up(const char* reason) {
   told_.reason = reason;
-  if (!has_poses_) console_.warn(fmt::format("no turntable: {}; the mesh is the tracked one", reason));
+  warn(fmt::format("no turntable: {}; the mesh is {}{}", reason,
+                   has_poses_ ? "as the recording's poses have it, and nothing was cut" : "the tracked one",
+                   job_.cut_recording ? ", and no cut recording was written" : ""));
   return false;
 }
 
@@ -72,13 +81,11 @@ Result<void> TurntableScan::read_frames(std::size_t every, const Visit& visit) c
 }
 
 Result<void> TurntableScan::learn() {
-  if (job_.angles) {
-    auto degrees = read_angle_file(*job_.angles);
-    if (!degrees) return degrees.error();
-    encoder_degrees_ = *std::move(degrees);
-  }
   const auto source = open_recording(job_.input, job_.config.acquire);
   if (!source) return source.error();
+  if (!has_poses_) {
+    if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
+  }
   const std::size_t frames = selected_frames((*source)->info(), job_.config.acquire);
   const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
   const auto begun = timed(report_, "refine", [&] {
@@ -99,6 +106,17 @@ Result<void> TurntableScan::learn() {
   });
   told_.has_still_scene = !still_.empty();
   return begun;
+}
+
+/// Before any work. Errors: kConfig.
+Result<void> TurntableScan::check_known_angles(const RecordingInfo& info) {
+  auto known = KnownAngles::read(job_);
+  if (!known) return known.error();
+  known_ = *std::move(known);
+  const auto warning = known_.check(info);
+  if (!warning) return warning.error();
+  if (*warning) warn(**warning);
+  return {};
 }
 
 std::vector<DepthImage> TurntableScan::moving_parts() const {
@@ -142,6 +160,7 @@ bool TurntableScan::begin_nodes(const FrameIntake& intake) {
       const double part = static_cast<double>(frame.sequence - tracked[next - 1]) / span;
       angle = fitted->angles_rad[next - 1] + part * (angle - fitted->angles_rad[next - 1]);
     }
+    nodes_.is_tracked.push_back(tracked[next] == frame.sequence);
     nodes_.sequences.push_back(frame.sequence);
     nodes_.motion.angles_rad.push_back(angle);
   }
@@ -167,8 +186,7 @@ Result<void> TurntableScan::measure_pairs(TurntablePairs& pairs) {
   return read_frames(1, [&](Frame& frame) {
     const auto node = nodes_.find(frame.sequence);
     if (!node || !(frame.intrinsics == camera_)) return;
-    nodes_.has_clock = frame.has_clock;
-    nodes_.times_ns[*node] = frame.timestamp_ns;
+    if (frame.has_clock) nodes_.times_ns[*node] = frame.timestamp_ns;
     nodes_.stamps[*node] =
         frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
     filter_frame(frame, job_.config.acquire, job_.config.fusion.noise);
@@ -179,43 +197,39 @@ Result<void> TurntableScan::measure_pairs(TurntablePairs& pairs) {
   });
 }
 
-/// Angles that are known from elsewhere, growing. Errors: kConfig for a file that does not fit.
-Result<std::optional<AnglePrior>> TurntableScan::prior() {
-  const TurntableConfig& config = job_.config.turntable;
-  AnglePrior prior;
-  prior.sigma_rad = config.angle_sigma_degrees * kDegree;
-  if (job_.angles) {
-    for (const std::uint64_t sequence : nodes_.sequences) {
-      if (sequence >= encoder_degrees_.size()) {
-        return Error{ErrorCode::kConfig,
-                     fmt::format("has {} angles, but there is a frame {}", encoder_degrees_.size(), sequence),
-                     job_.angles->string()};
-      }
-      prior.angles_rad.push_back(encoder_degrees_[sequence] * kDegree);
-    }
-    told_.prior = "file";
-  } else if (config.step_degrees > 0) {
-    for (const std::uint64_t sequence : nodes_.sequences) {
-      prior.angles_rad.push_back(static_cast<double>(sequence) * config.step_degrees * kDegree);
-    }
-    told_.prior = "step";
-  } else if (config.rpm > 0) {
-    if (!nodes_.has_clock) {
-      return Error{ErrorCode::kConfig, "turntable.rpm: the recording has no times; give turntable.step",
-                   job_.input.string()};
-    }
-    for (const std::int64_t time_ns : nodes_.times_ns) {
-      const double minutes = static_cast<double>(time_ns - nodes_.times_ns.front()) / 60e9;
-      prior.angles_rad.push_back(minutes * config.rpm * 2 * std::numbers::pi);
-    }
-    told_.prior = "rpm";
-  } else {
-    return std::optional<AnglePrior>();
+/// What the pictures leave of the known angles: where they hold the angle themselves, they decide.
+std::optional<AnglePrior> TurntableScan::agreed(AnglePrior prior, const TurntableSolution& seen,
+                                                const std::vector<std::size_t>& parts) {
+  const bool is_held = seen.angle_sigma_rad < kHeld_rad && seen.rms_m <= kMostRms_m;
+  if (!is_held) return prior;
+  const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);
+  const PriorCheck check = check_prior(prior.angles_rad, seen.motion, parts, tolerance_rad);
+  if (check.contradicts) {
+    warn(known_.contradiction(check));
+    return std::nullopt;
   }
-  if (prior.angles_rad.back() < prior.angles_rad.front()) {
-    for (double& angle : prior.angles_rad) angle = -angle;
+  std::vector<std::uint64_t> off;
+  for (const std::size_t node : check.off) off.push_back(nodes_.sequences[node]);
+  if (!off.empty()) warn(known_.frames_off(off));
+  prior.angles_rad = check.agreed_angles_rad;
+  return prior;
+}
+
+/// Frames that nothing joins to the rest.
+void TurntableScan::warn_of_lone_parts(const std::vector<std::size_t>& parts) {
+  std::vector<std::uint64_t> left_out;
+  std::vector<std::size_t> sizes(parts.size() + 1);
+  for (const std::size_t part : parts) ++sizes[part];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i] != 0 && sizes[parts[i]] > 1) left_out.push_back(nodes_.sequences[i]);
   }
-  return std::optional(std::move(prior));
+  if (left_out.empty()) return;
+  const std::size_t kept = sizes[0];
+  warn(fmt::format(
+      "turntable: of {} frames only {} hold together; frames {} are left out, for nothing joins them to the "
+      "rest: before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees, or give "
+      "--angles",
+      parts.size(), kept, ranges_text(left_out)));
 }
 
 /// Whether the frames agree that it is one; tells the report.
@@ -271,14 +285,14 @@ Result<void> TurntableScan::keep_cut(const Frame& frame, const Pose& T_world_cam
   return kept.write(cut);
 }
 
-Result<bool> TurntableScan::fuse(const std::set<std::size_t>& known, Reconstruction& scan, FrameIntake& intake) {
+Result<bool> TurntableScan::fuse(const std::set<std::size_t>& held, Reconstruction& scan, FrameIntake& intake) {
   // The object's frame is that of the first frame's camera.
   const Pose T_world_object =
       has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, job_.config.fusion.voxel_size_m / 2);
   PosesBySequence poses;
   std::vector<StampedPose> trajectory;
   std::vector<std::uint64_t> sequences;
-  for (const std::size_t node : known) {
+  for (const std::size_t node : held) {
     const double angle_rad = nodes_.motion.angles_rad[node];
     const Pose pose =
         has_poses_ ? nodes_.T_world_camera[node] : T_world_object * turn_about(nodes_.motion.axis, angle_rad);
@@ -309,10 +323,10 @@ Result<bool> TurntableScan::fuse(const std::set<std::size_t>& known, Reconstruct
   const auto fused = timed(report_, "fuse_again",
                            [&] { return fuse_again(**source, poses, job_.config, *volume, stop_, console_, edit); });
   if (!fused) return fused.error();
+  if (*fused < poses.size()) return give_up("it was interrupted");
   if (kept && written) written = kept->finish();
   if (!written) return written.error();
   if (kept) report_.files["cut_recording"] = job_.cut_recording->string();
-  if (*fused < poses.size()) return give_up("it was interrupted");
   if (job_.config.turntable.cuts) {
     const VolumeCut cut = timed(report_, "refine", [&] {
       return cut_volume(moved(*space_, T_world_object), job_.config.turntable.closes_base, *volume);
@@ -325,24 +339,41 @@ Result<bool> TurntableScan::fuse(const std::set<std::size_t>& known, Reconstruct
   return true;
 }
 
-/// The axis and all angles; `known` are the nodes whose angles are.
-Result<bool> TurntableScan::find_motion(std::set<std::size_t>& known) {
-  TurntablePairs pairs(nodes_.motion, job_.config.fusion.noise);
+/// The pairs of frames that fit each other; false: too few.
+Result<bool> TurntableScan::find_pairs(TurntablePairs& pairs) {
   if (auto measured = measure_pairs(pairs); !measured) return measured.error();
   if (stop_.stop_requested()) return give_up("it was interrupted");
   pairs.close();
-  const auto angles = prior();
+  if (pairs.edges().empty()) return give_up("frames do not fit each other");
+  if (pairs.share_in_sequence() < kLeastInSequence) return give_up("too little is the same from frame to frame");
+  const TurntableSolution seen = solve_turntable(nodes_.motion, pairs.edges(), std::nullopt);
+  pairs.forget(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
+  return true;
+}
+
+/// The axis and all angles; `held` are the nodes whose angles are right.
+Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
+  TurntablePairs pairs(nodes_.motion, job_.config.fusion.noise);
+  if (const auto found = find_pairs(pairs); !found || !*found) return found;
+  const TurntableSolution seen = solve_turntable(nodes_.motion, pairs.edges(), std::nullopt);
+  auto angles = known_.of(nodes_.sequences, nodes_.times_ns, seen.motion);
   if (!angles) return angles.error();
-  const TurntableSolution first = solve_turntable(nodes_.motion, pairs.edges(), *angles);
-  pairs.join_across(first.motion);
-  const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), *angles);
+  std::vector<std::size_t> parts = turntable_parts(seen, pairs.edges(), kAgrees);
+  std::optional<AnglePrior> prior;
+  if (*angles) prior = agreed(**std::move(angles), seen, parts);
+  told_.prior = prior ? known_.name() : "none";
+  if (prior && prior->sigma_rad < kPlaces_rad) std::fill(parts.begin(), parts.end(), std::size_t{0});
+  const TurntableSolution first = prior ? solve_turntable(nodes_.motion, pairs.edges(), prior) : seen;
+  pairs.join_across(first.motion, parts);
+  const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), prior);
   if (!accept(solution, pairs)) return false;
   nodes_.motion = solution.motion;
   for (std::size_t i = 0; i < pairs.edges().size(); ++i) {
-    if (solution.weights[i] <= kAgrees) continue;
-    known.insert(pairs.edges()[i].from);
-    known.insert(pairs.edges()[i].to);
+    const TurntableEdge& edge = pairs.edges()[i];
+    if (solution.weights[i] > kAgrees && parts[edge.from] == 0) held.insert({edge.from, edge.to});
   }
+  if (held.size() < kFewestFrames) return give_up("too few frames hold together");
+  warn_of_lone_parts(parts);
   // The axis is better known now, and so is the space around it.
   return find_room();
 }
@@ -351,13 +382,13 @@ Result<bool> TurntableScan::refine(Reconstruction& scan, FrameIntake& intake) {
   if (stop_.stop_requested()) return give_up("it was interrupted");
   const bool has_begun = timed(report_, "refine", [&] { return begin_nodes(intake) && find_room(); });
   if (!has_begun) return false;
-  std::set<std::size_t> known;
+  std::set<std::size_t> held;
   if (has_poses_) {
-    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) known.insert(known.end(), i);
+    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) held.insert(held.end(), i);
     told_.prior = "recording";
     told_.turns = std::abs(nodes_.motion.angles_rad.back()) / (2 * std::numbers::pi);
   } else {
-    const auto found = timed(report_, "refine", [&] { return find_motion(known); });
+    const auto found = timed(report_, "refine", [&] { return find_motion(held); });
     if (!found || !*found) return found;
   }
   told_.axis_direction = space_->up;
@@ -365,14 +396,14 @@ Result<bool> TurntableScan::refine(Reconstruction& scan, FrameIntake& intake) {
   told_.disc_m = space_->disc_m;
   told_.radius_m = space_->radius_m;
   add_witnesses();
-  auto fused = fuse(known, scan, intake);
+  auto fused = fuse(held, scan, intake);
   if (fused && *fused) told_.is_refined = true;
   return fused;
 }
 
 void TurntableScan::conclude() {
   if (told_.is_refined || !told_.reason.empty()) return;
-  (void)give_up(stop_.stop_requested() ? "it was interrupted" : "too few frames were tracked");
+  (void)give_up(stop_.stop_requested() ? "it was interrupted" : "there is no mesh of the frames as they were tracked");
 }
 
 }  // namespace scanknit

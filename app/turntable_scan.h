@@ -7,9 +7,11 @@
 #include <optional>
 #include <set>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "app/frame_intake.h"
+#include "app/known_angles.h"
 #include "app/pipeline.h"
 #include "app/reconstruction.h"
 #include "core/result.h"
@@ -17,6 +19,7 @@
 #include "fusion/picture_part.h"
 #include "fusion/still_scene.h"
 #include "fusion/turntable_pairs.h"
+#include "fusion/turntable_prior.h"
 #include "fusion/turntable_space.h"
 
 namespace scanknit {
@@ -53,8 +56,8 @@ class TurntableScan {
   struct Nodes {
     std::vector<std::uint64_t> sequences;
     std::vector<double> stamps;
-    std::vector<std::int64_t> times_ns;
-    bool has_clock = false;
+    std::vector<std::int64_t> times_ns;  ///< 0 without a clock
+    std::vector<bool> is_tracked;        ///< the others lay between two that were
     TurntableMotion motion;
     std::vector<Pose> T_world_camera;  ///< of the recording, if they are known
     [[nodiscard]] std::optional<std::size_t> find(std::uint64_t sequence) const;
@@ -65,11 +68,16 @@ class TurntableScan {
   [[nodiscard]] std::vector<DepthImage> moving_parts() const;
   [[nodiscard]] bool begin_nodes(const FrameIntake& intake);
   [[nodiscard]] bool find_room();
-  [[nodiscard]] Result<bool> find_motion(std::set<std::size_t>& known);
+  [[nodiscard]] Result<bool> find_motion(std::set<std::size_t>& held);
+  [[nodiscard]] Result<bool> find_pairs(TurntablePairs& pairs);
   [[nodiscard]] Result<void> measure_pairs(TurntablePairs& pairs);
-  [[nodiscard]] Result<std::optional<AnglePrior>> prior();
+  [[nodiscard]] Result<void> check_known_angles(const RecordingInfo& info);
+  [[nodiscard]] std::optional<AnglePrior> agreed(AnglePrior prior, const TurntableSolution& seen,
+                                                 const std::vector<std::size_t>& parts);
+  void warn_of_lone_parts(const std::vector<std::size_t>& parts);
+  void warn(const std::string& text);
   [[nodiscard]] bool accept(const TurntableSolution& solution, const TurntablePairs& pairs);
-  [[nodiscard]] Result<bool> fuse(const std::set<std::size_t>& known, Reconstruction& scan, FrameIntake& intake);
+  [[nodiscard]] Result<bool> fuse(const std::set<std::size_t>& held, Reconstruction& scan, FrameIntake& intake);
   void add_witnesses();
   void prepare_for_fusion(Frame& frame, double angle_rad, std::size_t& removed) const;
   [[nodiscard]] Result<void> keep_cut(const Frame& frame, const Pose& T_world_camera, CutRecording& kept) const;
@@ -81,7 +89,7 @@ class TurntableScan {
   Console& console_;
   RunReport& report_;
   RunReport::Turntable& told_;
-  std::vector<double> encoder_degrees_;
+  KnownAngles known_;
   CameraIntrinsics camera_;
   std::vector<DepthImage> samples_;
   std::vector<std::uint64_t> sample_sequences_;

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <span>
 
+#include "core/disjoint_sets.h"
+
 namespace scanknit {
 namespace {
 
@@ -29,28 +31,6 @@ class Groups {
   std::vector<std::size_t> begin_;
   std::vector<std::size_t> next_;
   std::vector<Value> values_;
-};
-
-class UnionFind {
- public:
-  explicit UnionFind(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-  [[nodiscard]] Index root(Index v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(Index a, Index b) {
-    a = root(a);
-    b = root(b);
-    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-  }
-  [[nodiscard]] std::size_t sets() const {
-    std::size_t roots = 0;
-    for (Index v = 0; v < parent_.size(); ++v) roots += parent_[v] == v ? 1 : 0;
-    return roots;
-  }
-
- private:
-  std::vector<Index> parent_;
 };
 
 struct HalfEdge {
@@ -126,7 +106,7 @@ std::size_t count_fans(const Mesh& mesh, Index v, std::span<const Index> triangl
   }
   // Sorted rather than compared pair by pair: the hub of a cone has as many triangles as a file cares to give it.
   std::sort(spokes.begin(), spokes.end(), [](const Spoke& a, const Spoke& b) { return a.other < b.other; });
-  UnionFind fans(triangles.size());
+  DisjointSets fans(triangles.size());
   for (std::size_t i = 1; i < spokes.size(); ++i) {
     if (spokes[i].other == spokes[i - 1].other) fans.join(spokes[i].triangle, spokes[i - 1].triangle);
   }
@@ -163,8 +143,8 @@ void check_vertices(const Mesh& mesh, MeshCheck& check) {
   }
 }
 
-UnionFind connect(const Mesh& mesh) {
-  UnionFind sets(mesh.positions_m.size());
+DisjointSets connect(const Mesh& mesh) {
+  DisjointSets sets(mesh.positions_m.size());
   for (const Triangle& t : mesh.triangles) {
     sets.join(t[0], t[1]);
     sets.join(t[1], t[2]);
@@ -231,7 +211,7 @@ double signed_volume_m3(const Mesh& mesh) {
 }
 
 std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles) {
-  UnionFind sets = connect(mesh);
+  DisjointSets sets = connect(mesh);
   std::vector<std::size_t> size(mesh.positions_m.size(), 0);
   for (const Triangle& t : mesh.triangles) ++size[sets.root(t[0])];
 

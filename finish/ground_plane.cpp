@@ -37,10 +37,10 @@ std::vector<Facet> facets_of(const Mesh& mesh) {
   facets.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
     const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-    const Eigen::Vector3d across = (at(1) - at(0)).cross(at(2) - at(0));
-    const double twice = across.norm();
-    if (!(twice > 0)) continue;
-    facets.push_back({(at(0) + at(1) + at(2)) / 3, across / twice, twice / 2});
+    const Eigen::Vector3d along = area_vector_m2(mesh, t);
+    const double area_m2 = along.norm();
+    if (!(area_m2 > 0)) continue;
+    facets.push_back({(at(0) + at(1) + at(2)) / 3, along / area_m2, area_m2});
   }
   return facets;
 }
@@ -145,13 +145,8 @@ bool reaches_beyond_what_stands_on_it(const Mesh& mesh, const GroundPlane& groun
   const auto middle = [&](const Triangle& t) -> Eigen::Vector3d {
     return (mesh.positions_m[t[0]] + mesh.positions_m[t[1]] + mesh.positions_m[t[2]]).cast<double>() / 3;
   };
-  const auto area = [&](const Triangle& t) {
-    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-    return (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
-  };
   for (const Triangle& t : mesh.triangles) {
-    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-    const double level = (at(1) - at(0)).cross(at(2) - at(0)).normalized().dot(ground.up);
+    const double level = area_vector_m2(mesh, t).normalized().dot(ground.up);
     if (std::abs(ground.height_m(middle(t))) <= tolerance_m && level >= kAgreement) footprint.add(middle(t));
     if (!is_above(t)) continue;
     pieces.join(t[0], t[1]);
@@ -166,8 +161,9 @@ bool reaches_beyond_what_stands_on_it(const Mesh& mesh, const GroundPlane& groun
   double over_m2 = 0;
   for (const Triangle& t : mesh.triangles) {
     if (!is_above(t) || stands[pieces.root(t[0])] == 0) continue;
-    whole_m2 += area(t);
-    if (!footprint.contains(middle(t), kOver)) over_m2 += area(t);
+    const double area_m2 = area_vector_m2(mesh, t).norm();
+    whole_m2 += area_m2;
+    if (!footprint.contains(middle(t), kOver)) over_m2 += area_m2;
   }
   return over_m2 <= kMostOver * whole_m2;
 }

@@ -12,11 +12,6 @@ namespace {
 
 using Index = std::uint32_t;
 
-double triangle_area_m2(const Mesh& mesh, const Triangle& t) {
-  const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-  return (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
-}
-
 struct Patch {
   Eigen::AlignedBox3f box;
   bool touches_seen = false;
@@ -118,14 +113,14 @@ void paint_invented(const std::vector<std::uint8_t>& invented, Rgb8 colour, Mesh
 
 double area_m2(const Mesh& mesh) {
   double area = 0;
-  for (const Triangle& t : mesh.triangles) area += triangle_area_m2(mesh, t);
+  for (const Triangle& t : mesh.triangles) area += area_vector_m2(mesh, t).norm();
   return area;
 }
 
 double area_m2(const Mesh& mesh, const std::vector<std::uint8_t>& triangles) {
   double area = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (triangles[i] != 0) area += triangle_area_m2(mesh, mesh.triangles[i]);
+    if (triangles[i] != 0) area += area_vector_m2(mesh, mesh.triangles[i]).norm();
   }
   return area;
 }

@@ -1,8 +1,8 @@
 #include "finish/mesh_edges.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -40,6 +40,11 @@ DisjointSets fans_of(const Mesh& mesh) {
 
 }  // namespace
 
+Eigen::Vector3d area_vector_m2(const Mesh& mesh, const Triangle& t) {
+  const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
+  return (at(1) - at(0)).cross(at(2) - at(0)) / 2;
+}
+
 std::vector<EdgeSide> edge_sides(const Mesh& mesh) {
   std::vector<EdgeSide> sides;
   sides.reserve(3 * mesh.triangles.size());
@@ -53,21 +58,6 @@ std::vector<EdgeSide> edge_sides(const Mesh& mesh) {
     return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
   });
   return sides;
-}
-
-DisjointSets::DisjointSets(std::size_t size) : parent_(size) {
-  std::iota(parent_.begin(), parent_.end(), Index{0});
-}
-
-std::uint32_t DisjointSets::root(std::uint32_t of) {
-  while (parent_[of] != of) of = parent_[of] = parent_[parent_[of]];
-  return of;
-}
-
-void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
-  a = root(a);
-  b = root(b);
-  if (a != b) parent_[std::max(a, b)] = std::min(a, b);
 }
 
 void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh) {

@@ -1,13 +1,17 @@
-// The edges of a mesh, and sets of its triangles.
+// The edges of a mesh, and its triangles: their areas, and sets of them.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "core/mesh.h"
 
 namespace scanknit {
+
+/// The area of a triangle along its normal.
+[[nodiscard]] Eigen::Vector3d area_vector_m2(const Mesh& mesh, const Triangle& t);
 
 /// One triangle's side of an edge.
 struct EdgeSide {
@@ -28,17 +32,6 @@ void for_each_edge(const std::vector<EdgeSide>& sides, const Visit& visit) {
     begin = end;
   }
 }
-
-/// Numbers in sets that are joined; the outcome does not depend on the order of joining.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size);
-  [[nodiscard]] std::uint32_t root(std::uint32_t of);  ///< the smallest of its set
-  void join(std::uint32_t a, std::uint32_t b);
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// Keeps the triangles with a 1, in their order, and the vertices that they use.
 void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh);

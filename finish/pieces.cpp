@@ -23,8 +23,7 @@ PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mes
   std::vector<Piece> pieces(mesh.positions_m.size());  // by root
   for (const Triangle& t : mesh.triangles) {
     Piece& piece = pieces[sets.root(t[0])];
-    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-    piece.area_m2 += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
+    piece.area_m2 += area_vector_m2(mesh, t).norm();
     ++piece.triangles;
     for (const std::uint32_t vertex : t) piece.box.extend(mesh.positions_m[vertex]);
   }

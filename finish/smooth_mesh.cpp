@@ -84,9 +84,8 @@ MeshMoved smooth_mesh(std::size_t steps, Mesh& mesh) {
 void renew_normals(Mesh& mesh) {
   std::vector<Eigen::Vector3d> sum(mesh.positions_m.size(), Eigen::Vector3d::Zero());
   for (const Triangle& t : mesh.triangles) {
-    const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-    const Eigen::Vector3d across = (at(1) - at(0)).cross(at(2) - at(0));
-    for (const Index vertex : t) sum[vertex] += across;
+    const Eigen::Vector3d area = area_vector_m2(mesh, t);
+    for (const Index vertex : t) sum[vertex] += area;
   }
   mesh.normals.resize(mesh.positions_m.size(), Eigen::Vector3f::Zero());
   for (std::size_t v = 0; v < sum.size(); ++v) {

@@ -89,7 +89,8 @@ void TurntablePairs::add(std::size_t frame, SurfacePyramid seen) {
   }
   const std::size_t first = keys_.size() - std::min(keys_.size(), kNeighbours);
   for (std::size_t k = first; k < keys_.size(); ++k) {
-    join(keys_[k], view, {angle_between(keys_[k], view)}, start_.axis, 2);
+    const bool fits = join(keys_[k], view, {angle_between(keys_[k], view)}, start_.axis, 2);
+    if (k + 1 == keys_.size()) in_sequence_ += fits;
   }
   keys_.push_back(std::move(view));
   join_pending();
@@ -117,13 +118,27 @@ void TurntablePairs::close() {
   }
 }
 
-void TurntablePairs::join_across(const TurntableMotion& motion) {
+void TurntablePairs::forget(const std::vector<bool>& is_forgotten) {
+  SCANKNIT_CHECK(is_forgotten.size() == edges_.size());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (!is_forgotten[i]) edges_[kept++] = edges_[i];
+  }
+  edges_.resize(kept);
+}
+
+double TurntablePairs::share_in_sequence() const {
+  return keys_.size() < 2 ? 1 : static_cast<double>(in_sequence_) / static_cast<double>(keys_.size() - 1);
+}
+
+void TurntablePairs::join_across(const TurntableMotion& motion, const std::vector<std::size_t>& parts) {
   constexpr std::size_t kEvery = 2;
   for (std::size_t j = 0; j < keys_.size(); j += kEvery) {
     for (int eighths = 1; eighths <= 4; ++eighths) {
       const double wanted = kFullTurn * eighths / 8;
       for (std::size_t i = 0; i < j; ++i) {
         const double apart = motion.angles_rad[keys_[j].frame] - motion.angles_rad[keys_[i].frame];
+        if (parts[keys_[i].frame] != parts[keys_[j].frame]) continue;
         if (std::abs(apart - wanted) > spacing_rad_ / 2) continue;
         across_ += join(keys_[i], keys_[j], {apart}, motion.axis, 1);
         break;

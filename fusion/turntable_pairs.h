@@ -25,10 +25,16 @@ class TurntablePairs {
   /// which closes it.
   void close();
 
-  /// Key frames an eighth to half a turn apart, as far as they see the same, from where `motion` has them.
-  void join_across(const TurntableMotion& motion);
+  /// Key frames an eighth to half a turn apart, as far as they see the same, from where `motion` has them. Only within
+  /// one of the `parts`, one number a frame: between them it does not know where they are.
+  void join_across(const TurntableMotion& motion, const std::vector<std::size_t>& parts);
 
   [[nodiscard]] const std::vector<TurntableEdge>& edges() const { return edges_; }
+  /// Takes back pairs, one flag each.
+  void forget(const std::vector<bool>& is_forgotten);
+
+  /// Share of the key frames that fit the one before; 1 of a single one.
+  [[nodiscard]] double share_in_sequence() const;
   [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
   [[nodiscard]] std::size_t loops() const { return loops_; }    ///< pairs found by close()
   [[nodiscard]] std::size_t across() const { return across_; }  ///< and by join_across()
@@ -50,6 +56,7 @@ class TurntablePairs {
   std::vector<View> pending_;  ///< since the last key frame
   std::vector<TurntableEdge> edges_;
   std::size_t loops_ = 0, across_ = 0;
+  std::size_t in_sequence_ = 0;  ///< key frames that fit the one before
 };
 
 }  // namespace scanknit

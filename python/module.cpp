@@ -216,41 +216,27 @@ void add_errors(py::module_& module) {
   });
 }
 
+/// A property of PythonMesh: a list of three numbers each, as an array.
+template <typename Scalar, typename List>
+auto rows_of(List Mesh::*member) {
+  return [member](const py::object& self) {
+    const List& list = self.cast<PythonMesh&>().mesh().*member;
+    return rows_of_three<Scalar>(list.data(), list.size(), self);
+  };
+}
+
 void add_mesh(py::module_& module) {
   py::class_<PythonMesh>(module, "Mesh",
                          "A triangle mesh in the world's frame, metres. Its arrays cannot be written to.")
-      .def_property_readonly(
-          "vertices",
-          [](const py::object& self) {
-            const Mesh& mesh = self.cast<PythonMesh&>().mesh();
-            return rows_of_three<float>(mesh.positions_m.data(), mesh.positions_m.size(), self);
-          },
-          "(N, 3) float32, metres.")
-      .def_property_readonly(
-          "triangles",
-          [](const py::object& self) {
-            const Mesh& mesh = self.cast<PythonMesh&>().mesh();
-            return rows_of_three<std::uint32_t>(mesh.triangles.data(), mesh.triangles.size(), self);
-          },
-          "(M, 3) uint32, indices of vertices, counter-clockwise seen from outside.")
-      .def_property_readonly(
-          "normals",
-          [](const py::object& self) {
-            const Mesh& mesh = self.cast<PythonMesh&>().mesh();
-            return rows_of_three<float>(mesh.normals.data(), mesh.normals.size(), self);
-          },
-          "(N, 3) float32, unit length, outwards.")
-      .def_property_readonly(
-          "colours",
-          [](const py::object& self) {
-            const Mesh& mesh = self.cast<PythonMesh&>().mesh();
-            return rows_of_three<std::uint8_t>(mesh.colours.data(), mesh.colours.size(), self);
-          },
-          "(N, 3) uint8, sRGB; grey (128) where no colour was seen.")
+      .def_property_readonly("vertices", rows_of<float>(&Mesh::positions_m), "(N, 3) float32, metres.")
+      .def_property_readonly("triangles", rows_of<std::uint32_t>(&Mesh::triangles),
+                             "(M, 3) uint32, indices of vertices, counter-clockwise seen from outside.")
+      .def_property_readonly("normals", rows_of<float>(&Mesh::normals), "(N, 3) float32, unit length, outwards.")
+      .def_property_readonly("colours", rows_of<std::uint8_t>(&Mesh::colours),
+                             "(N, 3) uint8, sRGB; grey (128) where no colour was seen.")
       .def("write", &PythonMesh::write, py::arg("path"), py::arg("up") = "-y",
-           "Writes .glb, .ply, .obj or .stl, whole or not at all. `up`: the world's axis that points up; GLB and STL "
-           "are "
-           "turned upright by it.");
+           "Writes .glb, .ply, .obj or .stl, whole or not at all. `up`: the world's axis that points up, by which GLB "
+           "and STL are turned upright.");
 }
 
 void add_volume(py::module_& module) {

@@ -1,9 +1,11 @@
 // Recordings of a turntable whose axis and angles nobody knows, by the built program.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/app/program.h"
 
@@ -12,6 +14,38 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+
+std::vector<std::string> lines_of(const fs::path& file) {
+  std::istringstream text(read_text(file));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Some frames of a recording, numbered anew, with their angles; [begin, end) each.
+void copy_frames(const fs::path& from, const fs::path& to, const std::vector<std::pair<int, int>>& ranges) {
+  fs::create_directories(to / "depth");
+  fs::create_directories(to / "color");
+  for (const char* file : {"camera_intrinsic.json", "ground_truth.json", "visible_points.ply"})
+    fs::copy(from / file, to / file);
+  const std::vector<std::string> angles = lines_of(from / "angles.txt");
+  const std::vector<std::string> poses = lines_of(from / "true_poses.log");  // a heading and a 4 x 4 matrix each
+  std::ofstream kept_angles(to / "angles.txt"), kept_poses(to / "true_poses.log");
+  int next = 0;
+  const auto name = [](int frame) {
+    const std::string digits = std::to_string(frame);
+    return std::string(6 - digits.size(), '0') + digits + ".png";
+  };
+  for (const auto& [begin, end] : ranges) {
+    for (int frame = begin; frame < end; ++frame, ++next) {
+      for (const char* folder : {"depth", "color"}) fs::copy(from / folder / name(frame), to / folder / name(next));
+      const auto place = static_cast<std::size_t>(frame);
+      kept_angles << angles.at(place) << '\n';
+      kept_poses << next << ' ' << next << ' ' << next + 1 << '\n';
+      for (std::size_t row = 1; row < 5; ++row) kept_poses << poses.at(5 * place + row) << '\n';
+    }
+  }
+}
 
 /// Blocks on each other, all of which is seen but the underside, in a noisy recording of one turn before a wall; a hand
 /// reaches in. Angles are up to a degree and a half from steady.
@@ -40,9 +74,12 @@ class Tower : public ::testing::Test {
     return scanknit_command(arguments);
   }
   static Json report(const std::string& output) { return Json::parse(read_text(fs::path(output) / "report.json")); }
-  static double mean_error_m(const std::string& output) {
+  static bool has_warning(const std::string& output, const std::string& text) {
+    return report(output)["warnings"].dump().find(text) != std::string::npos;
+  }
+  static double mean_error_m(const std::string& output, const std::string& truth = recording()) {
     const Outcome distance = scanknit_command(
-        {"distance", output + "/model.ply", recording(), "--trajectory", output + "/trajectory.txt", "--json"});
+        {"distance", output + "/model.ply", truth, "--trajectory", output + "/trajectory.txt", "--json"});
     EXPECT_EQ(distance.exit_code, 0) << distance.err;
     return Json::parse(distance.out)["area"]["mean_m"].get<double>();
   }
@@ -123,14 +160,6 @@ TEST_F(Tower, LeavesARecordingOfItselfAlone) {
   }
 }
 
-TEST_F(Tower, IsNotOverwrittenByItsOwnCut) {
-  const std::string before = read_text(fs::path(recording()) / "depth/000010.png");
-  const Outcome refused = scan(recording(), place("none"), {"--cut-recording", recording()});
-  EXPECT_EQ(refused.exit_code, 8) << refused.err;
-  EXPECT_EQ(read_text(fs::path(recording()) / "depth/000010.png"), before);
-  EXPECT_FALSE(fs::exists(place("none"))) << "refused before any work";
-}
-
 TEST_F(Tower, IsTheSameForAnyNumberOfThreads) {
   std::vector<std::string> meshes;
   for (const char* threads : {"1", "2", "8"}) {
@@ -187,9 +216,82 @@ TEST_F(Tower, TakesAStepFromFrameToFrame) {
   EXPECT_EQ(report(place("step"))["turntable"]["prior"], "step");
   EXPECT_EQ(report(place("step"))["turntable"]["is_refined"], true);
   EXPECT_LE(mean_error_m(place("step")), 0.4e-3);
+  ASSERT_EQ(scan(recording(), place("wrong_step"), {"--set", "turntable.step=7"}).exit_code, 0);
+  EXPECT_LE(mean_error_m(place("wrong_step")), 0.4e-3);  // the pictures decide
+  const Json wrong = report(place("wrong_step"));
+  EXPECT_EQ(wrong["turntable"]["prior"], "none");
+  double seen_degrees = 0;
+  const std::string warning = wrong["warnings"].at(0).get<std::string>();
+  ASSERT_EQ(std::sscanf(warning.c_str(), "turntable.step is 7 degrees, but the pictures turn by %lf", &seen_degrees), 1)
+      << warning;
+  EXPECT_NEAR(seen_degrees, 7.5, 0.05);
   const Outcome no_times = scan(recording(), place("rpm"), {"--set", "turntable.rpm=2"});
   EXPECT_EQ(no_times.exit_code, 3);
   EXPECT_NE(no_times.err.find("no times; give turntable.step"), std::string::npos) << no_times.err;
+}
+
+TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
+  const std::string gap = place("gap");  // of 83 degrees: nothing that is seen before it is seen after it
+  copy_frames(recording(), gap, {{0, 15}, {25, 48}});
+  const Outcome part = scan(gap, place("part"));
+  ASSERT_EQ(part.exit_code, 0) << part.err;
+  EXPECT_TRUE(has_warning(place("part"), "of 38 frames only 23 hold together; frames 0 to 14 are left out"));
+  EXPECT_LE(mean_error_m(place("part"), gap), 0.4e-3);
+  const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
+  ASSERT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_EQ(report(place("joined"))["warnings"].dump(), "[]");
+  EXPECT_EQ(report(place("joined"))["frames"]["fused"], 38);
+  EXPECT_LE(mean_error_m(place("joined"), gap), 0.4e-3);
+}
+
+TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
+  std::vector<std::string> angles = lines_of(recording() + "/angles.txt");
+  angles.at(5) = "7000";
+  std::ofstream typed(place("typed.txt"));
+  for (const std::string& angle : angles) typed << angle << '\n';
+  typed.close();
+  const Outcome run = scan(recording(), place("typed"), {"--angles", place("typed.txt")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has_warning(place("typed"), "the angles of frames 5 (the first is 7000 degrees); theirs are taken"));
+  EXPECT_LE(mean_error_m(place("typed")), 0.4e-3);
+  EXPECT_LT(report(place("typed"))["turntable"]["turns"].get<double>(), 1.1);
+}
+
+TEST_F(Tower, SaysThatNothingTurnsWhereItWasToldSo) {
+  ASSERT_EQ(scan(recording(), place("still"), {"--poses", "still"}).exit_code, 0);
+  EXPECT_TRUE(has_warning(place("still"), "--poses still: nothing is taken to turn"));
+}
+
+TEST_F(Tower, PutsItsCutRecordingOnlyWhereNothingIs) {
+  const auto refused = [](const Outcome& run, int exit_code, const char* message) {
+    EXPECT_EQ(run.exit_code, exit_code);
+    EXPECT_NE(run.err.find(message), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(place("nothing")));
+  };
+  const std::string out = place("nothing");
+  refused(scan(recording(), out, {"--cut-recording", recording()}), 8, "lies in the recording itself");
+  refused(scan(recording(), out, {"--cut-recording", recording() + "/turn"}), 8, "lies in the recording itself");
+  refused(scan(recording(), out, {"--cut-recording", place("cut")}), 8, "is there already and not an empty folder");
+  refused(scan(recording(), out, {"--cut-recording", out}), 8, "is where the mesh goes");
+  refused(scanknit_command({"run", recording(), "-o", out, "--cut-recording", place("other")}), 2,
+          "give --preset turntable");
+  EXPECT_FALSE(fs::exists(recording() + "/trajectory.log"));
+}
+
+TEST_F(Tower, WantsAnAngleForEveryFrameBeforeAnyWork) {
+  const std::string out = place("no_angles");
+  const auto refused = [&](const std::vector<std::string>& more, const char* message) {
+    const Outcome run = scan(recording(), out, more);
+    EXPECT_EQ(run.exit_code, 3);
+    EXPECT_NE(run.err.find(message), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(fs::path(out) / "model.ply"));
+  };
+  std::ofstream(place("blank.txt")) << "# degrees\n0\n\n7.5\n";
+  refused({"--angles", place("blank.txt")}, "blank.txt:3: an empty line");
+  std::ofstream(place("few.txt")) << "0\n7.5\n\n";
+  refused({"--angles", place("few.txt")}, "has 2 angles, but there is a frame 47");
+  refused({"--set", "turntable.rpm=2"}, "no times; give turntable.step");
+  refused({"--set", "turntable.step=-7.5"}, "the sign is not needed, either direction is found: write 7.5");
 }
 
 /// What is no turntable is meshed as if the preset knew of none.

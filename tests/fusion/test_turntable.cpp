@@ -6,6 +6,7 @@
 #include "acquire/synthetic/counter_random.h"
 #include "fusion/look_through.h"
 #include "fusion/still_scene.h"
+#include "fusion/turntable_prior.h"
 #include "fusion/turntable_solver.h"
 #include "fusion/turntable_space.h"
 #include "tests/fusion/small_world.h"
@@ -162,6 +163,57 @@ TEST(TurntableSolver, WhatTheSceneDoesNotHoldIsThePriors) {
   EXPECT_LT(worst_angle(found.motion, turn.truth), 0.3 * kDegree);
   EXPECT_GT(found.angle_sigma_rad, 0.5 * kDegree);  // it says so
   EXPECT_LT(solve_turntable(start, noisy_turn().edges, prior).angle_sigma_rad, 3 * kPair_rad);
+}
+
+TEST(TurntablePrior, OfAnotherScaleIsContradicted) {
+  const TurntableMotion seen = noisy_turn().truth;
+  const std::vector<std::size_t> whole(seen.angles_rad.size(), 0);
+  std::vector<double> known;
+  for (std::size_t i = 0; i < whole.size(); ++i) known.push_back((9.3 * static_cast<double>(i) + 20) * kDegree);
+  const PriorCheck off = check_prior(known, seen, whole, 2 * kDegree);
+  EXPECT_TRUE(off.contradicts);
+  EXPECT_NEAR(off.scale, 10 / 9.3, 0.01);
+  EXPECT_GT(off.typical_off_rad, 4 * kDegree);
+  for (double& angle : known) angle = (angle - 20 * kDegree) * 10 / 9.3;
+  const PriorCheck right = check_prior(known, seen, whole, 2 * kDegree);
+  EXPECT_FALSE(right.contradicts);
+  EXPECT_TRUE(right.off.empty());
+}
+
+TEST(TurntablePrior, OneMistypedAngleIsThatOfThePictures) {
+  const TurntableMotion seen = noisy_turn().truth;
+  const std::vector<std::size_t> whole(seen.angles_rad.size(), 0);
+  std::vector<double> known = seen.angles_rad;
+  known[7] = 7000 * kDegree;
+  known[20] += 2 * kPi;  // the same place
+  const PriorCheck check = check_prior(known, seen, whole, 2 * kDegree);
+  EXPECT_FALSE(check.contradicts);
+  EXPECT_EQ(check.off, std::vector<std::size_t>{7});
+  for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_NEAR(check.agreed_angles_rad[i], seen.angles_rad[i], 1e-9);
+}
+
+TEST(TurntablePrior, SaysWhereAPartIsThatNoPairHolds) {
+  Turn turn = noisy_turn(false);
+  std::erase_if(turn.edges, [](const TurntableEdge& edge) { return edge.from < 12 && edge.to >= 12; });
+  TurntableSolution solution = solve_turntable(turn.truth, turn.edges, std::nullopt);
+  const std::vector<std::size_t> parts = turntable_parts(solution, turn.edges, 0.3);
+  for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_EQ(parts[i], i < 12 ? 1u : 0u) << i;
+  std::vector<double> known = turn.truth.angles_rad;  // the pictures do not know how the parts lie to each other
+  TurntableMotion shifted = turn.truth;
+  for (std::size_t i = 12; i < parts.size(); ++i) shifted.angles_rad[i] -= 90 * kDegree;
+  EXPECT_TRUE(check_prior(known, shifted, parts, 2 * kDegree).off.empty());
+}
+
+TEST(TurntablePrior, PairsOfAJumpBackwardsBesideALostFrameAreNotBelieved) {
+  Turn turn = noisy_turn(false);
+  for (std::size_t i = 12; i < turn.truth.angles_rad.size(); ++i) turn.truth.angles_rad[i] -= 20 * kDegree;
+  std::vector<bool> is_tracked(turn.truth.angles_rad.size(), true);
+  for (const bool jump : backward_jumps(turn.truth, turn.edges, is_tracked)) EXPECT_FALSE(jump);
+  for (std::size_t i = 12; i < is_tracked.size(); ++i) is_tracked[i] = false;
+  const std::vector<bool> jumps = backward_jumps(turn.truth, turn.edges, is_tracked);
+  for (std::size_t i = 0; i < jumps.size(); ++i) {
+    EXPECT_EQ(jumps[i], turn.edges[i].from < 12 && turn.edges[i].to >= 12) << i;
+  }
 }
 
 NoiseModel noise() {
