@@ -220,7 +220,8 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   if (is_refined) forget_finish(report);
   report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
   for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "write"}) {
-    add_samples(again.stages[stage], report.stages[stage]);
+    const auto times = again.stages.find(stage);
+    if (times != again.stages.end()) add_samples(times->second, report.stages[stage]);
   }
   if (!is_refined) return refined;
   if (!written) return written.error();
