@@ -9,6 +9,7 @@
 #include "app/pose_finder.h"
 #include "app/reconstruction.h"
 #include "app/scan_view.h"
+#include "app/texture_output.h"
 #include "app/turntable_scan.h"
 
 namespace scanknit {
@@ -22,6 +23,7 @@ void forget_frames(RunReport& report) {
   report.mesh.reset();
   report.holes.reset();
   report.fit.reset();
+  report.texture.reset();
 }
 
 /// The volume was full: what it holds is worth a mesh.
@@ -54,9 +56,16 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
 }
 
 /// The scan has changed: all of it is written anew.
-Result<void> write_anew(Reconstruction& scan, RunReport& report) {
-  if (auto saved = write_scan(scan, report); !saved) return saved;
+Result<WrittenMesh> write_anew(Reconstruction& scan, RunReport& report) {
+  if (auto saved = write_scan(scan, report); !saved) return saved.error();
   return scan.write_mesh(report, EmptyCrop::kIgnored);
+}
+
+/// The end of a scan, when all of it is known. True: it has changed.
+Result<bool> improve(Reconstruction& scan, FrameIntake& intake, const SecondLook& again, Console& console,
+                     RunReport& report, TurntableScan* table) {
+  if (table != nullptr) return table->refine(scan, intake);
+  return look_again(scan, again, console, report);
 }
 
 /// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
@@ -120,16 +129,16 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   auto meshed = scan->write_mesh(report, EmptyCrop::kIgnored);
   for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
   view.show_all(scan->volume(), report);
-  if (!meshed || !tracked || again.stop.stop_requested()) return meshed ? tracked : meshed;
-  if (table != nullptr) {
-    const auto refined = table->refine(*scan, intake);
-    if (!refined) return refined.error();
-    if (!*refined) return {};
-  } else if (!look_again(*scan, again, console, report)) {
-    return {};
+  if (!meshed) return meshed.error();
+  if (!tracked) return tracked;
+  const auto is_better = again.stop.stop_requested() ? false : improve(*scan, intake, again, console, report, table);
+  if (!is_better) return is_better.error();
+  if (*is_better) {
+    view.show_anew(scan->volume(), report);
+    meshed = write_anew(*scan, report);
+    if (!meshed) return meshed.error();
   }
-  view.show_anew(scan->volume(), report);
-  return write_anew(*scan, report);
+  return write_textured(*meshed, job, again, console, report);
 }
 
 Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -152,10 +161,14 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   for (const char* stage : {"refine", "fuse_again"}) report.stages[stage] = again.stages[stage];
   if (!refined || !*refined) return refined;
   report.frames.fused = again.frames.fused;
-  if (auto written = write_anew(*scan, again); !written) return written.error();
+  const auto written = write_anew(*scan, again);
+  if (!written) return written.error();
+  const SecondLook once_more{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  if (auto textured = write_textured(*written, job, once_more, console, again); !textured) return textured.error();
   report.mesh = again.mesh;
   report.holes = again.holes;
   report.fit = again.fit;
+  report.texture = again.texture;
   report.extract = again.extract;
   report.volume = again.volume;
   report.tracking = again.tracking;
