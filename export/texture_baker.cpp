@@ -69,7 +69,7 @@ std::uint64_t TextureBaker::memory_bytes(const TextureAtlas& atlas) {
   return texels * (sizeof(Sights) + 16);  // and the picture with its filling
 }
 
-void TextureBaker::project(const ColourView& view) {
+void TextureBaker::project(const PosedPicture& view) {
   const Eigen::Isometry3f T = view.T_colour_world().cast<float>();
   for_each_index(seen_.size(), [&](std::size_t i) {
     const Eigen::Vector3f p = T * mesh_.positions_m[i], normal = T.linear() * normals_[i];
@@ -79,7 +79,7 @@ void TextureBaker::project(const ColourView& view) {
 
 /// What the mesh's colours are to the picture's, channel by channel. Sums, not single ratios: the mesh is blurred, and
 /// blurring keeps sums of light.
-LinearColour TextureBaker::gain_of(const ColourView& view) const {
+LinearColour TextureBaker::gain_of(const PosedPicture& view) const {
   if (mesh_.colours.empty()) return {1, 1, 1};
   const std::size_t step = std::max<std::size_t>(1, seen_.size() / kCompared);
   std::array<double, 3> of_mesh{}, of_picture{};
@@ -109,7 +109,7 @@ LinearColour TextureBaker::gain_of(const ColourView& view) const {
   return gain;
 }
 
-void TextureBaker::look_at(std::size_t triangle, const ColourView& view, const LinearColour& gain) {
+void TextureBaker::look_at(std::size_t triangle, const PosedPicture& view, const LinearColour& gain) {
   if (first_texel_[triangle] == first_texel_[triangle + 1]) return;
   const Triangle& t = atlas_.triangles[triangle];
   const std::array<const SeenVertex*, 3> v = {&seen_[atlas_.source[t[0]]], &seen_[atlas_.source[t[1]]],
@@ -138,7 +138,7 @@ void TextureBaker::look_at(std::size_t triangle, const ColourView& view, const L
 }
 
 void TextureBaker::add(const Frame& frame, const Pose& T_world_camera) {
-  const ColourView view(frame, T_world_camera, band_);
+  const PosedPicture view(frame, T_world_camera, band_);
   project(view);
   const LinearColour gain = gain_of(view);
   for_each_index(atlas_.triangles.size(), [&](std::size_t t) { look_at(t, view, gain); });

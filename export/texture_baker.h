@@ -10,7 +10,7 @@
 #include "core/image.h"
 #include "core/mesh.h"
 #include "core/pose.h"
-#include "export/colour_view.h"
+#include "export/posed_picture.h"
 #include "export/surface_fit.h"
 #include "export/texture_atlas.h"
 
@@ -52,9 +52,9 @@ class TextureBaker {
     unsigned out_of_sight;
   };
 
-  void project(const ColourView& view);
-  [[nodiscard]] LinearColour gain_of(const ColourView& view) const;
-  void look_at(std::size_t triangle, const ColourView& view, const LinearColour& gain);
+  void project(const PosedPicture& view);
+  [[nodiscard]] LinearColour gain_of(const PosedPicture& view) const;
+  void look_at(std::size_t triangle, const PosedPicture& view, const LinearColour& gain);
   [[nodiscard]] LinearColour mesh_colour(std::size_t triangle, const std::array<float, 3>& weights) const;
   [[nodiscard]] LinearColour mixed(const Sights& sights, const LinearColour& otherwise) const;
 

@@ -1,4 +1,4 @@
-// ColourView: a colour picture made ready for being asked what it shows of a point of the surface.
+// PosedPicture: a frame's colour picture made ready for being asked what it shows of a point of the surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,10 @@ namespace scanknit {
 using LinearColour = std::array<float, 3>;  ///< linear light, 0..1
 
 /// One frame's colour, and what its depth picture says of what the colour camera sees.
-class ColourView {
+class PosedPicture {
  public:
   /// The frame has colour, and outlives the view. `band`: as in fit_surface().
-  ColourView(const Frame& frame, const Pose& T_world_camera, const FitBand& band);
+  PosedPicture(const Frame& frame, const Pose& T_world_camera, const FitBand& band);
 
   [[nodiscard]] const Pose& T_colour_world() const { return T_colour_world_; }
 

@@ -1,4 +1,4 @@
-#include "export/colour_view.h"
+#include "export/posed_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,7 +68,7 @@ CameraIntrinsics thinned(const CameraIntrinsics& colour, const CameraIntrinsics&
 
 }  // namespace
 
-ColourView::ColourView(const Frame& frame, const Pose& T_world_camera, const FitBand& band)
+PosedPicture::PosedPicture(const Frame& frame, const Pose& T_world_camera, const FitBand& band)
     : picture_(frame.colour->image),
       camera_(frame.colour->intrinsics),
       least_band_m_(static_cast<float>(band.least_m)),
@@ -80,14 +80,14 @@ ColourView::ColourView(const Frame& frame, const Pose& T_world_camera, const Fit
   measure_clearance();
 }
 
-void ColourView::see_depth(const Frame& frame) {
+void PosedPicture::see_depth(const Frame& frame) {
   const bool is_registered = sees_as_depth_does(frame);
   depth_camera_ = is_registered ? frame.intrinsics : thinned(camera_, frame.intrinsics);
   depth_m_ = is_registered ? frame.depth_m : depth_seen_by(depth_camera_, frame);
 }
 
 /// Registered depth has pinholes, and some sensors leave out pixels here and there: the nearest of their surroundings.
-void ColourView::fill_small_holes() {
+void PosedPicture::fill_small_holes() {
   constexpr float kNothing = 1e30f;
   const int width = depth_m_.width(), height = depth_m_.height();
   cv::Mat known(height, width, CV_32F), nearest;
@@ -103,7 +103,7 @@ void ColourView::fill_small_holes() {
 }
 
 /// A step is where depth bends by more than the band between one pixel and the next: a slope, however steep, is none.
-void ColourView::measure_clearance() {
+void PosedPicture::measure_clearance() {
   const int width = depth_m_.width(), height = depth_m_.height();
   cv::Mat is_smooth(height, width, CV_8U, cv::Scalar(0));
   for (int y = 1; y + 1 < height; ++y) {
@@ -122,11 +122,11 @@ void ColourView::measure_clearance() {
 }
 
 /// How far a point may be from the depth of its pixel.
-float ColourView::band_m(float depth_m) const {
+float PosedPicture::band_m(float depth_m) const {
   return std::max(least_band_m_, sigmas_ * static_cast<float>(noise_.sigma_m(static_cast<double>(depth_m))));
 }
 
-unsigned ColourView::out_of_sight(const Eigen::Vector3f& p, const Eigen::Vector3f& normal) const {
+unsigned PosedPicture::out_of_sight(const Eigen::Vector3f& p, const Eigen::Vector3f& normal) const {
   constexpr unsigned kFacesAway = 1, kBehind = 2, kLeft = 4, kRight = 8, kAbove = 16, kBelow = 32;
   const float x = static_cast<float>(camera_.fx) * p.x() + static_cast<float>(camera_.cx) * p.z();
   const float y = static_cast<float>(camera_.fy) * p.y() + static_cast<float>(camera_.cy) * p.z();
@@ -136,7 +136,8 @@ unsigned ColourView::out_of_sight(const Eigen::Vector3f& p, const Eigen::Vector3
          (y > static_cast<float>(picture_.height() - 1) * p.z() ? kBelow : 0);
 }
 
-std::optional<ColourView::Sight> ColourView::look_at(const Eigen::Vector3f& p, const Eigen::Vector3f& normal) const {
+std::optional<PosedPicture::Sight> PosedPicture::look_at(const Eigen::Vector3f& p,
+                                                         const Eigen::Vector3f& normal) const {
   if (!(p.z() > 0)) return std::nullopt;
   const float cosine = -p.dot(normal) / std::sqrt(p.squaredNorm() * normal.squaredNorm());
   if (!(cosine > kGrazing)) return std::nullopt;  // also NaN
@@ -161,7 +162,7 @@ std::optional<ColourView::Sight> ColourView::look_at(const Eigen::Vector3f& p, c
   return Sight{x, y, std::abs(fx * fy) * inverse_z * inverse_z * head_on * clear * centred};
 }
 
-LinearColour ColourView::colour(const Sight& sight) const {
+LinearColour PosedPicture::colour(const Sight& sight) const {
   const int x = std::clamp(static_cast<int>(sight.x), 0, picture_.width() - 1);
   const int y = std::clamp(static_cast<int>(sight.y), 0, picture_.height() - 1);
   const int right = std::min(x + 1, picture_.width() - 1), below = std::min(y + 1, picture_.height() - 1);
