@@ -13,6 +13,7 @@
 #include "app/run_report.h"
 #include "app/signals.h"
 #include "app/stage_timer.h"
+#include "app/texture_output.h"
 #include "core/atomic_file.h"
 #include "export/write_points.h"
 
@@ -186,6 +187,7 @@ int align_command(const AlignArguments& arguments, const CommonArguments& common
   const auto begin = std::chrono::steady_clock::now();
   auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
+  if (const auto off = refuse_texture(*config, "align"); !off) return fail(off.error(), common);
   auto outputs = plan_outputs({.output = arguments.output,
                                .report = arguments.report,
                                .trajectory = arguments.trajectory,

@@ -68,6 +68,10 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
     return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
   }
+  if (job.config.output.texture != TextureFormat::kOff && !arguments.wants_recording) {
+    return Error{ErrorCode::kUsage,
+                 "export.texture is baked from the recording: leave out --no-recording, or leave the texture off"};
+  }
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
   const Warn warn = [&](const std::string& text) {
     console.warn(text);

@@ -46,6 +46,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
   add_turntable_options(*command, run);
+  add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_view_options(*command, run.view);
   add_common(*command, line);
@@ -69,6 +70,7 @@ void add_capture(CLI::App& app, CommandLine& line) {
   command->add_option("--report", capture.report, "Write report.json here")->type_name("FILE");
   command->add_option("--trajectory", capture.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
   command->add_option("--save-volume", capture.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+  add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_view_options(*command, capture.view);
   add_common(*command, line);

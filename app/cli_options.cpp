@@ -186,4 +186,10 @@ void add_export_options(CLI::App& app, ConfigSources& config) {
       "For the web: half the size, with --quantize a quarter; Blender and Assimp do not read it");
 }
 
+void add_texture_option(CLI::App& app, ConfigSources& config) {
+  const auto set = [&config] { config.assignments.emplace_back("export.texture=png"); };
+  app.add_flag_callback("--texture", set,
+                        "GLB with a texture from the colour frames, finer than its vertices (export.texture)");
+}
+
 }  // namespace scanknit

@@ -52,4 +52,7 @@ void add_view_options(CLI::App& app, ViewArguments& view);
 /// `--quantize` and `--compress`, of a command that writes a GLB.
 void add_export_options(CLI::App& app, ConfigSources& config);
 
+/// `--texture`, of a command that has colour frames.
+void add_texture_option(CLI::App& app, ConfigSources& config);
+
 }  // namespace scanknit

@@ -260,6 +260,14 @@ std::vector<ConfigKey> extract_keys() {
 }
 
 std::vector<ConfigKey> export_keys() {
+  ConfigKey texel_size =
+      describe(ConfigType::kLength,
+               {"export.texel_size", "m",
+                "Side of a texel on the surface. auto: three quarters of what a pixel of the nearest "
+                "frames covers, or as fine as export.texture_size allows."},
+               {0.00005, 0.1});
+  bind_optional<double>(
+      texel_size, [](auto& c) -> auto& { return c.output.texel_size_m; });
   return {
       word_list(
           {"export.formats", "", "Mesh files that are written when the output is a folder."},
@@ -288,6 +296,17 @@ std::vector<ConfigKey> export_keys() {
            "GLB: EXT_meshopt_compression, for the web: half the size, with export.quantize a quarter. "
            "Blender, Assimp and Open3D do not read such files."},
           [](auto& c) -> auto& { return c.output.compress; }),
+      choice<TextureFormat>(
+          {"export.texture", "",
+           "GLB of `run` and `capture`: a texture, baked from the colour frames, in the place of colours at the "
+           "vertices. "
+           "png is exact, jpeg smaller."},
+          {{"off", TextureFormat::kOff}, {"png", TextureFormat::kPng}, {"jpeg", TextureFormat::kJpeg}},
+          [](auto& c) -> auto& { return c.output.texture; }),
+      integer(
+          {"export.texture_size", "texels", "The texture's longest side at most."}, {64, 16384},
+          [](auto& c) -> auto& { return c.output.texture_size; }),
+      std::move(texel_size),
       boolean(
           {"export.preview", "", "Draw preview.png, error.png and coverage.png when the output is a folder."},
           [](auto& c) -> auto& { return c.output.preview; }),

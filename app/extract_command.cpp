@@ -6,6 +6,7 @@
 #include "app/extract_volume.h"
 #include "app/run_report.h"
 #include "app/signals.h"
+#include "app/texture_output.h"
 
 namespace scanknit {
 namespace {
@@ -36,6 +37,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load(common.config);
   if (!loaded) return fail(loaded.error(), common);
+  if (const auto off = refuse_texture(loaded->config, "extract"); !off) return fail(off.error(), common);
   const auto outputs = plan_outputs(
       {.output = arguments.output, .report = arguments.report, .trajectory = {}, .volume = {}, .has_trajectory = false},
       loaded->config.output);

@@ -12,6 +12,7 @@
 #include "app/pose_finder.h"
 #include "app/reconstruction.h"
 #include "app/scan_view.h"
+#include "app/texture_output.h"
 #include "app/turntable_scan.h"
 
 namespace scanknit {
@@ -37,6 +38,7 @@ void forget_frames(RunReport& report) {
   report.holes.reset();
   report.fit.reset();
   forget_finish(report);
+  report.texture.reset();
 }
 
 /// The volume was full: what it holds is worth a mesh.
@@ -69,7 +71,7 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
 }
 
 /// What its finishing warns of is said, too.
-Result<void> write_mesh(const Reconstruction& scan, Console& console, RunReport& report) {
+Result<WrittenMesh> write_mesh(const Reconstruction& scan, Console& console, RunReport& report) {
   forget_finish(report);
   const std::size_t warnings_before = report.warnings.size();
   auto meshed = scan.write_mesh(report, EmptyCrop::kIgnored);
@@ -78,9 +80,24 @@ Result<void> write_mesh(const Reconstruction& scan, Console& console, RunReport&
 }
 
 /// The scan has changed: all of it is written anew.
-Result<void> write_anew(Reconstruction& scan, Console& console, RunReport& report) {
-  if (auto saved = write_scan(scan, report); !saved) return saved;
+Result<WrittenMesh> write_anew(Reconstruction& scan, Console& console, RunReport& report) {
+  if (auto saved = write_scan(scan, report); !saved) return saved.error();
   return write_mesh(scan, console, report);
+}
+
+Result<void> write_and_texture(Reconstruction& scan, const Job& job, std::stop_token stop, Console& console,
+                               RunReport& report) {
+  const auto written = write_anew(scan, console, report);
+  if (!written) return written.error();
+  const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  return write_textured(*written, job, again, console, report);
+}
+
+/// The end of a scan, when all of it is known. True: it has changed.
+Result<bool> improve(Reconstruction& scan, FrameIntake& intake, const SecondLook& again, Console& console,
+                     RunReport& report, TurntableScan* table) {
+  if (table != nullptr) return table->refine(scan, intake);
+  return look_again(scan, again, console, report);
 }
 
 /// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
@@ -180,22 +197,26 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
     if (lost) warn(*lost, console, report);
   };
   if (table == nullptr) warn_of_lost();  // the frames of a turntable may be fused yet
-  const auto meshed = is_lost ? Result<void>() : write_mesh(*scan, console, report);
-  view.show_all(scan->volume(), report);
-  if (!meshed || (!tracked && !is_lost) || again.stop.stop_requested()) {
-    if (table != nullptr) warn_of_lost();
-    return meshed ? tracked : meshed;
+  std::optional<WrittenMesh> mesh;
+  if (!is_lost) {
+    auto meshed = write_mesh(*scan, console, report);
+    view.show_all(scan->volume(), report);
+    if (!meshed) return meshed.error();
+    if (!tracked) return tracked;
+    mesh = *std::move(meshed);
   }
-  if (table != nullptr) {
-    const auto refined = table->refine(*scan, intake);
-    if (!refined || !*refined) warn_of_lost();
-    if (!refined) return refined.error();
-    if (!*refined) return tracked;
-  } else if (!look_again(*scan, again, console, report)) {
-    return {};
+  const auto improved =
+      again.stop.stop_requested() ? Result<bool>(false) : improve(*scan, intake, again, console, report, table);
+  const bool is_changed = improved && *improved;
+  if (table != nullptr && !is_changed) warn_of_lost();
+  if (!improved) return improved.error();
+  if (is_changed) {
+    view.show_anew(scan->volume(), report);
+    auto anew = write_anew(*scan, console, report);
+    if (!anew) return anew.error();
+    mesh = *std::move(anew);
   }
-  view.show_anew(scan->volume(), report);
-  return write_anew(*scan, console, report);
+  return mesh ? write_textured(*mesh, job, again, console, report) : tracked;
 }
 
 Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
@@ -216,10 +237,10 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   const auto refined = table.refine(*scan, intake);
   report.turntable = again.turntable;
   const bool is_refined = refined && *refined;
-  const auto written = is_refined ? write_anew(*scan, console, again) : Result<void>();
+  const auto written = is_refined ? write_and_texture(*scan, job, stop, console, again) : Result<void>();
   if (is_refined) forget_finish(report);
   report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
-  for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "write"}) {
+  for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "texture", "write"}) {
     const auto times = again.stages.find(stage);
     if (times != again.stages.end()) add_samples(times->second, report.stages[stage]);
   }
@@ -230,6 +251,7 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   report.mesh = again.mesh;
   report.holes = again.holes;
   report.fit = again.fit;
+  report.texture = again.texture;
   report.extract = again.extract;
   report.volume = again.volume;
   report.tracking = again.tracking;

@@ -147,19 +147,26 @@ Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport&
   return extract(std::nullopt);
 }
 
-Result<void> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {
+Result<WrittenMesh> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {
   const auto& trajectory = intake_.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
   report.extract.isovalue = job_.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto meshed = surface(empty_crop, report);
+  auto meshed = surface(empty_crop, report);
   if (!meshed) return meshed.error();
   // Seen from where the scanner stood half way through the scan.
   const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
   MeshFrame frame{info_.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
   frame.depths = samples_.posed(trajectory, intake_.fused_sequences());
   for (PosedDepth& depth : frame.depths) depth.T_world_camera = meshed->T_mesh_world * depth.T_world_camera;
-  return write_surface(meshed->surface, frame, job_, report);
+  if (auto written = write_surface(meshed->surface, frame, job_, report); !written) return written.error();
+  WrittenMesh written{{}, info_.world_up, {}};
+  if (job_.config.output.texture == TextureFormat::kOff) return written;
+  written.mesh = std::move(meshed->surface.mesh);
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    written.T_mesh_camera[intake_.fused_sequences()[i]] = meshed->T_mesh_world * trajectory[i].T_world_camera;
+  }
+  return written;
 }
 
 Result<void> Reconstruction::write_volume() {

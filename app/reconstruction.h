@@ -14,6 +14,7 @@
 #include "app/fuse_again.h"
 #include "app/pipeline.h"
 #include "app/pose_finder.h"
+#include "app/texture_output.h"
 #include "core/result.h"
 #include "fusion/loop_closure.h"
 #include "fusion/tsdf_volume.h"
@@ -55,7 +56,7 @@ class Reconstruction {
 
   /// The mesh of what has been fused, to all files of the job; `report` tells of it. Errors: kTooLittle before the
   /// first frame; kMesh where there is no surface; kOutput.
-  [[nodiscard]] Result<void> write_mesh(RunReport& report, EmptyCrop empty_crop) const;
+  [[nodiscard]] Result<WrittenMesh> write_mesh(RunReport& report, EmptyCrop empty_crop) const;
 
   /// Looks for places that the walk came back to; nothing unless poses are tracked and fusion.loop_closure is on.
   [[nodiscard]] std::optional<LoopClosure> find_loops();

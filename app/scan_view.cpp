@@ -282,7 +282,7 @@ Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& r
   auto written = scan.write_mesh(of_now, EmptyCrop::kRefused);
   if (written) publish_files(of_now);
   state_.phase = before;
-  return written;
+  return written ? Result<void>() : written.error();
 }
 
 void ScanView::show_writing() {

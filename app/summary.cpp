@@ -80,10 +80,18 @@ std::string mesh_line(const RunReport& report) {
                      size_mm.y(), size_mm.z());
 }
 
+std::string texture_line(const RunReport& report) {
+  if (!report.texture) return "";
+  const RunReport::Texture& texture = *report.texture;
+  if (!texture.refused.empty()) return fmt::format("Texture  none: {}\n", texture.refused);
+  return fmt::format("Texture  {} x {}, texels of {:.2g} mm, {:.1f} % seen by {} frames\n", texture.width,
+                     texture.height, 1000 * texture.texel_m, 100 * texture.seen_share, texture.frames);
+}
+
 std::string time_line(const RunReport& report) {
   std::vector<std::string> parts;
   for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "integrate", "refine", "fuse_again",
-                            "extract", "finish", "export", "write"}) {
+                            "extract", "finish", "texture", "export", "write"}) {
     const auto found = report.stages.find(stage);
     if (found == report.stages.end() || found->second.samples_ms.empty()) continue;
     parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
@@ -119,7 +127,7 @@ std::string summary_text(const RunReport& report) {
                      volume_line(report) + isovalue_line(report);
   text += finish_text(report);
   if (report.mesh) text += mesh_line(report);
-  return text + time_line(report) + files_line(report) + next_line(report);
+  return text + texture_line(report) + time_line(report) + files_line(report) + next_line(report);
 }
 
 }  // namespace scanknit

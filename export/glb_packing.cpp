@@ -27,6 +27,7 @@ using Bytes = std::vector<unsigned char>;
 // glTF 2.0, 3.6.2.2 and 5.11.5.
 constexpr int kByte = 5120, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;  // 5.26
 constexpr double kShortEnd = 65535, kByteEnd = 127;
 
 /// One accessor with a buffer view of its own.
@@ -61,13 +62,14 @@ struct Grid {
 
 class PackedGlb {
  public:
-  PackedGlb(const Mesh& mesh, const Placement& placement, const ExportConfig& config)
-      : mesh_(mesh), placement_(placement), config_(config) {
+  PackedGlb(const Mesh& mesh, const Placement& placement, const ExportConfig& config, const MeshTexture* texture)
+      : mesh_(mesh), placement_(placement), config_(config), texture_(texture) {
     order_vertices();
     find_grid();
     sections_.push_back(positions());
     if (!mesh.normals.empty()) sections_.push_back(normals());
     if (!mesh.colours.empty()) sections_.push_back(colours());
+    if (texture != nullptr) sections_.push_back(coordinates());
     sections_.push_back(section("", 4, indices_.size(), {{"componentType", kUnsignedInt}, {"type", "SCALAR"}},
                                 [this](std::size_t i, Bytes& bytes) { append(bytes, std::array{indices_[i]}); }));
   }
@@ -79,6 +81,11 @@ class PackedGlb {
     for (const Section& part : sections_) {
       views.push_back(config_.compress ? compressed_view(part, plain_bytes, binary) : plain_view(part, binary));
       plain_bytes += part.bytes.size();
+    }
+    if (texture_ != nullptr) {
+      binary.resize((binary.size() + 3) / 4 * 4);
+      views.push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", texture_->image.size()}});
+      binary.insert(binary.end(), texture_->image.begin(), texture_->image.end());
     }
     std::string json = document(std::move(views), binary.size(), plain_bytes).dump();
     return glb_container(std::move(json), std::string(binary.begin(), binary.end()));
@@ -189,6 +196,26 @@ class PackedGlb {
                    });
   }
 
+  /// Core glTF has them as floats, or as shares of 65535.
+  [[nodiscard]] Section coordinates() const {
+    if (!config_.quantize) {
+      return section("TEXCOORD_0", 8, order_.size(), {{"componentType", kFloat}, {"type", "VEC2"}},
+                     [this](std::size_t i, Bytes& bytes) {
+                       const Eigen::Vector2f& uv = texture_->coordinates[order_[i]];
+                       append(bytes, std::array{uv.x(), uv.y()});
+                     });
+    }
+    return section("TEXCOORD_0", 4, order_.size(),
+                   {{"componentType", kUnsignedShort}, {"normalized", true}, {"type", "VEC2"}},
+                   [this](std::size_t i, Bytes& bytes) {
+                     const auto rounded = [](float share) {
+                       return static_cast<std::uint16_t>(std::lround(std::clamp(double{share}, 0.0, 1.0) * kShortEnd));
+                     };
+                     const Eigen::Vector2f& uv = texture_->coordinates[order_[i]];
+                     append(bytes, std::array{rounded(uv.x()), rounded(uv.y())});
+                   });
+  }
+
   [[nodiscard]] static Json view_of(const Section& part, int buffer, std::size_t offset) {
     Json view = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", part.bytes.size()}};
     const bool is_index = part.attribute.empty();
@@ -264,6 +291,15 @@ class PackedGlb {
     json["meshes"] = Json::array({{{"primitives", Json::array({primitive})}}});
     Json material = {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}}};
     if (config_.material == Material::kUnlit) material["extensions"]["KHR_materials_unlit"] = Json::object();
+    if (texture_ != nullptr) {
+      material["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+      json["images"] = Json::array({{{"bufferView", views.size() - 1}, {"mimeType", texture_->mime}}});
+      json["samplers"] = Json::array({{{"magFilter", kLinear},
+                                       {"minFilter", kLinearMipmapLinear},
+                                       {"wrapS", kClampToEdge},
+                                       {"wrapT", kClampToEdge}}});
+      json["textures"] = Json::array({{{"source", 0}, {"sampler", 0}}});
+    }
     json["materials"] = Json::array({material});
     json["bufferViews"] = std::move(views);
     json["buffers"] = Json::array({{{"byteLength", binary_bytes}}});
@@ -278,6 +314,7 @@ class PackedGlb {
   const Mesh& mesh_;
   const Placement& placement_;
   const ExportConfig& config_;
+  const MeshTexture* texture_;
   std::vector<unsigned int> indices_;
   std::vector<std::uint32_t> order_;  ///< the mesh's vertex at each place of the file
   Eigen::Vector3f low_, high_;
@@ -288,17 +325,17 @@ class PackedGlb {
 }  // namespace
 
 Result<void> write_packed_glb(const Mesh& mesh, const Placement& placement, const ExportConfig& config,
-                              AtomicFile& file, std::uint64_t max_bytes) {
+                              AtomicFile& file, const MeshTexture* texture, std::uint64_t max_bytes) {
   // What viewers have in memory in the end counts, compressed or not.
-  const std::uint64_t plain_bytes =
-      (config.quantize ? 20ull : 32ull) * mesh.positions_m.size() + 12ull * mesh.triangles.size();
+  const std::uint64_t plain_bytes = (config.quantize ? 20ull : 32ull) * mesh.positions_m.size() +
+                                    12ull * mesh.triangles.size() + (texture == nullptr ? 0u : texture->image.size());
   if (plain_bytes > max_bytes) {
     return Error{ErrorCode::kOutput, fmt::format("the GLB would unfold to {} bytes, more than the limit of {}: take a "
                                                  "larger voxel size, or write PLY",
                                                  plain_bytes, max_bytes)};
   }
   try {
-    return file.write(PackedGlb(mesh, placement, config).bytes());
+    return file.write(PackedGlb(mesh, placement, config, texture).bytes());
   } catch (const std::exception& problem) {  // bad_alloc
     return Error{ErrorCode::kOutput, std::string("the GLB could not be built: ") + problem.what()};
   }

@@ -15,9 +15,11 @@ constexpr std::uint64_t kContainerBytes = 28;  // file header 12, two chunk head
 constexpr std::uint64_t kMaxJsonBytes = 4096;  // ours is about 1,300 bytes, whatever the mesh
 constexpr std::uint16_t kOpaque = 65535;
 
-std::uint64_t estimated_bytes(const Mesh& mesh) {
-  const std::uint64_t per_vertex = 12 + (mesh.normals.empty() ? 0u : 12u) + (mesh.colours.empty() ? 0u : 8u);
-  return kContainerBytes + kMaxJsonBytes + per_vertex * mesh.positions_m.size() + 12ull * mesh.triangles.size();
+std::uint64_t estimated_bytes(const Mesh& mesh, const MeshTexture* texture) {
+  const std::uint64_t per_vertex =
+      12 + (mesh.normals.empty() ? 0u : 12u) + (mesh.colours.empty() ? 0u : 8u) + (texture == nullptr ? 0u : 8u);
+  return kContainerBytes + kMaxJsonBytes + per_vertex * mesh.positions_m.size() + 12ull * mesh.triangles.size() +
+         (texture == nullptr ? 0u : texture->image.size());
 }
 
 template <typename T>
@@ -57,6 +59,17 @@ class SectionBuilder {
     accessor.componentType = component_type;
     model_.accessors.push_back(std::move(accessor));
     return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+  /// Bytes that are no accessor's; returns the view's index.
+  int add_bytes(const std::vector<unsigned char>& content) {
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = bytes_().size();
+    view.byteLength = content.size();
+    bytes_().insert(bytes_().end(), content.begin(), content.end());
+    model_.bufferViews.push_back(std::move(view));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
   }
 
  private:
@@ -118,6 +131,31 @@ int add_indices(const Mesh& mesh, SectionBuilder& sections) {
                       });
 }
 
+int add_coordinates(const MeshTexture& texture, SectionBuilder& sections) {
+  return sections.add(texture.coordinates.size(), TINYGLTF_TYPE_VEC2, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                      TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::vector<unsigned char>& bytes) {
+                        for (const Eigen::Vector2f& uv : texture.coordinates) append(bytes, std::array{uv.x(), uv.y()});
+                      });
+}
+
+/// The picture's file as it is, in a view of its own: the last, since nothing after it would be aligned.
+void add_texture(const MeshTexture& texture, tinygltf::Model& model, SectionBuilder& sections) {
+  tinygltf::Image image;
+  image.bufferView = sections.add_bytes(texture.image);
+  image.mimeType = texture.mime;
+  model.images.push_back(std::move(image));
+  tinygltf::Sampler sampler;
+  sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+  sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
+  sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+  model.samplers.push_back(std::move(sampler));
+  tinygltf::Texture made;
+  made.source = 0;
+  made.sampler = 0;
+  model.textures.push_back(std::move(made));
+  model.materials.front().pbrMetallicRoughness.baseColorTexture.index = 0;
+}
+
 /// glTF's default material is a metal, which is black without surroundings to mirror: ours always says otherwise.
 void add_material(Material kind, tinygltf::Model& model) {
   tinygltf::Material material;
@@ -130,7 +168,8 @@ void add_material(Material kind, tinygltf::Model& model) {
   model.materials.push_back(std::move(material));
 }
 
-tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Material material) {
+tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Material material,
+                            const MeshTexture* texture) {
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = fmt::format("ScanKnit {}", kVersion);
@@ -139,7 +178,7 @@ tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Materi
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = 0;
-  SectionBuilder sections(model, estimated_bytes(mesh));
+  SectionBuilder sections(model, estimated_bytes(mesh, texture));
   primitive.attributes["POSITION"] = add_positions(mesh, placement, model, sections);
   if (!mesh.normals.empty()) primitive.attributes["NORMAL"] = add_normals(mesh, placement, sections);
   if (!mesh.colours.empty()) {
@@ -147,8 +186,10 @@ tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Materi
     model.accessors[static_cast<std::size_t>(colours)].normalized = true;
     primitive.attributes["COLOR_0"] = colours;
   }
+  if (texture != nullptr) primitive.attributes["TEXCOORD_0"] = add_coordinates(*texture, sections);
   primitive.indices = add_indices(mesh, sections);
   add_material(material, model);
+  if (texture != nullptr) add_texture(*texture, model, sections);
 
   model.meshes.emplace_back();
   model.meshes.back().primitives.push_back(std::move(primitive));
@@ -171,8 +212,8 @@ bool is_whole(std::string_view glb) {
 }  // namespace
 
 Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
-                       std::uint64_t max_bytes) {
-  if (const std::uint64_t bytes = estimated_bytes(mesh); bytes > max_bytes) {
+                       const MeshTexture* texture, std::uint64_t max_bytes) {
+  if (const std::uint64_t bytes = estimated_bytes(mesh, texture); bytes > max_bytes) {
     return Error{ErrorCode::kOutput,
                  fmt::format("the GLB would have {} bytes, more than the limit of {}: take a larger "
                              "voxel size, or write PLY",
@@ -181,7 +222,7 @@ Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material ma
   try {
     std::ostringstream stream;
     {
-      const tinygltf::Model model = build_model(mesh, placement, material);
+      const tinygltf::Model model = build_model(mesh, placement, material, texture);
       if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true)) {
         return Error{ErrorCode::kOutput, "tinygltf could not build the GLB"};
       }

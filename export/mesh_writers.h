@@ -11,6 +11,7 @@
 #include "core/mesh.h"
 #include "core/result.h"
 #include "export/export_config.h"
+#include "export/mesh_texture.h"
 #include "export/placement.h"
 
 namespace scanknit {
@@ -24,7 +25,7 @@ inline constexpr std::uint64_t kMaxGlbBytes = (1ull << 31) - 1;
 /// unknown) is written as +Y, since glTF asks for unit length. A mesh that would pass `max_bytes` is
 /// refused with kOutput before memory is asked for.
 [[nodiscard]] Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
-                                     std::uint64_t max_bytes = kMaxGlbBytes);
+                                     const MeshTexture* texture = nullptr, std::uint64_t max_bytes = kMaxGlbBytes);
 
 /// The parts of PLY and STL files, for meshes that are written from elsewhere than a Mesh.
 struct PlyContents {

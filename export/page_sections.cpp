@@ -122,6 +122,10 @@ std::string page_head(const PageJson& report) {
   if (const auto median = number_at(report, "/fit/median_m")) {
     html += fact("Error against depth frames", "median " + length_words(*median));
   }
+  if (number_at(report, "/texture/bytes").value_or(0) > 0) {
+    html += fact("Texture", count_at(report, "/texture/width") + " × " + count_at(report, "/texture/height") +
+                                " texels, " + share_at(report, "/texture/seen_share") + " of them seen");
+  }
   html += fact("Time", time_words(number_at(report, "/total_ms").value_or(0)));
   return html + "</dl>\n</header>\n";
 }

@@ -248,6 +248,19 @@ Json finish_json(const std::optional<RunReport::Finish>& finish) {
   return json;
 }
 
+Json texture_json(const std::optional<RunReport::Texture>& texture) {
+  if (!texture) return nullptr;
+  return Json{{"refused", texture->refused},
+              {"width", texture->width},
+              {"height", texture->height},
+              {"texel_m", finite(texture->texel_m)},
+              {"charts", texture->charts},
+              {"texels", texture->texels},
+              {"seen_share", finite(texture->seen_share)},
+              {"frames", texture->frames},
+              {"bytes", texture->bytes}};
+}
+
 Json config_json(const std::string& text) {
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   return json.is_object() ? json : Json::object();
@@ -296,6 +309,7 @@ std::string to_json(const RunReport& report) {
   json["fit"] = fit_json(report.fit);
   json["extract"] = extract_json(report.extract);
   json["finish"] = finish_json(report.finish);
+  json["texture"] = texture_json(report.texture);
   json["files"] = object_of(report.files);
   json["config"] = config_json(report.config_json);
   // Paths and messages may hold bytes that are not UTF-8: they become the replacement character.

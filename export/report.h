@@ -169,7 +169,19 @@ struct RunReport {
     std::vector<Step> steps;  ///< in their order
     Pose T_mesh_world = Pose::Identity();
   };
-  std::optional<Finish> finish;              ///< nothing unless something was asked for
+  std::optional<Finish> finish;  ///< nothing unless something was asked for
+  /// The texture of the GLB; nothing unless one was asked for.
+  struct Texture {
+    std::string refused;  ///< why there is none; empty when there is
+    int width = 0, height = 0;
+    double texel_m = 0;  ///< side of a texel on the surface
+    std::size_t charts = 0;
+    std::size_t texels = 0;  ///< that triangles cover
+    double seen_share = 0;   ///< of those, that a frame saw; the others have the colours of the vertices
+    std::size_t frames = 0;  ///< that it was baked from
+    std::size_t bytes = 0;   ///< of the picture's file
+  };
+  std::optional<Texture> texture;
   std::map<std::string, std::string> files;  ///< kind ("glb", "preview" ...) -> path as written
   std::string config_json;                   ///< the effective configuration as a JSON object
 };

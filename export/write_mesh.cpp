@@ -39,11 +39,21 @@ Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
   return {};
 }
 
-Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config, AtomicFile& file) {
+Result<void> check_texture(const Mesh& mesh, const MeshTexture* texture) {
+  if (texture == nullptr) return {};
+  const auto is_finite = [](const Eigen::Vector2f& coordinate) { return coordinate.allFinite(); };
+  const bool fits = texture->coordinates.size() == mesh.positions_m.size() && mesh.colours.empty() &&
+                    !texture->image.empty() &&
+                    std::all_of(texture->coordinates.begin(), texture->coordinates.end(), is_finite);
+  return fits ? Result<void>() : Error{ErrorCode::kMesh, "the texture does not fit the mesh"};
+}
+
+Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config,
+                      const MeshTexture* texture, AtomicFile& file) {
   switch (plan.format) {
     case MeshFormat::kGlb:
-      if (config.quantize || config.compress) return write_packed_glb(mesh, plan.placement, config, file);
-      return write_glb(mesh, plan.placement, config.material, file);
+      if (config.quantize || config.compress) return write_packed_glb(mesh, plan.placement, config, file, texture);
+      return write_glb(mesh, plan.placement, config.material, file, texture);
     case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
@@ -66,12 +76,16 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
+bool is_glb_path(const std::filesystem::path& path) {
+  return mesh_format(path) == MeshFormat::kGlb;
+}
+
 bool is_mesh_path(const std::filesystem::path& path) {
   return mesh_format(path).has_value();
 }
 
 Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path, const ExportConfig& config,
-                               UpAxis world_up, std::optional<double> file_unit_m) {
+                               UpAxis world_up, std::optional<double> file_unit_m, const MeshTexture* texture) {
   const std::optional<MeshFormat> format = mesh_format(path);
   if (!format) {
     return Error{ErrorCode::kOutput,
@@ -80,9 +94,10 @@ Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& pa
   }
   const PlacementPlan plan = plan_placement(*format, config, world_up, file_unit_m);
   if (auto checked = check_exportable(mesh, plan.placement); !checked) return located(checked.error(), path);
+  if (auto checked = check_texture(mesh, texture); !checked) return located(checked.error(), path);
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
-  if (auto written = write_as(plan, mesh, config, *file); !written) return located(written.error(), path);
+  if (auto written = write_as(plan, mesh, config, texture, *file); !written) return located(written.error(), path);
   if (auto committed = file->commit(); !committed) return committed.error();
   return written_file(path, plan);
 }

@@ -8,9 +8,10 @@
 #include <sstream>
 #include <vector>
 
+#include "export/texture_fill.h"
 #include "export/write_mesh.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/export/export_samples.h"
+#include "tests/export/texture_samples.h"
 
 namespace scanknit {
 namespace {
@@ -39,9 +40,10 @@ Verdict validate(const std::filesystem::path& file) {
 }
 
 /// `remarks`: beginnings of those, neither errors nor warnings, that there may be.
-void expect_valid(const Mesh& mesh, const ExportConfig& config, const std::vector<std::string>& remarks = {}) {
+void expect_valid(const Mesh& mesh, const ExportConfig& config, const std::vector<std::string>& remarks = {},
+                  const MeshTexture* texture = nullptr) {
   const TemporaryFolder folder;
-  ASSERT_TRUE(write_mesh(mesh, folder / "m.glb", config, UpAxis::kMinusY));
+  ASSERT_TRUE(write_mesh(mesh, folder / "m.glb", config, UpAxis::kMinusY, std::nullopt, texture));
   const Verdict verdict = validate(folder / "m.glb");
   if (verdict.exit_code == kSkipped || verdict.exit_code == kNoSuchCommand) {
     GTEST_SKIP() << "SKIPPED: node or gltf-validator is not installed (npm ci in " SCANKNIT_NPM_DIR ")";
@@ -77,6 +79,29 @@ TEST(GlbValidator, FindsNothingWrongInACompressedMesh) {
     config.quantize = is_quantized;
     expect_valid(test::marked_sphere(), config,
                  {"UNSUPPORTED_EXTENSION", "UNUSED_OBJECT (severity 2): This object may be unused. /buffers/0"});
+  }
+}
+
+// Sizes that are no powers of two it remarks on: the first WebGL had no mipmaps of them.
+TEST(GlbValidator, FindsNothingWrongInATexturedMesh) {
+  Mesh sphere = test::sphere();
+  const TextureAtlas atlas = test::atlas_of(sphere, 0.02);
+  const Mesh mesh = atlas.unfolded(sphere);
+  MeshTexture texture;
+  for (std::size_t v = 0; v < atlas.source.size(); ++v) texture.coordinates.push_back(atlas.coordinate(v));
+  const ColourImage image(atlas.width, atlas.height, Rgb8{10, 200, 30});
+  for (const bool is_png : {true, false}) {
+    texture.image = is_png ? *encode_png(image) : *encode_jpeg(image);
+    texture.mime = is_png ? "image/png" : "image/jpeg";
+    for (const bool is_quantized : {false, true}) {
+      ExportConfig config;
+      config.material = is_png ? Material::kLit : Material::kUnlit;
+      config.quantize = is_quantized;
+      expect_valid(mesh, config, {"IMAGE_NPOT_DIMENSIONS"}, &texture);
+      config.compress = true;
+      expect_valid(mesh, config, {"IMAGE_NPOT_DIMENSIONS", "UNSUPPORTED_EXTENSION", "UNUSED_OBJECT (severity 2)"},
+                   &texture);
+    }
   }
 }
 

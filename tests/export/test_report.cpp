@@ -86,6 +86,7 @@ RunReport sample() {
   report.holes = RunReport::Holes{2, 0.3, {0.2, 0.1}};
   report.fit = RunReport::Fit{24, 0.9, 0.001, 0.004, 0.005, 20};
   report.extract = {300, "otsu", {{"ambiguous_faces_joined", 3}}, {{"0", 90}, {"3A", 2}, {"10C", 1}}};
+  report.texture = RunReport::Texture{"", 1024, 1020, 0.0008, 31, 600'000, 0.993, 120, 1'500'000};
   report.finish = RunReport::Finish{
       {{"pieces", "", {{"pieces_removed", 3}, {"area_removed_mm2", 12.5}}}, {"ground", "no plane was found", {}}},
       Pose::Identity()};
@@ -113,7 +114,7 @@ TEST(Report, SchemaTestSeesWhatIsWrong) {
 TEST(Report, EveryKeyIsInItsTable) {
   const std::string table = test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.md");
   const Json json = Json::parse(to_json(sample()));
-  for (const char* part : {"frames", "tracking", "volume", "mesh", "holes", "fit", "extract", "finish"}) {
+  for (const char* part : {"frames", "tracking", "volume", "mesh", "holes", "fit", "extract", "finish", "texture"}) {
     for (const auto& [key, value] : json[part].items()) {
       EXPECT_NE(table.find("`" + std::string(part) + "." + key + "`"), std::string::npos) << key;
     }

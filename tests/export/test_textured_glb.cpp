@@ -1,0 +1,95 @@
+// GLB files with a texture.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "export/mesh_extension.h"
+#include "export/mesh_readers.h"
+#include "export/texture_fill.h"
+#include "export/write_mesh.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/export/texture_samples.h"
+
+namespace scanknit {
+namespace {
+
+using test::TemporaryFolder;
+
+struct Textured {
+  Mesh mesh;
+  MeshTexture texture;
+};
+
+Textured textured_sphere() {
+  const Mesh sphere = test::marked_sphere();
+  const TextureAtlas atlas = test::atlas_of(sphere, 0.02);
+  Textured made{atlas.unfolded(sphere), {}};
+  for (std::size_t v = 0; v < atlas.source.size(); ++v) made.texture.coordinates.push_back(atlas.coordinate(v));
+  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}));
+  made.texture.mime = "image/png";
+  return made;
+}
+
+nlohmann::json json_of(const std::string& glb) {
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof(length));
+  return nlohmann::json::parse(glb.substr(20, length));
+}
+
+class TexturedGlb : public ::testing::TestWithParam<int> {
+ protected:
+  [[nodiscard]] static ExportConfig config() {
+    ExportConfig config;
+    config.quantize = (GetParam() & 1) != 0;
+    config.compress = (GetParam() & 2) != 0;
+    return config;
+  }
+};
+
+TEST_P(TexturedGlb, HoldsThePictureAndItsCoordinates) {
+  const TemporaryFolder folder;
+  const Textured made = textured_sphere();
+  const auto written = write_mesh(made.mesh, folder / "m.glb", config(), UpAxis::kY, std::nullopt, &made.texture);
+  ASSERT_TRUE(written) << written.error().text();
+  const std::string glb = test::read_text(folder / "m.glb");
+  const nlohmann::json json = json_of(glb);
+  const nlohmann::json& primitive = json["meshes"][0]["primitives"][0];
+  EXPECT_FALSE(primitive["attributes"].contains("COLOR_0"));
+  EXPECT_EQ(json["accessors"][primitive["attributes"]["TEXCOORD_0"].get<std::size_t>()]["count"],
+            made.mesh.positions_m.size());
+  EXPECT_EQ(json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+  EXPECT_EQ(json["images"][0]["mimeType"], "image/png");
+  const nlohmann::json& view = json["bufferViews"][json["images"][0]["bufferView"].get<std::size_t>()];
+  const std::size_t begin = 20 + json.dump().size();  // at least
+  const std::string picture(made.texture.image.begin(), made.texture.image.end());
+  EXPECT_EQ(view["byteLength"], picture.size());
+  EXPECT_NE(glb.find(picture, std::min(begin, glb.size())), std::string::npos);
+  const auto again = parse_mesh(glb, MeshFormat::kGlb, {});
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->triangles.size(), made.mesh.triangles.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryPacking, TexturedGlb, ::testing::Range(0, 4));
+
+TEST(TexturedGlbLimits, ATextureThatDoesNotFitTheMeshIsRefused) {
+  const TemporaryFolder folder;
+  Textured made = textured_sphere();
+  const auto error_of = [&] {
+    const auto written = write_mesh(made.mesh, folder / "m.glb", {}, UpAxis::kY, std::nullopt, &made.texture);
+    return written ? std::string() : written.error().message;
+  };
+  EXPECT_EQ(error_of(), "");
+  made.texture.coordinates[3].x() = std::nanf("");
+  EXPECT_NE(error_of(), "");
+  made = textured_sphere();
+  made.texture.coordinates.pop_back();
+  EXPECT_NE(error_of(), "");
+  made = textured_sphere();
+  made.mesh.colours.resize(made.mesh.positions_m.size());  // viewers would multiply
+  EXPECT_NE(error_of(), "");
+}
+
+}  // namespace
+}  // namespace scanknit
