@@ -137,6 +137,12 @@ std::vector<ConfigProblem> check_together(const Config& config) {
     problems.push_back(
         {"configuration", "finish.ground: cap is drawn by finish.watertight: full; set that too, or take remove"});
   }
+  const bool needs_distances = finish.watertight != Watertight::kOff || finish.ground != GroundWish::kKeep;
+  if (needs_distances && config.extract.inside == InsideSide::kHigh) {
+    problems.push_back({"configuration",
+                        "extract.inside: high, but finish.watertight and finish.ground need signed distances with "
+                        "matter below the isovalue; leave them out, or take auto"});
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto& low = finish.crop.low_m[axis];
     const auto& high = finish.crop.high_m[axis];

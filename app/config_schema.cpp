@@ -171,7 +171,7 @@ std::vector<ConfigKey> fusion_keys() {
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "
            "voxel size that would fit."},
-          {kLeastMemoryBudgetMib, 1 << 24}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
+          {kLeastMemoryBudgetMib, kMostMemoryBudgetMib}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
   };
 }
 

@@ -287,7 +287,7 @@ class SurfaceFinisher {
                       {"error_mm", done.error_m * metres_per_unit * kMillimetres}});
     if (!done.is_held_back) return;
     report_.warnings.push_back(
-        fmt::format("{}the mesh was simplified to {} triangles only: with fewer it would no longer be manifold",
+        fmt::format("{}the mesh was simplified to {} triangles only: no attempt at fewer kept it manifold",
                     kFinishWarning, done.triangles));
   }
 

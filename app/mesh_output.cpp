@@ -48,11 +48,8 @@ Result<void> write_maps(const Mesh& mesh, const SurfaceFit& fit, const MeshFrame
   const auto error = timed(report, "export", [&] { return draw_error_map(mesh, fit, up, frame.T_world_scanner); });
   const auto coverage =
       timed(report, "export", [&] { return draw_coverage_map(mesh, fit, up, frame.T_world_scanner); });
-  const std::filesystem::path& preview = *job.outputs.preview;
-  if (auto written = write_picture("error", error, preview.parent_path() / "error.png", report); !written) {
-    return written;
-  }
-  return write_picture("coverage", coverage, preview.parent_path() / "coverage.png", report);
+  if (auto written = write_picture("error", error, *job.outputs.error, report); !written) return written;
+  return write_picture("coverage", coverage, *job.outputs.coverage, report);
 }
 
 Result<void> write_pictures(const Mesh& mesh, const MeshFrame& frame, const Job& job, RunReport& report) {
@@ -64,7 +61,7 @@ Result<void> write_pictures(const Mesh& mesh, const MeshFrame& frame, const Job&
   const UpAxis up = job.config.output.world_up.value_or(frame.world_up);
   const ColourImage picture = timed(report, "export", [&] { return render_preview(mesh, up, frame.T_world_scanner); });
   if (auto written = write_picture("preview", picture, *job.outputs.preview, report); !written) return written;
-  return fit ? write_maps(mesh, *fit, frame, job, report) : Result<void>();
+  return fit && job.outputs.error ? write_maps(mesh, *fit, frame, job, report) : Result<void>();
 }
 
 }  // namespace

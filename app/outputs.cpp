@@ -28,7 +28,8 @@ bool is_foreign_file(const Path& path) {
 
 std::vector<Path> all_paths(const Outputs& outputs) {
   std::vector<Path> paths = outputs.meshes;
-  for (const auto& path : {outputs.preview, outputs.report, outputs.page, outputs.trajectory, outputs.volume}) {
+  for (const auto& path : {outputs.preview, outputs.error, outputs.coverage, outputs.report, outputs.page,
+                           outputs.trajectory, outputs.volume}) {
     if (path) paths.push_back(*path);
   }
   return paths;
@@ -66,6 +67,10 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   } else {
     for (const std::string& format : config.formats) outputs.meshes.push_back(output / ("model." + format));
     if (config.preview) outputs.preview = output / "preview.png";
+    if (config.preview && request.has_trajectory) {
+      outputs.error = output / "error.png";
+      outputs.coverage = output / "coverage.png";
+    }
     outputs.report = output / "report.json";
     outputs.page = output / "report.html";
     if (request.has_trajectory) outputs.trajectory = output / "trajectory.txt";

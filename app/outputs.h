@@ -13,6 +13,7 @@ namespace scanknit {
 struct Outputs {
   std::vector<std::filesystem::path> meshes;
   std::optional<std::filesystem::path> preview;
+  std::optional<std::filesystem::path> error, coverage;  ///< maps of the mesh, where there are depth frames
   std::optional<std::filesystem::path> report;
   std::optional<std::filesystem::path> page;  ///< report.html
   std::optional<std::filesystem::path> trajectory;

@@ -39,8 +39,10 @@ Result<void> write_report(RunReport& report, const Job& job) {
   report.files["report"] = job.outputs.report->string();
   if (job.outputs.page) report.files["page"] = job.outputs.page->string();
   const std::string json = to_json(report);
+  const auto poses = report.files.find("trajectory");  // of this run, wherever it is
+  const std::filesystem::path trajectory = poses == report.files.end() ? "" : poses->second;
   if (job.outputs.page) {  // first: report.json must not tell of a success that was none
-    if (auto written = write_report_page(json, *job.outputs.page); !written) return written;
+    if (auto written = write_report_page(json, *job.outputs.page, trajectory); !written) return written;
   }
   return write_file_atomically(*job.outputs.report, json);
 }

@@ -47,7 +47,6 @@ foreach(part sample_consensus segmentation)
   find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
   target_link_libraries(scanknit_pcl_segmentation INTERFACE ${PCL_${part}_LIBRARY})
 endforeach()
-find_package(meshoptimizer REQUIRED)
 
 # Volume files. ITK's own configuration asks for all of its sixty modules; its readers of three headers are all we need.
 find_package(ZLIB REQUIRED)

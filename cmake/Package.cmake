@@ -38,7 +38,7 @@ scanknit_package(runtime NAME scanknit SECTION graphics SUGGESTS "scanknit-openn
   SUMMARY "coloured meshes from depth cameras"
   TEXT "ScanKnit fuses the frames of a depth camera, live or recorded, with their
 poses or tracked, into a signed distance volume and writes a manifold, coloured
-mesh of it: GLB, PLY, OBJ or STL.
+mesh of it: GLB, PLY, OBJ, STL or 3MF.
 .
 This package holds the command scanknit, its libraries, the rules that let
 users open their cameras, manual pages, completion for bash, zsh and fish, and

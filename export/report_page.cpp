@@ -156,14 +156,17 @@ Result<std::string> report_page(std::string_view report_json, std::string_view t
   return page_of(PageJson(&*report), trajectory, uris_of(pictures));
 }
 
-Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page) {
+Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,
+                               const std::filesystem::path& trajectory) {
   const auto report = parse(report_json);
   if (!report) return report.error();
   const PageJson root(&*report);
   const std::filesystem::path folder = page.parent_path();
-  const std::string trajectory = bytes_beside(folder, text_at(root, "/files/trajectory"), Limits{}.max_text_bytes);
+  const std::filesystem::path poses_file =
+      trajectory.empty() ? folder / std::filesystem::path(text_at(root, "/files/trajectory")).filename() : trajectory;
+  const auto poses = read_text_file(poses_file, Limits{}.max_text_bytes);
   const std::vector<PagePicture> pictures = pictures_beside(folder, root);
-  return write_file_atomically(page, page_of(root, trajectory, uris_of(pictures)));
+  return write_file_atomically(page, page_of(root, poses ? *poses : std::string(), uris_of(pictures)));
 }
 
 }  // namespace scanknit

@@ -24,8 +24,10 @@ struct PagePicture {
 [[nodiscard]] Result<std::string> report_page(std::string_view report_json, std::string_view trajectory,
                                               std::span<const PagePicture> pictures);
 
-/// Draws it with the pictures and the trajectory that lie in `page`'s folder, by the names that the report has for
-/// them, and writes it all or nothing. Errors: kInput, kOutput.
-[[nodiscard]] Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page);
+/// Draws it with the pictures that lie in `page`'s folder, by the names that the report has for them, and the poses of
+/// `trajectory` (empty: of the file there that the report names), and writes it all or nothing. Errors: kInput,
+/// kOutput.
+[[nodiscard]] Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,
+                                             const std::filesystem::path& trajectory = {});
 
 }  // namespace scanknit

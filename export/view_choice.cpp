@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/median.h"
 #include "export/up_rotation.h"
 
 namespace scanknit {
@@ -93,12 +94,10 @@ Framing framing_seen_from(const Mesh& mesh, const Pose& T_world_scanner) {
     depths_m.push_back(static_cast<float>(p.z()));
   }
   if (depths_m.size() < kEnough) return framing(mesh);
-  std::vector<float> sorted_m = depths_m;
-  const auto middle = sorted_m.begin() + static_cast<std::ptrdiff_t>(sorted_m.size() / 2);
-  std::nth_element(sorted_m.begin(), middle, sorted_m.end());
+  const float middle_m = median(depths_m);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < depths_m.size(); ++i) {
-    if (depths_m[i] <= kForeground * *middle) seen.positions_m[kept++] = seen.positions_m[i];
+    if (depths_m[i] <= kForeground * middle_m) seen.positions_m[kept++] = seen.positions_m[i];
   }
   seen.positions_m.resize(kept);
   return framing(seen);

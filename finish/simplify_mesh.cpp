@@ -16,7 +16,8 @@ namespace {
 
 using Index = std::uint32_t;
 
-constexpr int kAttempts = 24;
+constexpr int kAttempts = 48;
+constexpr int kRounds = 6;           // of keeping what went wrong, for one wish
 constexpr double kNextTarget = 1.3;  // times the triangles of the attempt before
 constexpr double kNextError = 0.6;
 constexpr double kKeptReach = 1.5;  // of the longest edge at a vertex that went wrong
@@ -136,6 +137,11 @@ class Simplifier {
   std::vector<std::uint8_t> is_kept_;
 };
 
+/// A tenth more than was wished is as good as it.
+bool is_near(std::size_t triangles, double wished) {
+  return 10 * static_cast<double>(triangles) <= 11 * wished + 20;
+}
+
 }  // namespace
 
 MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
@@ -150,26 +156,37 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
   Simplifier simplifier(mesh);
   auto target = static_cast<double>(wish.triangles.value_or(0));
   double error = wish.max_error_m ? *wish.max_error_m / extent : 1e3;  // its square must be a float
+  Mesh best = mesh;
+  double best_error = 0;
+  int rounds = 0;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Mesh smaller;
     const float reached = simplifier.run(static_cast<std::size_t>(target), error, smaller);
     const std::size_t triangles = smaller.triangles.size();
-    if (keeps_promises(before, check_mesh(smaller))) {
-      keep_triangles(std::vector<std::uint8_t>(triangles, 1), smaller);
-      result.triangles = triangles;
-      result.error_m = static_cast<double>(reached) * extent;
-      mesh = std::move(smaller);
-      // Collapses stop a triangle or two from the wish at best; a tenth more was held back.
-      result.is_held_back = wish.triangles && !wish.max_error_m && 10 * triangles > 11 * *wish.triangles;
-      return result;
+    const bool is_sound = keeps_promises(before, check_mesh(smaller));
+    if (is_sound && triangles < best.triangles.size()) {
+      best = std::move(smaller);
+      best_error = static_cast<double>(reached) * extent;
     }
-    if (simplifier.keep_round_faults(smaller)) continue;
+    // Where too much had to stay as it was, more is won by asking for less.
+    if (is_sound && (!wish.triangles || wish.max_error_m || is_near(triangles, target))) break;
+    if (!is_sound && rounds++ < kRounds && simplifier.keep_round_faults(smaller)) continue;
+    rounds = 0;
     simplifier.let_go();
-    target = kNextTarget * static_cast<double>(triangles);
-    if (target >= static_cast<double>(mesh.triangles.size())) break;
+    target = kNextTarget * std::max({target, is_sound ? 0.0 : static_cast<double>(triangles), 1.0});
+    if (target >= static_cast<double>(best.triangles.size())) break;
     if (!wish.triangles) error *= kNextError;
   }
-  result.is_held_back = true;
+  result.triangles = best.triangles.size();
+  result.error_m = best_error;
+  // Collapses stop a triangle or two from the wish at best.
+  result.is_held_back = wish.triangles
+                            ? !wish.max_error_m && !is_near(result.triangles, static_cast<double>(*wish.triangles))
+                            : result.triangles == result.triangles_before;
+  if (result.triangles < result.triangles_before) {
+    keep_triangles(std::vector<std::uint8_t>(best.triangles.size(), 1), best);
+    mesh = std::move(best);
+  }
   return result;
 }
 

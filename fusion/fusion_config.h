@@ -10,6 +10,7 @@ namespace scanknit {
 /// Below this a scan round the origin has next to no room for voxels: the inner nodes of the trees alone take about
 /// seven.
 inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
+inline constexpr std::size_t kMostMemoryBudgetMib = 1 << 24;
 
 struct FusionConfig {
   double voxel_size_m = 0.004;
@@ -19,7 +20,7 @@ struct FusionConfig {
   double max_weight = 4095;              ///< the running mean forgets beyond this weight
   bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
   bool loop_closure = true;              ///< the drift of a tracked walk that comes back is distributed at its end
-  std::size_t memory_budget_mib = 4096;  ///< at least kLeastMemoryBudgetMib
+  std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 
 }  // namespace scanknit

@@ -27,10 +27,17 @@ typename Grid::Ptr make_grid(const char* name, const typename Grid::ValueType& b
 }  // namespace
 
 Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
-  if (!is_positive(config.voxel_size_m)) return Error{ErrorCode::kConfig, "fusion.voxel_size: expected > 0"};
+  constexpr double kLeastVoxelSize_m = 1e-6;  // finer than any scanner, and OpenVDB's transforms still have an inverse
+  if (!std::isfinite(config.voxel_size_m) || config.voxel_size_m < kLeastVoxelSize_m) {
+    return Error{ErrorCode::kConfig, "fusion.voxel_size: expected 0.000001 m or more"};
+  }
   if (!is_positive(config.truncation_voxels)) return Error{ErrorCode::kConfig, "fusion.truncation: expected > 0"};
   if (!(config.truncation_sigmas >= 0)) return Error{ErrorCode::kConfig, "fusion.truncation_sigmas: expected >= 0"};
   if (!is_positive(config.max_weight)) return Error{ErrorCode::kConfig, "fusion.max_weight: expected > 0"};
+  if (config.memory_budget_mib > kMostMemoryBudgetMib) {
+    return Error{ErrorCode::kConfig,
+                 "fusion.memory_budget: expected " + std::to_string(kMostMemoryBudgetMib) + " MiB or less"};
+  }
   if (config.memory_budget_mib < kLeastMemoryBudgetMib) {
     return Error{ErrorCode::kConfig, "fusion.memory_budget: " + std::to_string(config.memory_budget_mib) +
                                          " MiB hold next to no voxels; expected " +

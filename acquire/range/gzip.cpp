@@ -58,7 +58,9 @@ Result<std::string> inflate_all(std::string& packed, std::uintmax_t max_bytes) {
                    "gzip: unpacks to more than the limit of " + std::to_string(max_bytes) + " bytes"};
     }
     if (status != Z_STREAM_END) continue;
-    const bool is_last = stream.avail_in == 0 && offset == packed.size();
+    const std::size_t rest = offset - stream.avail_in;  // zeros may fill up a block of a tape, as gunzip takes them
+    const bool is_last =
+        std::all_of(packed.begin() + static_cast<std::ptrdiff_t>(rest), packed.end(), [](char c) { return c == 0; });
     if (is_last) return unpacked;
     if (inflateReset(&stream) != Z_OK) return damaged("zlib cannot go on");
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/median.h"
+#include "fusion/motion_vector.h"
 
 namespace scanknit {
 namespace {
@@ -147,7 +148,7 @@ CentredEquations centred(const NormalSums& sums) {
   const double radius = std::sqrt(std::max(0.0, sums.radii / sums.weight - middle.squaredNorm()));
   if (!(radius > 0)) return equations;
   Matrix6d& T = equations.T_step;
-  T.topRightCorner<3, 3>() << 0, -middle.z(), middle.y(), middle.z(), 0, -middle.x(), -middle.y(), middle.x(), 0;
+  T.topRightCorner<3, 3>() = cross_matrix(middle);
   T.rightCols<3>() /= radius;
   equations.modes.compute(T.transpose() * (sums.matrix / sums.weight) * T);
   equations.vector = T.transpose() * sums.vector / sums.weight;

@@ -13,7 +13,7 @@ import scanknit
 def main() -> None:
     parser = argparse.ArgumentParser(description="Fuse a recording that has poses, and write the mesh.")
     parser.add_argument("recording")
-    parser.add_argument("output", help=".glb, .ply, .obj or .stl")
+    parser.add_argument("output", help=".glb, .ply, .obj, .stl or .3mf")
     parser.add_argument("--voxel-size", type=float, default=0.004, help="metres")
     arguments = parser.parse_args()
 

@@ -88,10 +88,5 @@ TEST(ThreeMf, ReadingOneIsRefusedWithTheAlternative) {
   EXPECT_NE(mesh.error().message.find("take the GLB or PLY"), std::string::npos) << mesh.error().message;
 }
 
-TEST(ThreeMf, AFullDiskLeavesNothing) {
-  const TemporaryFolder folder;
-  EXPECT_FALSE(write_mesh(test::cube(), "/proc/none/m.3mf", {}, UpAxis::kZ));
-}
-
 }  // namespace
 }  // namespace scanknit
