@@ -6,13 +6,13 @@
 
 namespace scanknit {
 
-/// A twentieth of the time between frames is earned and spent. A pause or a silent scanner earns next to nothing, and
-/// no more is saved up than one update of the mesh takes, so that the share holds for any second of the scan. What an
-/// update took too long is paid back by the next frames.
+/// A twenty-fifth of the time between frames is earned: what single updates take too long keeps within a twentieth. A
+/// pause or a silent scanner earns next to nothing, and no more is saved up than one update of the mesh takes, so that
+/// the share holds for any second of the scan. What an update took too long is paid back by the next frames.
 class ViewBudget {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr double kShare = 0.05;
+  static constexpr double kShare = 0.04;
 
   /// A frame has come.
   void earn(Clock::time_point now) {

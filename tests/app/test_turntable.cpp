@@ -237,6 +237,10 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   ASSERT_EQ(part.exit_code, 0) << part.err;
   EXPECT_TRUE(has_warning(place("part"), "of 38 frames only 23 hold together; frames 0 to 14 are left out"));
   EXPECT_LE(mean_error_m(place("part"), gap), 0.4e-3);
+  const Outcome stepped = scan(gap, place("stepped"), {"--set", "turntable.step=7.5"});  // knows nothing of the gap
+  ASSERT_EQ(stepped.exit_code, 0) << stepped.err;
+  EXPECT_TRUE(has_warning(place("stepped"), "of 38 frames only 23 hold together"));
+  EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
   const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
   ASSERT_EQ(joined.exit_code, 0) << joined.err;
   EXPECT_EQ(report(place("joined"))["warnings"].dump(), "[]");
@@ -272,7 +276,9 @@ TEST_F(Tower, PutsItsCutRecordingOnlyWhereNothingIs) {
   refused(scan(recording(), out, {"--cut-recording", recording()}), 8, "lies in the recording itself");
   refused(scan(recording(), out, {"--cut-recording", recording() + "/turn"}), 8, "lies in the recording itself");
   refused(scan(recording(), out, {"--cut-recording", place("cut")}), 8, "is there already and not an empty folder");
-  refused(scan(recording(), out, {"--cut-recording", out}), 8, "is where the mesh goes");
+  for (const char* spelling : {"", "/", "/.", "/x/.."}) {
+    refused(scan(recording(), out, {"--cut-recording", out + spelling}), 8, "is where the mesh goes");
+  }
   refused(scanknit_command({"run", recording(), "-o", out, "--cut-recording", place("other")}), 2,
           "give --preset turntable");
   EXPECT_FALSE(fs::exists(recording() + "/trajectory.log"));

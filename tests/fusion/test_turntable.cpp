@@ -165,6 +165,27 @@ TEST(TurntableSolver, WhatTheSceneDoesNotHoldIsThePriors) {
   EXPECT_LT(solve_turntable(start, noisy_turn().edges, prior).angle_sigma_rad, 3 * kPair_rad);
 }
 
+TEST(TurntableAngles, OfLostFramesGoOnByTheUsualStep) {
+  const std::vector<std::uint64_t> sequences = {0, 1, 2, 3, 4, 5, 6, 7};
+  const auto between = angles_of_all(sequences, {1, 2, 4, 6}, {10, 20, 40, 60});
+  for (std::size_t i = 0; i < sequences.size(); ++i) EXPECT_NEAR(between[i], 10.0 * static_cast<double>(i), 1e-9);
+  const auto jump = angles_of_all(sequences, {0, 1, 2, 3, 6, 7}, {0, 10, 20, 30, -100, -90});
+  EXPECT_NEAR(jump[4], 40, 1e-9);
+  EXPECT_NEAR(jump[5], 50, 1e-9);
+  EXPECT_NEAR(jump[6], -100, 1e-9);
+}
+
+TEST(TurntableAngles, FollowPairsWhereTrackingWasWrong) {
+  const Turn turn = noisy_turn();
+  TurntableMotion wrong = turn.truth;
+  wrong.angles_rad[9] -= 100 * kDegree;
+  for (std::size_t i = 20; i < wrong.angles_rad.size(); ++i) wrong.angles_rad[i] += 60 * kDegree;
+  const TurntableMotion along = along_pairs(wrong, turn.edges);
+  for (std::size_t i = 0; i < wrong.angles_rad.size(); ++i) {
+    EXPECT_NEAR(along.angles_rad[i], turn.truth.angles_rad[i], 3 * kDegree) << i;
+  }
+}
+
 TEST(TurntablePrior, OfAnotherScaleIsContradicted) {
   const TurntableMotion seen = noisy_turn().truth;
   const std::vector<std::size_t> whole(seen.angles_rad.size(), 0);
