@@ -352,6 +352,18 @@ Result<bool> TurntableScan::find_pairs(TurntablePairs& pairs) {
   return true;
 }
 
+/// Parts that no pair joins lie to each other as the known angles have it; nothing that was seen can contradict them.
+void TurntableScan::join_by_angles(std::vector<std::size_t>& parts) {
+  std::vector<std::uint64_t> joined;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i] != 0 && std::count(parts.begin(), parts.end(), parts[i]) > 1) joined.push_back(nodes_.sequences[i]);
+  }
+  std::fill(parts.begin(), parts.end(), std::size_t{0});
+  if (joined.empty()) return;
+  warn(fmt::format("turntable: frames {} are joined to the rest by {} alone, nothing that is seen says where they are",
+                   ranges_text(joined), known_.option()));
+}
+
 /// The axis and all angles; `held` are the nodes whose angles are right.
 Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
   TurntablePairs pairs(nodes_.motion, job_.config.fusion.noise);
@@ -363,8 +375,7 @@ Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
   std::optional<AnglePrior> prior;
   if (*angles) prior = agreed(**std::move(angles), seen, parts);
   told_.prior = prior ? known_.name() : "none";
-  if (prior && known_.knows_gaps() && prior->sigma_rad < kPlaces_rad)
-    std::fill(parts.begin(), parts.end(), std::size_t{0});
+  if (prior && known_.knows_gaps() && prior->sigma_rad < kPlaces_rad) join_by_angles(parts);
   const TurntableSolution first = prior ? solve_turntable(nodes_.motion, pairs.edges(), prior) : seen;
   pairs.join_across(first.motion, parts);
   const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), prior);

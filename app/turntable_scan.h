@@ -74,6 +74,7 @@ class TurntableScan {
   [[nodiscard]] Result<void> check_known_angles(const RecordingInfo& info);
   [[nodiscard]] std::optional<AnglePrior> agreed(AnglePrior prior, const TurntableSolution& seen,
                                                  const std::vector<std::size_t>& parts);
+  void join_by_angles(std::vector<std::size_t>& parts);
   void warn_of_left_out(const std::set<std::size_t>& held);
   void warn(const std::string& text);
   [[nodiscard]] bool accept(const TurntableSolution& solution, const TurntablePairs& pairs);
