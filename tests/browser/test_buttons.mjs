@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { command, keepScreenshot, kPhone, look, openPage, smallTargets, untilBanner, untilTriangles, useBrowser } from './browser.mjs';
+import { command, keepScreenshot, kPhone, look, openPage, smallTargets, untilBanner, untilPhase, untilTriangles, useBrowser } from './browser.mjs';
 import { square, startMock } from './mock_page.mjs';
 import { binaryMessage, chunkBody } from './mock_program.mjs';
 import { chunksOfVase, depthJpeg } from './mock_scan.mjs';
@@ -75,7 +75,7 @@ test('Start is there while the scan is paused, and Pause else', async (context) 
   const page = await openPage(program.url);
   const shown = async (phase) => {
     program.sendText({ type: 'state', phase });
-    await page.waitForFunction((name) => window.scanknit.state.phase === name, phase);
+    await untilPhase(page, phase);
     return page.locator('[data-command=start]:visible, [data-command=pause]:visible').evaluateAll((buttons) => buttons.map((button) => button.textContent));
   };
   const phases = ['waiting', 'scanning', 'exporting', 'paused', 'exporting'];

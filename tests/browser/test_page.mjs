@@ -133,7 +133,7 @@ test('a lost scanner leaves no trail and turns no sector on', async (context) =>
   program.sendText({ type: 'pose', T: orbitPose(1), half: [0.5, 0.4], is_lost: false });
   for (let i = 0; i < 30; ++i) { program.sendText({ type: 'pose', T: orbitPose(1 + i / 10), half: [0.5, 0.4], is_lost: true }); }
   program.sendText({ type: 'state', frame: 77 });
-  await page.waitForFunction(() => window.scanknit.state.frame === 77);
+  await page.waitForFunction(() => window.scanknit.state?.frame === 77);
   assert.equal(await look(page, 'trailPoints'), 1);
 });
 
