@@ -13,6 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kPeriod_ns = 33'333'333;  // of recordings without a clock, whose stamps count frames
 constexpr std::chrono::milliseconds kPatience{100};
+constexpr Clock::duration kLongestPeriod = std::chrono::seconds(1);
 
 class SteppedSource final : public FrameSource {
  public:
@@ -66,7 +67,13 @@ class RealtimeSource final : public FrameSource {
     if (ahead_) return;
     ahead_ = source_->next(stop);
     due_at_.reset();
-    if (const auto* frame = std::get_if<Frame>(&*ahead_)) due_at_ = due_at(*frame);
+    if (const auto* frame = std::get_if<Frame>(&*ahead_)) {
+      due_at_ = due_at(*frame);
+      if (last_due_at_) period_ = std::clamp(*due_at_ - *last_due_at_, Clock::duration::zero(), kLongestPeriod);
+    } else if (last_due_at_ && std::holds_alternative<FrameDropped>(*ahead_)) {
+      due_at_ = *last_due_at_ + period_;  // it has no time of its own
+    }
+    if (due_at_) last_due_at_ = due_at_;
   }
 
   [[nodiscard]] Clock::time_point due_at(const Frame& frame) {
@@ -88,6 +95,8 @@ class RealtimeSource final : public FrameSource {
   std::optional<Begin> begin_;
   std::optional<FrameEvent> ahead_;          ///< read, but not asked for yet
   std::optional<Clock::time_point> due_at_;  ///< of the frame that it is
+  std::optional<Clock::time_point> last_due_at_;
+  Clock::duration period_ = std::chrono::nanoseconds(kPeriod_ns);  ///< between the last two frames
 };
 
 }  // namespace

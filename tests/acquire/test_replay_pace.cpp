@@ -1,6 +1,8 @@
 // The pace of a replay, by a clock that only moves when it is told to.
 #include <gtest/gtest.h>
 
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "acquire/replay/paced_source.h"
@@ -11,13 +13,15 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Frames 0, 1, 2 ... a hundred milliseconds apart.
+// Frames 0, 1, 2 ... a hundred milliseconds apart; of some nothing can be used.
 class Metronome final : public FrameSource {
  public:
-  explicit Metronome(std::uint64_t count, bool has_clock = true) : count_(count), has_clock_(has_clock) {}
+  explicit Metronome(std::uint64_t count, bool has_clock = true, std::set<std::uint64_t> unusable = {})
+      : count_(count), has_clock_(has_clock), unusable_(std::move(unusable)) {}
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] FrameEvent next(std::stop_token) override {
     if (next_ == count_) return EndOfStream{};
+    if (unusable_.contains(next_)) return FrameDropped{next_++, DropReason::kNoDepth, {}};
     Frame frame;
     frame.sequence = next_;
     frame.has_clock = has_clock_;
@@ -31,6 +35,7 @@ class Metronome final : public FrameSource {
   RecordingInfo info_;
   std::uint64_t count_, next_ = 0;
   bool has_clock_;
+  std::set<std::uint64_t> unusable_;
 };
 
 class Paced : public ::testing::Test {
@@ -46,8 +51,8 @@ class Paced : public ::testing::Test {
                   return Step::kNotYet;
                 }};
   }
-  void open(Pace pace, std::uint64_t count, bool has_clock = true) {
-    source_ = paced(std::make_unique<Metronome>(count, has_clock), pace, control());
+  void open(Pace pace, std::uint64_t count, bool has_clock = true, std::set<std::uint64_t> unusable = {}) {
+    source_ = paced(std::make_unique<Metronome>(count, has_clock, std::move(unusable)), pace, control());
   }
   // The number of the next frame; -1: dropped, -2: the end.
   int next() {
@@ -85,6 +90,20 @@ TEST_F(Paced, RealtimeGivesASlowReaderEveryFrame) {
   EXPECT_EQ(next(), 4);
   EXPECT_EQ(spent(), 400ms) << "and then the clock is kept again";
   EXPECT_EQ(next(), 5);
+  EXPECT_EQ(next(), -2);
+}
+
+TEST_F(Paced, RealtimeTakesItsTimeOverFramesThatCannotBeUsed) {
+  open(Pace::kRealtime, 8, true, {0, 3, 4, 7});
+  EXPECT_EQ(next(), -1);
+  EXPECT_EQ(spent(), 0ms) << "nothing is known of time yet";
+  EXPECT_EQ(next(), 1);
+  for (int i = 1; i < 6; ++i) {
+    EXPECT_EQ(next(), i == 2 || i == 3 ? -1 : i + 1);
+    EXPECT_EQ(spent(), i * 100ms);
+  }
+  EXPECT_EQ(next(), -1);
+  EXPECT_EQ(spent(), 600ms);
   EXPECT_EQ(next(), -2);
 }
 
