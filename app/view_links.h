@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// Prints the links and, on a terminal, the first that a phone can reach as a QR code.
+/// Prints the links and, on a terminal that is wide enough, the first that a phone can reach as a QR code.
 void announce(const std::vector<std::string>& links, Console& console);
 
 }  // namespace scanknit

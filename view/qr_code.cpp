@@ -12,10 +12,11 @@ constexpr const char* kEnd = "\x1b[0m";
 
 }  // namespace
 
-std::string qr_code(std::string_view text) {
+std::string qr_code(std::string_view text, int columns) {
   try {
     const auto code = qrcodegen::QrCode::encodeText(std::string(text).c_str(), qrcodegen::QrCode::Ecc::LOW);
     const int size = code.getSize();
+    if (size + 2 * kQuietZone > columns) return "";
     std::string lines;
     for (int y = -kQuietZone; y < size + kQuietZone; y += 2) {
       lines += kBlackOnWhite;

@@ -37,7 +37,7 @@ std::vector<std::vector<bool>> drawn(const std::string& code) {
 
 TEST(QrCode, IsTheLinksCodeWithALightMargin) {
   const auto expected = qrcodegen::QrCode::encodeText(kLink.c_str(), qrcodegen::QrCode::Ecc::LOW);
-  const auto rows = drawn(qr_code(kLink));
+  const auto rows = drawn(qr_code(kLink, 80));
   const int margin = (static_cast<int>(rows.front().size()) - expected.getSize()) / 2;
   EXPECT_GE(margin, 2);
   ASSERT_GE(static_cast<int>(rows.size()), expected.getSize() + 2 * margin);
@@ -51,12 +51,18 @@ TEST(QrCode, IsTheLinksCodeWithALightMargin) {
 }
 
 TEST(QrCode, FitsATerminalOf24Lines) {
-  const std::string code = qr_code(kLink);
+  const std::string code = qr_code(kLink, 80);
   EXPECT_LE(std::count(code.begin(), code.end(), '\n'), 24);
 }
 
+TEST(QrCode, IsNotDrawnWhereItsLinesWouldBeWrapped) {
+  const int columns = static_cast<int>(drawn(qr_code(kLink, 80)).front().size());
+  EXPECT_NE(qr_code(kLink, columns), "");
+  EXPECT_EQ(qr_code(kLink, columns - 1), "");
+}
+
 TEST(QrCode, WhatIsTooLongGivesNone) {
-  EXPECT_EQ(qr_code(std::string(5'000, 'x')), "");
+  EXPECT_EQ(qr_code(std::string(5'000, 'x'), 1'000), "");
 }
 
 }  // namespace
