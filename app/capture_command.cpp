@@ -46,7 +46,8 @@ Error result_of_failed_scan(const Error& failure, const Result<void>& meshed) {
 
 /// The mesh of the scan is safe on disk; that of the refined turntable takes its place. A second Ctrl-C leaves it
 /// there.
-Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Console& console, RunReport& report) {
+Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Console& console, RunReport& report,
+                              ScanView& view) {
   const auto recording = report.files.find("recording");
   if (!scanned.config.turntable.is_enabled || scanned.config.acquire.poses == PoseMode::kStill) return meshed;
   if (recording == report.files.end()) {
@@ -56,7 +57,7 @@ Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Co
   Job job = scanned;
   job.input = recording->second;
   console.info("finding the axis and the angles of the turntable; Ctrl-C leaves the mesh as it is");
-  const auto refined = mesh_recorded_turntable(job, /*stop=*/{}, console, report);
+  const auto refined = mesh_recorded_turntable(job, /*stop=*/{}, console, report, view);
   if (refined && *refined) return {};
   if (!refined) console.warn(fmt::format("turntable: {}; the mesh is the tracked one", refined.error().text()));
   return meshed;
@@ -118,7 +119,7 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
   const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
-  meshed = refine_turntable(job, meshed, console, report);
+  meshed = refine_turntable(job, meshed, console, report, view);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;
 }
 

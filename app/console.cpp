@@ -69,6 +69,7 @@ void Console::plain(std::string_view lines) {
 }
 
 void Console::progress(std::string_view what, std::size_t done, std::size_t total) {
+  if (watcher_) watcher_(what, done, total);
   if (is_quiet_ || total == 0) return;
   if (!is_terminal_) {
     const std::size_t tenths = done * 10 / total;

@@ -3,9 +3,11 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/log.h"
 
@@ -33,6 +35,11 @@ class Console final : public Log {
   /// "fusing 12/50": on a terminal one line, redrawn ten times a second at most; else a line every tenth of the way.
   void progress(std::string_view what, std::size_t done, std::size_t total);
 
+  /// Told of all progress, at every verbosity; empty: nobody is.
+  void watch_progress(std::function<void(std::string_view what, std::size_t done, std::size_t total)> watcher) {
+    watcher_ = std::move(watcher);
+  }
+
  private:
   void clear_line();
 
@@ -42,6 +49,7 @@ class Console final : public Log {
   bool has_line_ = false;
   std::chrono::steady_clock::time_point drawn_at_{};
   std::size_t tenths_shown_ = 0;
+  std::function<void(std::string_view, std::size_t, std::size_t)> watcher_;
 };
 
 }  // namespace scanknit

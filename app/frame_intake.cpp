@@ -77,7 +77,13 @@ std::optional<Frame> FrameIntake::next() {
     note_dropped({frame.sequence, DropReason::kNoPose, {ErrorCode::kInput, "the recording has no pose for it"}});
     return std::nullopt;
   }
+  unusable_ = 0;
   return std::move(frame);
+}
+
+std::optional<DropReason> FrameIntake::trouble() const {
+  constexpr std::size_t kFew = 3;  // single frames may well be missing
+  return unusable_ >= kFew ? std::optional(last_drop_) : std::nullopt;
 }
 
 void FrameIntake::finish() {
@@ -108,6 +114,7 @@ void FrameIntake::pass_over(const char* reason) {
   if (!next()) return;
   ++report_.frames.dropped;
   ++report_.frames.dropped_by_reason[reason];
+  unusable_ = 0;
 }
 
 void FrameIntake::start_over() {
@@ -124,7 +131,9 @@ void FrameIntake::start_over() {
 }
 
 void FrameIntake::replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences) {
-  report_.frames.fused = trajectory.size();
+  RunReport::Frames& frames = report_.frames;
+  frames.fused = trajectory.size();
+  frames.lost = frames.read - frames.dropped - frames.fused;
   trajectory_ = std::move(trajectory);
   fused_sequences_ = std::move(sequences);
 }
@@ -137,6 +146,8 @@ void FrameIntake::note_dropped(const FrameDropped& dropped) {
   RunReport::Frames& frames = report_.frames;
   ++frames.dropped;
   ++frames.dropped_by_reason[to_string(dropped.reason)];
+  if (dropped.reason != DropReason::kQueue) ++unusable_;
+  last_drop_ = dropped.reason;
   std::string message = fmt::format("frame {}: {}", dropped.sequence, dropped.error.text());
   console_.debug(message);
   if (frames.drop_messages.size() < kMessagesInReport) frames.drop_messages.push_back(std::move(message));

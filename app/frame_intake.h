@@ -28,6 +28,9 @@ class FrameIntake {
   /// No more frames: the source has ended or failed, was stopped, or finish() was called.
   [[nodiscard]] bool is_over() const { return is_over_; }
 
+  /// Why the last frames could not be used, when there were a few in a row.
+  [[nodiscard]] std::optional<DropReason> trouble() const;
+
   /// Somebody wants no more frames.
   void finish();
 
@@ -53,7 +56,7 @@ class FrameIntake {
   /// Frame::sequence of each pose of the trajectory.
   [[nodiscard]] const std::vector<std::uint64_t>& fused_sequences() const { return fused_sequences_; }
 
-  /// The frames were fused again, not all of them, or more.
+  /// The frames were fused again, not all of them, or more; the others count as lost.
   void replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences);
 
  private:
@@ -68,6 +71,8 @@ class FrameIntake {
   RunReport& report_;
   std::size_t expected_ = 0;
   std::chrono::steady_clock::duration waited_{};  ///< for the next frame, so far
+  std::size_t unusable_ = 0;                      ///< frames in a row
+  DropReason last_drop_ = DropReason::kUnreadable;
   bool is_over_ = false, is_finished_ = false;
   std::optional<Error> error_;
   std::vector<StampedPose> trajectory_;

@@ -53,7 +53,7 @@ Result<void> fuse_frames(FrameIntake& intake, Reconstruction& scan, ScanView& vi
       if (!T_world_camera) return T_world_camera.error();
       view.show(*frame, *T_world_camera, scan.volume(), report);
     } else {
-      view.show_progress(scan.volume(), report);
+      view.show_progress(intake, scan.volume(), report);
     }
     view.obey(scan, intake, report);
   }
@@ -191,35 +191,37 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   if (auto saved = write_scan(*scan, report); !saved) return saved;
   const auto tracked = check_tracking(report);
   const bool is_lost = !tracked && !is_partial(tracked.error());
-  if (is_lost && table == nullptr) return tracked;
   const auto lost = tracking_warning(report);
-  const auto warn_of_lost = [&] {
-    if (lost) warn(*lost, console, report);
-  };
-  if (table == nullptr) warn_of_lost();  // the frames of a turntable may be fused yet
   std::optional<WrittenMesh> mesh;
-  if (!is_lost) {
+  const auto write_tracked = [&]() -> Result<void> {
     auto meshed = write_mesh(*scan, console, report);
     view.show_all(scan->volume(), report);
     if (!meshed) return meshed.error();
-    if (!tracked) return tracked;
     mesh = *std::move(meshed);
+    return {};
+  };
+  if (!is_lost) {
+    if (auto written = write_tracked(); !written) return written;
+    if (!tracked) return tracked;
   }
-  const auto improved =
-      again.stop.stop_requested() ? Result<bool>(false) : improve(*scan, intake, again, console, report, table);
-  const bool is_changed = improved && *improved;
-  if (table != nullptr && !is_changed) warn_of_lost();
+  const bool may_improve = !again.stop.stop_requested() && (!is_lost || table != nullptr);
+  const auto improved = may_improve ? improve(*scan, intake, again, console, report, table) : Result<bool>(false);
   if (!improved) return improved.error();
-  if (is_changed) {
-    view.show_anew(scan->volume(), report);
+  if (is_lost && !*improved && !again.stop.stop_requested()) return tracked;
+  if (lost && !(*improved && table != nullptr)) warn(*lost, console, report);  // a turntable may have fused them yet
+  if (*improved) {
+    view.show_anew(*scan, intake, report);
     auto anew = write_anew(*scan, console, report);
     if (!anew) return anew.error();
     mesh = *std::move(anew);
+  } else if (!mesh) {  // interrupted: what there is is better than nothing
+    if (auto written = write_tracked(); !written) return written;
   }
-  return mesh ? write_textured(*mesh, job, again, console, report) : tracked;
+  return write_textured(*mesh, job, again, console, report);
 }
 
-Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report) {
+Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report,
+                                     ScanView& view) {
   auto source = open_recording(job.input, job.config.acquire);
   if (!source) return source.error();
   RunReport again;
@@ -237,17 +239,18 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
   const auto refined = table.refine(*scan, intake);
   report.turntable = again.turntable;
   const bool is_refined = refined && *refined;
+  if (is_refined) view.show_anew(*scan, intake, again);
   const auto written = is_refined ? write_and_texture(*scan, job, stop, console, again) : Result<void>();
   if (is_refined) forget_finish(report);
   report.warnings.insert(report.warnings.end(), again.warnings.begin(), again.warnings.end());
-  for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "texture", "write"}) {
+  for (const char* stage : {"refine", "fuse_again", "view_all", "extract", "finish", "export", "texture", "write"}) {
     const auto times = again.stages.find(stage);
     if (times != again.stages.end()) add_samples(times->second, report.stages[stage]);
   }
   if (!is_refined) return refined;
   if (!written) return written.error();
   report.finish = again.finish;
-  report.frames.fused = again.frames.fused;
+  report.frames = again.frames;
   report.mesh = again.mesh;
   report.holes = again.holes;
   report.fit = again.fit;

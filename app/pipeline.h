@@ -36,7 +36,8 @@ struct Job {
                                         ScanView& view);
 
 /// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked. With
-/// a `table`, the mesh of the tracked frames is written first, and then that of the refined turntable in its place.
+/// a `table`, the mesh of the tracked frames is written first, unless most were lost, and then that of the refined
+/// turntable in its place.
 [[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
                                        RunReport& report, ScanView& view, const SecondLook& again,
                                        TurntableScan* table = nullptr);
@@ -45,6 +46,6 @@ struct Job {
 /// then tells of it. False: it is no turntable, and all is left as it is but for `report.turntable`. Errors: as
 /// run_pipeline.
 [[nodiscard]] Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console,
-                                                   RunReport& report);
+                                                   RunReport& report, ScanView& view);
 
 }  // namespace scanknit

@@ -96,8 +96,6 @@ Result<void> check_tracking(const RunReport& report) {
 std::optional<std::string> tracking_warning(const RunReport& report) {
   constexpr std::size_t kFew = 10;  // one in so many
   if (!report.tracking || kFew * report.frames.lost <= report.tracking->frames.size()) return std::nullopt;
-  const bool is_error = is_mostly_lost(report) && (report.volume.is_budget_reached || is_lost_at_the_end(report));
-  if (is_error) return std::nullopt;
   return fmt::format("{}{}: the mesh holds only the frames that were fused ({} of {})", lost_text(report),
                      is_lost_at_the_end(report) ? "" : ", and found again", report.frames.fused,
                      report.tracking->frames.size());

@@ -25,6 +25,7 @@ constexpr auto kLongUpdate = 25ms;  // of the mesh: after a longer one fewer lea
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
+constexpr auto kPictureForLater = 2s;  // somebody may come while the scan is paused
 constexpr auto kRateWindow = 2s;
 constexpr auto kSilence = 2s;  // of a scanner, from which on it is told
 
@@ -72,11 +73,14 @@ ScanView::ScanView(const ViewArguments& arguments, const Job& job, std::string m
 
 Result<void> ScanView::open(UpAxis world_up) {
   if (!arguments_.is_wanted) return {};
+  console_.watch_progress(
+      [this](std::string_view what, std::size_t done, std::size_t total) { note_end_of(what, done, total); });
   ViewHello hello;
   hello.title = job_.input.empty() ? "scanner" : job_.input.filename().string();
   hello.mode = mode_;
   hello.up = direction(job_.config.output.world_up.value_or(world_up)).cast<double>();
   hello.is_orbit = arguments_.is_orbit;
+  hello.is_paced = is_paced_;
   hello.voxel_size_m = job_.config.fusion.voxel_size_m;
   hello.actions = {ViewAction::kStart, ViewAction::kPause,  ViewAction::kReset,
                    ViewAction::kCrop,  ViewAction::kExport, ViewAction::kFinish};
@@ -96,6 +100,7 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   mesh_ = *std::move(mesh);
   server_->refuse_commands("");
   frame_at_ = Clock::now();
+  is_tracked_ = is_tracked(info.poses);
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
   begun_at_ = Clock::now();
   budget_.go_on(begun_at_);
@@ -112,8 +117,8 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   is_mesh_behind_ = true;
   state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
   if (budget_.allows(mesh_cost_)) update_some_of_mesh(volume);
-  if (server_->clients() > 0 && begin - picture_at_ >= kPictureEvery &&
-      budget_.allows(Clock::now() - begin + picture_cost_)) {
+  const auto picture_every = server_->clients() > 0 ? kPictureEvery : kPictureForLater;
+  if (begin - picture_at_ >= picture_every && budget_.allows(Clock::now() - begin + picture_cost_)) {
     const Cost cost(picture_cost_);
     picture_at_ = begin;
     server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
@@ -122,9 +127,10 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   budget_.spend(Clock::now() - begin);
 }
 
-void ScanView::show_progress(TsdfVolume& volume, RunReport& report) {
+void ScanView::show_progress(const FrameIntake& intake, TsdfVolume& volume, RunReport& report) {
   if (server_ == nullptr) return;
   note_counts(report);
+  if (const auto trouble = intake.trouble()) note_trouble(*trouble);
   if (is_mesh_behind_ && budget_.allows(mesh_cost_)) {
     const StageTimer timer(report.stages["view"]);
     const auto begin = Clock::now();
@@ -157,19 +163,41 @@ void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camer
   note_counts(report);
   if (state_.phase != ViewPhase::kScanning) state_at_ = {};
   state_.phase = ViewPhase::kScanning;
-  if (report.tracking && !report.tracking->frames.empty()) {
-    const RunReport::TrackedFrame& tracked = report.tracking->frames.back();
-    const bool is_news = tracked.state != state_.tracking;
-    state_.tracking = tracked.state;
-    state_.reason = tracked.reason;
-    state_.advice = tracking_advice(tracked.reason);
-    if (is_news) state_at_ = {};
-  }
+  note_tracking(report);
   if (!T_world_camera_) return;
   const CameraIntrinsics& camera = frame.intrinsics;
   server_->publish(ViewPose{*T_world_camera_,
                             {0.5 * camera.width / std::abs(camera.fx), 0.5 * camera.height / std::abs(camera.fy)},
                             !T_world_camera.has_value()});
+}
+
+/// Of the frame that came last; where poses are given there is nothing to tell of one that could be used.
+void ScanView::note_tracking(const RunReport& report) {
+  RunReport::TrackedFrame tracked;
+  tracked.state = "none";
+  if (report.tracking && !report.tracking->frames.empty()) tracked = report.tracking->frames.back();
+  if (tracked.state != state_.tracking) state_at_ = {};  // that is news
+  state_.tracking = tracked.state;
+  state_.reason = tracked.reason;
+  state_.advice = tracking_advice(tracked.reason);
+}
+
+/// Frames come, and none can be used.
+void ScanView::note_trouble(DropReason reason) {
+  if (state_.phase != ViewPhase::kScanning) return;
+  std::string words = to_string(reason);
+  std::replace(words.begin(), words.end(), '_', ' ');
+  if (reason == DropReason::kNoDepth) words = "nothing seen";
+  state_.tracking = "unusable";
+  state_.advice = tracking_advice(words);
+  state_.reason = std::move(words);
+}
+
+/// After the last frame: what is worked on, while it is.
+void ScanView::note_end_of(std::string_view what, std::size_t done, std::size_t total) {
+  if (server_ == nullptr || state_.phase != ViewPhase::kExporting) return;
+  state_.message = done < total ? fmt::format("{} {} of {}", what, done, total) : "";
+  publish_state(/*is_urgent=*/done >= total);
 }
 
 void ScanView::publish_state(bool is_urgent) {
@@ -258,9 +286,7 @@ void ScanView::crop(const CropBox& box, Reconstruction& scan) {
 Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
   mesh_.reset();
   if (auto begun = scan.start_over(); !begun) return begun;
-  if (state_.tracking != "none") {  // another world: the box would be somewhere else
-    crop(std::nullopt, scan);
-  }
+  if (is_tracked_) crop(std::nullopt, scan);  // another world: the box would be somewhere else
   report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
   server_->clear(0);
   T_world_camera_.reset();
@@ -298,14 +324,18 @@ void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::show_anew(TsdfVolume& volume, RunReport& report) {
+void ScanView::show_anew(Reconstruction& scan, const FrameIntake& intake, RunReport& report) {
   if (server_ == nullptr) return;
   server_->clear(0);
+  std::vector<Eigen::Vector3d> trail;
+  for (const StampedPose& pose : intake.trajectory()) trail.push_back(pose.T_world_camera.translation());
+  server_->publish_trail(trail);
+  if (!scan.crop()) crop(std::nullopt, scan);
   mesh_.reset();
-  auto mesh = LiveMesh::create(volume, job_.config.extract);
+  auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
   if (!mesh) return console_.warn(mesh.error().text());
   mesh_ = *std::move(mesh);
-  show_all(volume, report);
+  show_all(scan.volume(), report);
 }
 
 void ScanView::publish_files(const RunReport& report) {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "acquire/frame_source.h"
@@ -30,6 +31,9 @@ class ScanView {
   /// All references outlive it. Unless a view is wanted, nothing happens in any of the functions. `mode`: "run" or
   /// "capture".
   ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop, Console& console);
+  ~ScanView() { console_.watch_progress(nullptr); }
+  ScanView(const ScanView&) = delete;
+  ScanView& operator=(const ScanView&) = delete;
 
   /// Listens, and says where on the console. Until begin(), commands are refused. Errors: LiveView::start().
   [[nodiscard]] Result<void> open(UpAxis world_up);
@@ -46,19 +50,19 @@ class ScanView {
 
   /// No frame could be used, or none has come for a moment: the page is told what is different, and some more of the
   /// mesh is shown.
-  void show_progress(TsdfVolume& volume, RunReport& report);
+  void show_progress(const FrameIntake& intake, TsdfVolume& volume, RunReport& report);
 
   /// Does what was asked for since the last time, and waits while the scan is paused (a scanner's frames pass by).
   void obey(Reconstruction& scan, FrameIntake& intake, RunReport& report);
 
-  /// No more frames: the files are being written.
+  /// No more frames: the files are being written, the frames perhaps fused again, whose progress is told.
   void show_writing();
 
   /// The scan is over, or paused: the whole mesh, however long it takes; stage "view_all" of the report.
   void show_all(TsdfVolume& volume, RunReport& report);
 
-  /// The frames have been fused again: the whole mesh, in place of the one that was shown.
-  void show_anew(TsdfVolume& volume, RunReport& report);
+  /// The frames have been fused again: the whole mesh and the trail, in place of those that were shown.
+  void show_anew(Reconstruction& scan, const FrameIntake& intake, RunReport& report);
 
   /// How it ended, and what can be downloaded. Then serves the page until stopped; returns at once if that was asked
   /// for already, or if nothing has been fused.
@@ -70,6 +74,9 @@ class ScanView {
 
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
   void note_counts(const RunReport& report);
+  void note_trouble(DropReason reason);
+  void note_tracking(const RunReport& report);
+  void note_end_of(std::string_view what, std::size_t done, std::size_t total);
   void publish_state(bool is_urgent);
   void publish_news();
   void crop(const CropBox& box, Reconstruction& scan);
@@ -84,7 +91,8 @@ class ScanView {
   const ViewArguments& arguments_;
   const Job& job_;
   std::string mode_;
-  bool is_paced_;  ///< frames come whether they are taken or not
+  bool is_paced_;            ///< frames come whether they are taken or not
+  bool is_tracked_ = false;  ///< poses are not given
   std::stop_token stop_;
   Console& console_;
   std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet

@@ -76,6 +76,13 @@ void LiveView::publish_files(const std::vector<std::filesystem::path>& paths) {
   });
 }
 
+void LiveView::publish_trail(const std::vector<Eigen::Vector3d>& positions) {
+  server_->change([positions](ViewHub& hub) {
+    hub.scene.set_trail(positions);
+    hub.announcements.push_back(shared_text(trail_message(hub.scene.trail())));
+  });
+}
+
 void LiveView::clear(std::uint32_t revision) {
   server_->change([revision](ViewHub& hub) {
     hub.scene.clear(revision);

@@ -47,6 +47,8 @@ class LiveView {
   void publish_picture(std::string message);
   /// What can be downloaded; each under the name that it has in its folder. Nothing else is served.
   void publish_files(const std::vector<std::filesystem::path>& paths);
+  /// Where the camera was, world metres, in place of what was published of that.
+  void publish_trail(const std::vector<Eigen::Vector3d>& positions);
   /// All chunks and the trail go.
   void clear(std::uint32_t revision);
 

@@ -101,6 +101,7 @@ std::string to_message(const ViewHello& hello) {
                   {"mode", hello.mode},
                   {"up", numbers(hello.up)},
                   {"is_orbit", hello.is_orbit},
+                  {"is_paced", hello.is_paced},
                   {"voxel_size_m", hello.voxel_size_m},
                   {"commands", commands}});
 }

@@ -26,6 +26,7 @@ struct ViewHello {
   std::string mode = "run";                        ///< "run", "capture" or "file"
   Eigen::Vector3d up = Eigen::Vector3d(0, -1, 0);  ///< unit, in the world
   bool is_orbit = false;                           ///< an object that is walked round or turned
+  bool is_paced = false;                           ///< frames come whether they are taken or not
   double voxel_size_m = 0;                         ///< 0: unknown
   std::vector<ViewAction> actions = {};            ///< those that are answered
 };
@@ -34,8 +35,9 @@ enum class ViewPhase { kWaiting, kScanning, kPaused, kExporting, kFinished, kFai
 
 struct ViewState {
   ViewPhase phase = ViewPhase::kWaiting;
-  std::string tracking = "none";  ///< "ok", "weak", "lost", "recovered"; "none" where poses are given
-  std::string reason = {};        ///< of the tracker; empty when ok
+  std::string tracking = "none";  ///< "ok", "weak", "lost", "recovered"; "none" where poses are given; "unusable":
+                                  ///< frames come, but nothing can be made of them
+  std::string reason = {};        ///< of these; empty when ok
   std::string advice = {};        ///< what to do now, for a person; may be empty
   std::size_t frame = 0;          ///< frames read
   std::size_t frames_total = 0;   ///< 0: unknown
@@ -48,7 +50,7 @@ struct ViewState {
   bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write all of the mesh
   double memory_mib = 0;       ///< of the volume
   double view_share = 0;       ///< time spent on the view / time of the scan
-  std::string message = {};    ///< of kFinished and kFailed
+  std::string message = {};    ///< of kFinished and kFailed; of kExporting what is worked on
 
   friend bool operator==(const ViewState&, const ViewState&) = default;
 };

@@ -19,15 +19,20 @@ void ViewScene::clear(std::uint32_t revision) {
   for (const std::uint32_t chunk : chunks) {
     set_chunk(chunk, shared_text(chunk_gone_message(chunk, revision)));
   }
-  trail_.clear();
-  trail_step_ = 1;
-  trail_count_ = 0;
+  set_trail({});
 }
 
 std::optional<ViewScene::Chunk> ViewScene::next_after(std::uint64_t serial) const {
   const auto next = by_serial_.upper_bound(serial);
   if (next == by_serial_.end()) return std::nullopt;
   return Chunk{next->first, next->second.message};
+}
+
+void ViewScene::set_trail(const std::vector<Eigen::Vector3d>& positions) {
+  trail_.clear();
+  trail_step_ = 1;
+  trail_count_ = 0;
+  for (const Eigen::Vector3d& position : positions) add_to_trail(position);
 }
 
 void ViewScene::add_to_trail(const Eigen::Vector3d& position) {

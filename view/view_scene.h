@@ -37,6 +37,7 @@ class ViewScene {
   [[nodiscard]] std::optional<Chunk> next_after(std::uint64_t serial) const;
 
   void add_to_trail(const Eigen::Vector3d& position);
+  void set_trail(const std::vector<Eigen::Vector3d>& positions);
   [[nodiscard]] const std::vector<Eigen::Vector3d>& trail() const { return trail_; }
 
   ViewBytes hello, state, pose, files, crop, picture;  ///< null: none yet

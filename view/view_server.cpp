@@ -228,7 +228,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void become_client(Request request) {
-    const std::string_view origin = view_of(request[http::field::origin]);
+    const auto origin = request.count(http::field::origin) == 1 ? view_of(request[http::field::origin]) : "";
     if (!websocket::is_upgrade(request)) return refuse(http::status::upgrade_required, "This is for WebSockets.");
     if (!is_own_origin(origin, host_)) return refuse(http::status::forbidden, "Another web page asked for this.");
     if (!speaks_our_protocol(request)) return refuse(http::status::bad_request, "The subprotocol is scanknit.v1.");

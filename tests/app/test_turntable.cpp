@@ -5,7 +5,9 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
+#include <thread>
 
 #include "tests/app/program.h"
 
@@ -22,6 +24,11 @@ std::vector<std::string> lines_of(const fs::path& file) {
   return lines;
 }
 
+std::string picture_name(int frame) {
+  const std::string digits = std::to_string(frame);
+  return std::string(6 - digits.size(), '0') + digits + ".png";
+}
+
 /// Some frames of a recording, numbered anew, with their angles; [begin, end) each.
 void copy_frames(const fs::path& from, const fs::path& to, const std::vector<std::pair<int, int>>& ranges) {
   fs::create_directories(to / "depth");
@@ -32,13 +39,10 @@ void copy_frames(const fs::path& from, const fs::path& to, const std::vector<std
   const std::vector<std::string> poses = lines_of(from / "true_poses.log");  // a heading and a 4 x 4 matrix each
   std::ofstream kept_angles(to / "angles.txt"), kept_poses(to / "true_poses.log");
   int next = 0;
-  const auto name = [](int frame) {
-    const std::string digits = std::to_string(frame);
-    return std::string(6 - digits.size(), '0') + digits + ".png";
-  };
   for (const auto& [begin, end] : ranges) {
     for (int frame = begin; frame < end; ++frame, ++next) {
-      for (const char* folder : {"depth", "color"}) fs::copy(from / folder / name(frame), to / folder / name(next));
+      for (const char* folder : {"depth", "color"})
+        fs::copy(from / folder / picture_name(frame), to / folder / picture_name(next));
       const auto place = static_cast<std::size_t>(frame);
       kept_angles << angles.at(place) << '\n';
       kept_poses << next << ' ' << next << ' ' << next + 1 << '\n';
@@ -246,6 +250,25 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   EXPECT_TRUE(has_warning(place("joined"), "frames 0 to 14 are joined to the rest by --angles alone"));
   EXPECT_EQ(report(place("joined"))["frames"]["fused"], 38);
   EXPECT_LE(mean_error_m(place("joined"), gap), 0.4e-3);
+}
+
+TEST_F(Tower, InterruptedWhileLostFramesArePutRightIsMeshedAsTracked) {
+  const std::string lost = place("lost");
+  copy_frames(recording(), lost, {{0, 36}});
+  for (int frame = 12; frame < 24; ++frame) {  // ninety degrees: the rest is not recognised
+    cv::imwrite(lost + "/depth/" + picture_name(frame), cv::Mat::zeros(180, 240, CV_16U));
+  }
+  Program program({"run", lost, "--preset", "turntable", "-o", place("stopped"), "--set", "fusion.voxel_size=2mm"});
+  while (program.is_running() && program.err_so_far().find("registering") == std::string::npos) {
+    std::this_thread::yield();
+  }
+  program.send(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_TRUE(fs::exists(place("stopped") + "/model.ply"));
+  EXPECT_TRUE(has_warning(place("stopped"), "no turntable: it was interrupted; the mesh is the tracked one"));
+  EXPECT_TRUE(has_warning(place("stopped"), "tracking was lost in 24 of 36 frames"));
+  EXPECT_FALSE(has_warning(place("stopped"), "found again"));
 }
 
 TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {

@@ -21,7 +21,11 @@ test('the banner says in words, colour and sign how it goes and what to do', asy
       { tone: 'bad', head: 'Lost: turned too fast', advice: 'Turn back a little' }],
     [{ tracking: 'recovered', reason: '', advice: '' }, { tone: 'good', head: 'Found again', advice: '' }],
     [{ tracking: 'none' }, { tone: 'good', head: 'Scanning', advice: '' }],
+    [{ tracking: 'unusable', reason: 'nothing seen', advice: 'uncover the lens, or move closer' },
+      { tone: 'bad', head: 'No usable frame: nothing seen', advice: 'Uncover the lens, or move closer' }],
     [{ phase: 'paused' }, { tone: 'quiet', head: 'Paused', advice: 'Start goes on where it stopped.' }],
+    [{ phase: 'exporting', message: 'fusing again 3 of 7' }, { tone: 'quiet', head: 'Working on the mesh', advice: 'Fusing again 3 of 7' }],
+    [{ phase: 'exporting', message: '' }, { tone: 'quiet', head: 'Writing the mesh', advice: '' }],
     [{ phase: 'failed', message: 'the disk is full' }, { tone: 'bad', head: 'The scan failed', advice: 'The disk is full' }],
   ];
   const signs = new Set();
@@ -31,8 +35,17 @@ test('the banner says in words, colour and sign how it goes and what to do', asy
     assert.deepEqual(await banner(page), words);
     if (words.tone !== 'good') { signs.add(await page.locator('#banner-sign').textContent()); }
   }
-  assert.equal(signs.size, 4, 'not by colour only: waiting, warned, lost (as failed) and paused have signs of their own');
+  assert.equal(signs.size, 5, 'not by colour only: waiting, warned, lost (as failed), paused and writing have signs of their own');
   assert.equal(await page.locator('#banner-words').getAttribute('aria-live'), 'assertive');
+});
+
+test('frames that come whether they are taken or not do not wait for a pause to end', async (context) => {
+  const program = await startMock(context);
+  program.hello.is_paced = true;
+  program.sendText({ type: 'state', phase: 'paused' });
+  const page = await openPage(program.url);
+  await untilBanner(page, 'Paused');
+  assert.equal((await banner(page)).advice, 'Frames pass by meanwhile. Start goes on with those that come then.');
 });
 
 test('a broken connection is said, and mended with the whole mesh', async (context) => {
@@ -66,7 +79,7 @@ test('a connection that brings nothing while the scan goes on is opened anew', a
   const page = await openPage(program.url);
   await untilBanner(page, 'Tracking well');
   program.state = { ...program.state, frame: 2 };  // that the page should have heard of
-  await page.waitForFunction(() => window.scanknit.state.frame === 2);
+  await page.waitForFunction(() => window.scanknit.state?.frame === 2);
 });
 
 test('a message that is none costs no credit', async (context) => {

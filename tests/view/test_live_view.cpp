@@ -149,6 +149,18 @@ TEST_F(LiveViewTest, RefusesTheWebSocketsOfOtherPages) {
   }
 }
 
+TEST_F(LiveViewTest, RefusesAWebSocketWithTwoOrigins) {
+  start();
+  const std::string own = "Origin: http://127.0.0.1:" + std::to_string(port) + "\r\n";
+  const std::string request = "GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+                              "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                              "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: scanknit.v1\r\n";
+  for (const std::string& origins : {own + own, own + "Origin: http://evil.example\r\n"}) {
+    EXPECT_EQ(test::answer_to(port, request + origins + "\r\n").substr(9, 3), "403") << origins;
+  }
+  expect_that_it_still_serves();
+}
+
 TEST_F(LiveViewTest, RefusesWebSocketsOfAnotherProtocol) {
   start();
   for (const char* offered : {"", "scanknit.v2", "chat, superchat"}) {

@@ -49,6 +49,15 @@ TEST(ViewScene, AClearedChunkIsSentAsGone) {
   EXPECT_TRUE(scene.trail().empty());
 }
 
+TEST(ViewScene, AnotherTrailTakesThePlaceOfTheFirst) {
+  ViewScene scene;
+  for (int i = 0; i < 5'000; ++i) scene.add_to_trail({0, 0, 1});
+  scene.set_trail({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}});
+  ASSERT_EQ(scene.trail().size(), 3u) << "none of them is left out";
+  scene.add_to_trail({4, 0, 0});
+  EXPECT_EQ(scene.trail().back().x(), 4);
+}
+
 TEST(ViewScene, TheTrailStaysShortAndKeepsItsBeginning) {
   ViewScene scene;
   constexpr int kPositions = 100'000;

@@ -20,20 +20,20 @@ export function wordsFor(link, state, hello) {
   if (hello?.mode === 'file' && state.phase === 'finished') {
     return { tone: 'quiet', sign: '◆', head: hello.title, advice: link === 'lost' ? 'The program has ended.' : '' };
   }
-  const phase = wordsForPhase(state, link);
+  const phase = wordsForPhase(state, link, hello);
   return phase ?? wordsForTracking(state);
 }
 
-function wordsForPhase({ phase, message, frame, silent_s: silentS }, link) {
+function wordsForPhase({ phase, message, frame, silent_s: silentS }, link, hello) {
   switch (phase) {
     case 'waiting':
       return { tone: 'quiet', sign: '…', head: 'Waiting for the first frame', advice: frame > 0 ? `Of ${count(frame)} so far none could be used.` : silence(silentS) };
     case 'scanning':
       return silentS > 0 ? { tone: 'warn', sign: '!', head: 'No frames come', advice: silence(silentS) } : null;
     case 'paused':
-      return { tone: 'quiet', sign: '❚❚', head: 'Paused', advice: 'Start goes on where it stopped.' };
+      return { tone: 'quiet', sign: '❚❚', head: 'Paused', advice: hello?.is_paced ? 'Frames pass by meanwhile. Start goes on with those that come then.' : 'Start goes on where it stopped.' };
     case 'exporting':
-      return { tone: 'quiet', sign: '↓', head: 'Writing the mesh', advice: '' };
+      return { tone: 'quiet', sign: '↓', head: message ? 'Working on the mesh' : 'Writing the mesh', advice: sentence(message) };
     case 'finished':
       return { tone: 'done', sign: '✓', head: 'Finished', advice: sentence(message) || (link === 'lost' ? 'The program has ended.' : '') };
     case 'failed':
@@ -49,6 +49,7 @@ const kTracking = {
   lost: { tone: 'bad', sign: '✕', head: 'Lost' },
   recovered: { tone: 'good', sign: '↻', head: 'Found again' },
   none: { tone: 'good', sign: '●', head: 'Scanning' },
+  unusable: { tone: 'bad', sign: '✕', head: 'No usable frame' },
 };
 
 function wordsForTracking({ tracking, reason, advice }) {

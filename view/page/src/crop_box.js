@@ -9,6 +9,8 @@ const kAxes = ['X', 'Y', 'Z'];
 const kRoom = 0.08;     // of the mesh's extent: how far sliders go beyond it
 const kSteps = 400;     // of a slider
 const kReachPx = 26;    // a finger within so many pixels takes a handle
+const kHandlePx = [9, 20];  // smaller in a small picture, of which they would hide too much
+const kHandleShare = 0.05;  // of the picture
 const kDrafted = 0xffd166;
 const kInForce = 0x94a3b8;
 
@@ -33,7 +35,13 @@ export class CropBox {
     this.handles.geometry.setAttribute('position', new Float32BufferAttribute(new Float32Array(18), 3));
     this.group.add(this.outline, this.handles);
     viewer.world.add(this.group);
+    viewer.beforeDraw.push(() => this.sizeHandles(viewer.renderer.domElement));
     this.catchHandles(viewer.renderer.domElement);
+  }
+
+  sizeHandles({ clientWidth: width, clientHeight: height }) {
+    const [least, most] = kHandlePx;
+    this.handles.material.size = Math.min(Math.max(kHandleShare * Math.min(width, height), least), most);
   }
 
   row(name, axis) {

@@ -43,8 +43,7 @@ export class ViewKeeper {
   follow(box) {
     if (this.followed === this.path.T || this.path.isLost) { return; }
     this.followed = this.path.T;
-    const distance = this.path.position.distanceTo(box.getCenter(new Vector3()));
-    this.viewer.followPose(this.path.T, Math.min(Math.max(distance, 0.2), 3));
+    this.viewer.followPose(this.path.T, box);
   }
 
   fitIfNeeded(box) {

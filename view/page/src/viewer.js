@@ -10,6 +10,11 @@ const kUp = new Vector3(0, 1, 0);
 /// Where the viewer stands first, seen from the mesh.
 const kFirstSide = new Vector3(0.55, 0.45, 1).normalize();
 const kKeyTurnRad = Math.PI / 24;
+/// What lies before the scanner, when it is followed.
+const kNearestFollowedM = 0.2;
+const kFarthestFollowedM = 3;
+/// So many times the distance from which the mesh fills the picture, at most.
+const kFollowedRoom = 1.3;
 /// Between two pictures that nobody's hand asked for; longer where a picture takes longer: what arrives must be read, too.
 const kNewsGapMs = 80;
 
@@ -130,10 +135,15 @@ export class Viewer {
     const target = this.toShown(center);
     const { eye, target: seen } = this.goal ?? { eye: this.camera.position, target: this.controls.target };
     const side = from ?? eye.clone().sub(seen).normalize();
-    const half = Math.tan((kFieldOfViewDeg * Math.PI) / 360) * Math.min(1, this.camera.aspect);
-    const distance = (1.08 * radius) / Math.sin(Math.atan(half));
+    const distance = this.distanceTo(radius);
     this.setReach(radius, distance);
     this.moveTo(target.clone().addScaledVector(side, distance), target);
+  }
+
+  /// From which a sphere fills the picture.
+  distanceTo(radius) {
+    const half = Math.tan((kFieldOfViewDeg * Math.PI) / 360) * Math.min(1, this.camera.aspect);
+    return (1.08 * radius) / Math.sin(Math.atan(half));
   }
 
   /// Near and far planes for a scene of that radius.
@@ -154,14 +164,20 @@ export class Viewer {
     return side.normalize();
   }
 
-  /// Looks over the shoulder of a scanner whose pose is T_scan_scanner, at what lies `distance` before it.
-  followPose(T_scan_scanner, distance) {
+  /// Looks over the shoulder of a scanner whose pose is T_scan_scanner, at what lies before it as far away as the box's
+  /// centre; past the shoulder where the box is so small that it would be lost in the picture.
+  followPose(T_scan_scanner, box) {
+    const { center, radius } = box.getBoundingSphere(new Sphere());
+    const toCentre = new Vector3().setFromMatrixPosition(T_scan_scanner).distanceTo(center);
+    const distance = Math.min(Math.max(toCentre, kNearestFollowedM), kFarthestFollowedM);
     const shown = new Matrix4().multiplyMatrices(this.world.matrixWorld, T_scan_scanner);
     const right = new Vector3(), down = new Vector3(), ahead = new Vector3(), eye = new Vector3();
     shown.extractBasis(right, down, ahead);
     eye.setFromMatrixPosition(shown);
     const target = eye.clone().addScaledVector(ahead, distance);
     eye.addScaledVector(ahead, -0.7 * distance).addScaledVector(kUp, 0.3 * distance);
+    const arm = eye.clone().sub(target);
+    eye.copy(target).add(arm.setLength(Math.min(arm.length(), kFollowedRoom * this.distanceTo(radius))));
     this.setReach(distance, distance);
     this.moveTo(eye, target);
   }
