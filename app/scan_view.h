@@ -70,7 +70,7 @@ class ScanView {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kFewestLeaves = 16, kMostLeaves = 256;  ///< meshed between two frames
+  static constexpr std::size_t kFewestLeaves = 16, kFirstLeaves = 64, kMostLeaves = 256;  ///< meshed between two frames
 
   void note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report);
   void note_counts(const RunReport& report);
@@ -106,7 +106,7 @@ class ScanView {
   Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
   ViewBudget budget_;
   Clock::duration mesh_cost_{}, picture_cost_{};  ///< of late
-  std::size_t leaves_ = kMostLeaves;              ///< of an update of the mesh: as many as take a moment
+  std::size_t leaves_ = kFirstLeaves;             ///< of an update of the mesh: as many as take a moment
   std::uint32_t pictures_ = 0;
 };
 
