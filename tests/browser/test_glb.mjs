@@ -1,27 +1,17 @@
 // Smaller GLB files in three.js: the same mesh and exactly the same colours as the plain file.
 
 import assert from 'node:assert/strict';
-import { createReadStream, existsSync, statSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { dirname, join, normalize } from 'node:path';
-import { after, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { kDesk, openFile, useBrowser } from './browser.mjs';
+import { statSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { kDesk, useBrowser } from './browser.mjs';
 import { scanknit, synthesise, temporaryFolder } from './program.mjs';
+import { serveThreePage, useThree } from './three_page.mjs';
 
-const kThree = join(dirname(fileURLToPath(import.meta.url)), '../../view/page/node_modules/three');
-const kPage = `<!doctype html><link rel="icon" href="data:,">
-<script type="importmap">{"imports": {"three": "/three/build/three.module.js", "three/addons/": "/three/examples/jsm/"}}</script>
-<script type="module">
-import * as THREE from 'three';
-import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
-
+const kScript = `
 /// Counts, box, colours as sRGB bytes, and the pixels of a picture without light.
 window.load = async (url) => {
-  const { scene } = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync(url);
-  let mesh;
-  scene.traverse((node) => { mesh = node.isMesh ? node : mesh; });
+  const { scene, mesh } = await loadGlb(url);
   const { attributes, index } = mesh.geometry;
   const colours = new Map();
   const srgb = (linear) => Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
@@ -43,14 +33,9 @@ window.load = async (url) => {
   gl.readPixels(0, 0, 256, 256, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   return { vertices: attributes.position.count, corners: index.count, colours: [...colours].sort(),
            box: [...box.min.toArray(), ...box.max.toArray()], pixels: [...pixels] };
-};
-document.title = 'ready';
-</script>`;
+};`;
 
-if (!existsSync(kThree)) {
-  console.log('SKIPPED: three.js is not installed (npm ci --prefix view/page)');
-  process.exit(77);
-}
+useThree();
 useBrowser();
 
 const folder = temporaryFolder();
@@ -60,28 +45,11 @@ for (const [name, options] of Object.entries(kVariants)) {
   scanknit('run', recording, '-o', join(folder, `${name}.glb`), '--set', 'fusion.voxel_size=4mm', '--set', 'export.material=unlit', '--quiet', ...options);
 }
 
-const server = createServer((request, response) => {
-  const path = normalize(new URL(request.url, 'http://localhost').pathname);
-  if (path === '/') {
-    response.writeHead(200, { 'content-type': 'text/html' });
-    response.end(kPage);
-    return;
-  }
-  const file = path.startsWith('/three/') ? join(kThree, path.slice(7)) : join(folder, path);
-  if (!existsSync(file)) {
-    response.writeHead(404).end();
-    return;
-  }
-  response.writeHead(200, { 'content-type': file.endsWith('.js') ? 'text/javascript' : 'application/octet-stream' });
-  createReadStream(file).pipe(response);
-});
-await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-after(() => server.close());
+const openPage = await serveThreePage(folder, kScript);
 
 let plain;
 async function load(name) {
-  const page = await openFile(`http://127.0.0.1:${server.address().port}/`, kDesk);
-  await page.waitForFunction(() => document.title === 'ready');
+  const page = await openPage(kDesk);
   const loaded = await page.evaluate((url) => window.load(url), `/${name}.glb`);
   assert.deepEqual(page.problems, []);
   return loaded;

@@ -2,23 +2,15 @@
 // more than a mesh with colours at its vertices.
 
 import assert from 'node:assert/strict';
-import { createReadStream, existsSync, readFileSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { dirname, join, normalize } from 'node:path';
-import { after, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { keepScreenshot, openFile, useBrowser } from './browser.mjs';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { keepScreenshot, useBrowser } from './browser.mjs';
 import { scanknit, synthesise, temporaryFolder } from './program.mjs';
+import { serveThreePage, useThree } from './three_page.mjs';
 
-const kThree = join(dirname(fileURLToPath(import.meta.url)), '../../view/page/node_modules/three');
 const kWidth = 640, kHeight = 480;
-const kPage = `<!doctype html><link rel="icon" href="data:,"><style>body { margin: 0 }</style>
-<script type="importmap">{"imports": {"three": "/three/build/three.module.js", "three/addons/": "/three/examples/jsm/"}}</script>
-<script type="module">
-import * as THREE from 'three';
-import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
-
+const kScript = `
 const renderer = new THREE.WebGLRenderer({ antialias: false, preserveDrawingBuffer: true });
 renderer.setSize(${kWidth}, ${kHeight});
 renderer.setClearColor(0x000000);
@@ -38,9 +30,7 @@ async function pictureOf(url) {
 
 /// Draws the file from the camera's place; how its pixels differ from the camera's picture where both show something.
 window.compare = async ({ model, picture, pose, fy }) => {
-  const { scene } = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync(model);
-  let mesh;
-  scene.traverse((node) => { mesh = node.isMesh ? node : mesh; });
+  const { scene, mesh } = await loadGlb(model);
   const isUnlit = mesh.material.isMeshBasicMaterial === true;
   const camera = new THREE.PerspectiveCamera(2 * Math.atan(${kHeight} / 2 / fy) * 180 / Math.PI, ${kWidth / kHeight}, 0.01, 10);
   // Both the recording's world and its camera look along +z with y down; glTF and three.js have y up.
@@ -63,14 +53,9 @@ window.compare = async ({ model, picture, pose, fy }) => {
     }
   }
   return { isUnlit, count, rms: Math.sqrt(sum / (3 * count)), hasVertexColours: mesh.geometry.attributes.color !== undefined };
-};
-document.title = 'ready';
-</script>`;
+};`;
 
-if (!existsSync(kThree)) {
-  console.log('SKIPPED: three.js is not installed (npm ci --prefix view/page)');
-  process.exit(77);
-}
+useThree();
 useBrowser();
 
 const folder = temporaryFolder();
@@ -82,23 +67,7 @@ for (const [name, options] of Object.entries(kVariants)) {
   scanknit('run', recording, '-o', join(folder, `${name}.glb`), '--set', 'fusion.voxel_size=4mm', '--set', 'export.material=unlit', '--quiet', ...options);
 }
 
-const server = createServer((request, response) => {
-  const path = normalize(new URL(request.url, 'http://localhost').pathname);
-  if (path === '/') {
-    response.writeHead(200, { 'content-type': 'text/html' });
-    response.end(kPage);
-    return;
-  }
-  const file = path.startsWith('/three/') ? join(kThree, path.slice(7)) : join(folder, path);
-  if (!existsSync(file)) {
-    response.writeHead(404).end();
-    return;
-  }
-  response.writeHead(200, { 'content-type': file.endsWith('.js') ? 'text/javascript' : 'application/octet-stream' });
-  createReadStream(file).pipe(response);
-});
-await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-after(() => server.close());
+const openPage = await serveThreePage(folder, kScript);
 
 /// trajectory.log: for each frame a line of numbers, and four of the matrix.
 const poses = readFileSync(join(recording, 'trajectory.log'), 'utf8').trim().split('\n');
@@ -107,8 +76,7 @@ const pose = poses.slice(5 * kFrame + 1, 5 * kFrame + 5).flatMap((row) => row.tr
 const fy = JSON.parse(readFileSync(join(recording, 'camera_intrinsic.json'), 'utf8')).intrinsic_matrix[4];
 
 async function compare(name) {
-  const page = await openFile(`http://127.0.0.1:${server.address().port}/`, { viewport: { width: kWidth, height: kHeight } });
-  await page.waitForFunction(() => document.title === 'ready');
+  const page = await openPage({ viewport: { width: kWidth, height: kHeight } });
   const result = await page.evaluate((wish) => window.compare(wish),
     { model: `/${name}.glb`, picture: `/recording/color/${String(kFrame).padStart(6, '0')}.png`, pose, fy });
   await keepScreenshot(page, `texture_${name}`);
