@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/stage_timer.h"
+#include "core/mesh_area.h"
 #include "export/up_rotation.h"
 #include "finish/close_volume.h"
 #include "finish/ground_plane.h"

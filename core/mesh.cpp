@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/disjoint_sets.h"
+#include "core/mesh_area.h"
 
 namespace scanknit {
 namespace {
@@ -50,8 +51,7 @@ bool is_well_formed(const Mesh& mesh) {
 }
 
 bool is_degenerate(const Mesh& mesh, const Triangle& t) {
-  const auto corner = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-  return (corner(1) - corner(0)).cross(corner(2) - corner(0)).isZero(0);
+  return area_vector_m2(mesh, t).isZero(0);
 }
 
 /// Counts edges into `check`; returns their number.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/mesh_area.h"
 
 namespace scanknit {
 namespace {
@@ -52,15 +53,11 @@ std::vector<Neighbours> find_neighbours(const Mesh& mesh) {
   return neighbours;
 }
 
-/// Of each triangle, times twice its area.
+/// Of each triangle, times its area.
 std::vector<Eigen::Vector3f> area_normals(const Mesh& mesh) {
   std::vector<Eigen::Vector3f> normals;
   normals.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-    normals.push_back(
-        (mesh.positions_m[t[1]].cast<double>() - a).cross(mesh.positions_m[t[2]].cast<double>() - a).cast<float>());
-  }
+  for (const Triangle& t : mesh.triangles) normals.push_back(area_vector_m2(mesh, t).cast<float>());
   return normals;
 }
 

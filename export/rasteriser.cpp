@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/mesh_area.h"
+
 namespace scanknit {
 namespace {
 
@@ -174,10 +176,8 @@ class Canvas {
 
 /// The light on a flat triangle, for meshes without normals.
 float facet_light(const Mesh& mesh, const Triangle& t, const Camera& camera) {
-  const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-  const Eigen::Vector3d normal =
-      (mesh.positions_m[t[1]].cast<double>() - a).cross(mesh.positions_m[t[2]].cast<double>() - a);
-  const Eigen::Vector3d to_camera = camera.position_m - a;
+  const Eigen::Vector3d normal = area_vector_m2(mesh, t);
+  const Eigen::Vector3d to_camera = camera.position_m - mesh.positions_m[t[0]].cast<double>();
   const double length = normal.norm() * to_camera.norm();
   const double cosine = length > 0 ? std::abs(normal.dot(to_camera)) / length : 0.0;
   return kAmbient + (1 - kAmbient) * static_cast<float>(std::min(cosine, 1.0));

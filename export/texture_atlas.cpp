@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/mesh_area.h"
 #include "export/atlas_charts.h"
 #include "export/atlas_packing.h"
 
@@ -116,15 +117,6 @@ std::optional<TextureAtlas> try_atlas(const Mesh& mesh, double texel, int max_si
   return atlas;
 }
 
-double area_of(const Mesh& mesh) {
-  double area = 0;
-  for (const Triangle& t : mesh.triangles) {
-    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-    area += (mesh.positions_m[t[1]].cast<double>() - a).cross(mesh.positions_m[t[2]].cast<double>() - a).norm() / 2;
-  }
-  return area;
-}
-
 }  // namespace
 
 Eigen::Vector2f TextureAtlas::coordinate(std::size_t vertex) const {
@@ -154,7 +146,7 @@ Result<TextureAtlas> build_atlas(const Mesh& mesh, const AtlasRequest& request) 
   SCANKNIT_CHECK(request.texel > 0 && request.max_side >= 16 && request.max_side <= 16384);
   if (mesh.empty()) return Error{ErrorCode::kMesh, "a mesh without triangles has no texture"};
   // Texels that would not fit even if they were packed without a gap need not be tried.
-  const double least = std::sqrt(area_of(mesh) / 2) / request.max_side;
+  const double least = std::sqrt(area_m2(mesh) / 2) / request.max_side;
   double texel = request.may_be_coarser ? std::max(request.texel, least) : request.texel;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (texel >= least) {

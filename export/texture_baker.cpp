@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/check.h"
+#include "core/mesh_area.h"
 #include "export/srgb.h"
 #include "export/texture_fill.h"
 
@@ -43,8 +43,7 @@ std::uint16_t stored(float value) {
 std::vector<Eigen::Vector3f> mean_normals(const Mesh& mesh) {
   std::vector<Eigen::Vector3f> normals(mesh.positions_m.size(), Eigen::Vector3f::Zero());
   for (const Triangle& t : mesh.triangles) {
-    const Eigen::Vector3f& a = mesh.positions_m[t[0]];
-    const Eigen::Vector3f n = (mesh.positions_m[t[1]] - a).cross(mesh.positions_m[t[2]] - a);
+    const Eigen::Vector3f n = area_vector_m2(mesh, t).cast<float>();
     for (const std::uint32_t v : t) normals[v] += n;
   }
   return normals;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/median.h"
+#include "core/mesh_area.h"
 #include "export/up_rotation.h"
 
 namespace scanknit {
@@ -38,10 +39,7 @@ std::array<double, kAzimuths> facing_areas(const Mesh& mesh, const Eigen::Vector
   std::array<double, kAzimuths> areas{};
   const std::size_t step = mesh.triangles.size() / kEnoughTriangles + 1;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += step) {
-    const Triangle& t = mesh.triangles[i];
-    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-    const Eigen::Vector3d area =
-        (mesh.positions_m[t[1]].cast<double>() - a).cross(mesh.positions_m[t[2]].cast<double>() - a);
+    const Eigen::Vector3d area = area_vector_m2(mesh, mesh.triangles[i]);
     for (std::size_t k = 0; k < forward.size(); ++k) areas[k] += std::max(0.0, -area.dot(forward[k]));
   }
   return areas;

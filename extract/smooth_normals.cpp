@@ -1,10 +1,11 @@
 #include "extract/smooth_normals.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "core/mesh_area.h"
 
 namespace scanknit {
 
@@ -23,12 +24,9 @@ void fill_missing_normals(Mesh& mesh) {
   for (const Triangle& t : mesh.triangles) {
     const auto is_missing = [&](std::uint32_t v) { return place[v] != kHasNormal; };
     if (std::none_of(t.begin(), t.end(), is_missing)) continue;
-    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-    const Eigen::Vector3d b = mesh.positions_m[t[1]].cast<double>();
-    const Eigen::Vector3d c = mesh.positions_m[t[2]].cast<double>();
-    const Eigen::Vector3d twice_area = (b - a).cross(c - a);
+    const Eigen::Vector3d area = area_vector_m2(mesh, t);
     for (const std::uint32_t v : t) {
-      if (is_missing(v)) sums[place[v]] += twice_area;
+      if (is_missing(v)) sums[place[v]] += area;
     }
   }
   for (std::size_t v = 0; v < mesh.normals.size(); ++v) {

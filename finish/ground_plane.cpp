@@ -16,6 +16,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/mesh_area.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/mesh_area.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
@@ -109,12 +110,6 @@ void paint_invented(const std::vector<std::uint8_t>& invented, Rgb8 colour, Mesh
   for (std::size_t i = 0; i < was_seen.size(); ++i) {
     if (was_seen[i] == 0) mesh.colours[i] = colour;
   }
-}
-
-double area_m2(const Mesh& mesh) {
-  double area = 0;
-  for (const Triangle& t : mesh.triangles) area += area_vector_m2(mesh, t).norm();
-  return area;
 }
 
 double area_m2(const Mesh& mesh, const std::vector<std::uint8_t>& triangles) {

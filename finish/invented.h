@@ -29,8 +29,7 @@ void drop_invented_pieces(std::size_t min_triangles, Mesh& mesh, std::vector<std
 /// Vertices all of whose triangles were invented get this colour. A mesh without colours becomes grey elsewhere.
 void paint_invented(const std::vector<std::uint8_t>& invented, Rgb8 colour, Mesh& mesh);
 
-[[nodiscard]] double area_m2(const Mesh& mesh);
-/// Of the triangles with a 1.
+/// The area of the triangles with a 1.
 [[nodiscard]] double area_m2(const Mesh& mesh, const std::vector<std::uint8_t>& triangles);
 
 }  // namespace scanknit

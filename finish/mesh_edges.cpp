@@ -1,6 +1,5 @@
 #include "finish/mesh_edges.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <tuple>
@@ -39,11 +38,6 @@ DisjointSets fans_of(const Mesh& mesh) {
 }
 
 }  // namespace
-
-Eigen::Vector3d area_vector_m2(const Mesh& mesh, const Triangle& t) {
-  const auto at = [&](std::size_t i) { return mesh.positions_m[t[i]].cast<double>().eval(); };
-  return (at(1) - at(0)).cross(at(2) - at(0)) / 2;
-}
 
 std::vector<EdgeSide> edge_sides(const Mesh& mesh) {
   std::vector<EdgeSide> sides;

@@ -1,4 +1,4 @@
-// The edges of a mesh, and its triangles: their areas, and sets of them.
+// The edges of a mesh, and sets of its triangles.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,6 @@
 #include "core/mesh.h"
 
 namespace scanknit {
-
-/// The area of a triangle along its normal.
-[[nodiscard]] Eigen::Vector3d area_vector_m2(const Mesh& mesh, const Triangle& t);
 
 /// One triangle's side of an edge.
 struct EdgeSide {

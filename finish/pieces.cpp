@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/mesh_area.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

@@ -11,6 +11,7 @@
 #include "acquire/synthetic/counter_random.h"
 #include "acquire/synthetic/triangle_bvh.h"
 #include "acquire/synthetic/truth_files.h"
+#include "core/mesh_area.h"
 
 namespace scanknit {
 namespace {
@@ -60,7 +61,7 @@ std::vector<Vector3d> spread_over(const Mesh& mesh, std::size_t count) {
   double total = 0;
   const auto at = [&](std::uint32_t v) -> Vector3d { return mesh.positions_m[v].cast<double>(); };
   for (const Triangle& t : mesh.triangles) {
-    total += (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).norm() / 2;
+    total += area_vector_m2(mesh, t).norm();
     area_up_to.push_back(total);
   }
   std::vector<Vector3d> points;

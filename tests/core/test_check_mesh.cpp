@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/mesh.h"
+#include "core/mesh_area.h"
 #include "tests/core/sample_meshes.h"
 
 namespace scanknit {
@@ -156,6 +157,12 @@ TEST(CheckMesh, AttributesOfAnotherLengthAreNotWellFormed) {
   mesh.colours.clear();
   mesh.normals.resize(5, Eigen::Vector3f::UnitX());
   EXPECT_FALSE(check_mesh(mesh).is_well_formed);
+}
+
+TEST(MeshArea, LooksOutOfEachTriangleAndAddsUp) {
+  const Mesh mesh = test::cube();
+  EXPECT_EQ(area_vector_m2(mesh, mesh.triangles[0]), Eigen::Vector3d(-2, 0, 0));
+  EXPECT_DOUBLE_EQ(area_m2(mesh), 6 * 4.0);
 }
 
 TEST(SignedVolume, IsPositiveOutwardsAndNegativeInwards) {

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <set>
 
+#include "core/mesh_area.h"
 #include "extract/reference/marching_tetrahedra.h"
 #include "tests/extract/volumes.h"
 
@@ -106,15 +107,6 @@ std::size_t expected_boundary_edges(const Dense& volume, const Eigen::Vector3i& 
 Dense sphere(int n, double radius, const Eigen::Vector3d& centre) {
   return test::dense_from(
       n, [&](double x, double y, double z) { return (Eigen::Vector3d(x, y, z) - centre).norm() - radius; });
-}
-
-double area(const Mesh& mesh) {
-  double sum = 0;
-  for (const Triangle& t : mesh.triangles) {
-    const Eigen::Vector3d a = mesh.positions_m[t[0]].cast<double>();
-    sum += (mesh.positions_m[t[1]].cast<double>() - a).cross(mesh.positions_m[t[2]].cast<double>() - a).norm() / 2;
-  }
-  return sum;
 }
 
 constexpr std::array kSplits{TetraSplit::k5, TetraSplit::k6, TetraSplit::k24};
@@ -331,7 +323,7 @@ TEST(MarchingTetrahedraSphere, HasTheSameAreaForEachSplit) {
   const Dense volume = sphere(25, kRadius, {12.1, 11.8, 12.3});
   const double expected = 4 * std::numbers::pi * kRadius * kRadius;
   for (const TetraSplit split : kSplits)
-    EXPECT_NEAR(area(March{}(DenseBlocks(volume), split)), expected, kShrinkage * expected) << name_of(split);
+    EXPECT_NEAR(area_m2(March{}(DenseBlocks(volume), split)), expected, kShrinkage * expected) << name_of(split);
 }
 
 /// The volume after one of the 48 symmetries of the cube.
