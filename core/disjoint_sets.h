@@ -12,7 +12,13 @@ namespace scanknit {
 /// At first each number from 0 on is a set of its own. The outcome does not depend on the order of joining.
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  explicit DisjointSets(std::size_t size) { reset(size); }
+
+  /// As a new one, without asking for memory again.
+  void reset(std::size_t size) {
+    parent_.resize(size);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
 
   /// The smallest number of the set that has `of`.
   [[nodiscard]] std::uint32_t root(std::uint32_t of) {

@@ -1,10 +1,11 @@
 #include "extract/split_pinches.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <span>
 #include <vector>
+
+#include "core/disjoint_sets.h"
 
 namespace scanknit {
 namespace {
@@ -34,44 +35,32 @@ class FanFinder {
  public:
   explicit FanFinder(const Mesh& mesh) : mesh_(mesh) {}
 
-  /// The fan of each of the corners at a vertex: the place of the fan's first corner among them.
-  [[nodiscard]] std::span<const std::size_t> fans(std::span<const Corner> corners) {
+  /// The fans of the corners at a vertex, by their places: the root of a fan is its first corner.
+  [[nodiscard]] DisjointSets& fans(std::span<const Corner> corners) {
     seen_.resize(mesh_.positions_m.size());  // copies have been appended since
-    fan_.resize(corners.size());
-    std::iota(fan_.begin(), fan_.end(), std::size_t{0});
-    for (std::size_t i = 0; i < corners.size(); ++i) {
+    fans_.reset(corners.size());
+    for (std::uint32_t i = 0; i < corners.size(); ++i) {
       const Triangle& t = mesh_.triangles[corners[i] / 3];
       for (const std::size_t step : {1u, 2u}) {
         Seen& seen = seen_[t[(corners[i] + step) % 3]];  // the vertex at the other end of an edge
         if (seen.begin == corners.data())
-          join(seen.place, i);
+          fans_.join(seen.place, i);
         else
           seen = {corners.data(), i};
       }
     }
-    for (std::size_t i = 0; i < fan_.size(); ++i) fan_[i] = root(i);
-    return fan_;
+    return fans_;
   }
 
  private:
-  [[nodiscard]] std::size_t root(std::size_t i) {
-    while (fan_[i] != i) i = fan_[i] = fan_[fan_[i]];
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) {
-    a = root(a);
-    b = root(b);
-    fan_[std::max(a, b)] = std::min(a, b);
-  }
-
   /// The first corner that looked at a vertex, among the corners that begin there.
   struct Seen {
     const Corner* begin = nullptr;
-    std::size_t place = 0;
+    std::uint32_t place = 0;
   };
   const Mesh& mesh_;
   std::vector<Seen> seen_;
-  std::vector<std::size_t> fan_;
+  DisjointSets fans_{0};
 };
 
 template <typename T>
@@ -90,17 +79,18 @@ std::size_t split_pinched_vertices(Mesh& mesh) {
   std::vector<std::uint32_t> vertex_of_fan;
   for (std::size_t v = 0; v < vertices; ++v) {
     const auto corners = std::span(at.corners).subspan(at.begin[v], at.begin[v + 1] - at.begin[v]);
-    const auto fans = finder.fans(corners);
+    DisjointSets& fans = finder.fans(corners);
     vertex_of_fan.assign(corners.size(), static_cast<std::uint32_t>(v));
-    for (std::size_t i = 1; i < corners.size(); ++i) {
-      if (fans[i] == 0) continue;
-      if (fans[i] == i) {
+    for (std::uint32_t i = 1; i < corners.size(); ++i) {
+      const std::uint32_t fan = fans.root(i);
+      if (fan == 0) continue;
+      if (fan == i) {
         vertex_of_fan[i] = static_cast<std::uint32_t>(mesh.positions_m.size());
         append_copy(mesh.positions_m, v);
         append_copy(mesh.normals, v);
         append_copy(mesh.colours, v);
       }
-      mesh.triangles[corners[i] / 3][corners[i] % 3] = vertex_of_fan[fans[i]];
+      mesh.triangles[corners[i] / 3][corners[i] % 3] = vertex_of_fan[fan];
     }
   }
   return mesh.positions_m.size() - vertices;
