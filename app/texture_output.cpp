@@ -10,17 +10,18 @@
 #include <vector>
 
 #include "app/stage_timer.h"
+#include "export/encode_picture.h"
 #include "export/texel_size.h"
 #include "export/texture_atlas.h"
 #include "export/texture_baker.h"
-#include "export/texture_fill.h"
 #include "export/write_mesh.h"
 
 namespace scanknit {
 namespace {
 
 constexpr std::size_t kMostFrames = 256;  // that are baked: more cost time and show little more
-constexpr double kVisibleVoxels = 2;      // between a frame's depth and the mesh, where its noise is less
+constexpr int kJpegQuality = 92;
+constexpr double kVisibleVoxels = 2;  // between a frame's depth and the mesh, where its noise is less
 
 struct PosedFrame {
   std::uint64_t sequence;
@@ -70,7 +71,7 @@ class TextureMaker {
     told_.texels = baked->texels;
     told_.seen_share = baked->seen_share;
     const bool is_png = config_.output.texture == TextureFormat::kPng;
-    auto image = is_png ? encode_png(baked->image) : encode_jpeg(baked->image);
+    auto image = is_png ? encode_png(baked->image, PngEffort::kSmall) : encode_jpeg(baked->image, kJpegQuality);
     if (!image) return image.error();
     MeshTexture texture;
     for (std::size_t v = 0; v < atlas_.source.size(); ++v) texture.coordinates.push_back(atlas_.coordinate(v));

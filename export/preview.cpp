@@ -2,11 +2,12 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+#include <span>
 
 #include "core/atomic_file.h"
+#include "export/encode_picture.h"
 #include "export/rasteriser.h"
 #include "export/view_choice.h"
 
@@ -59,24 +60,11 @@ ColourImage render_two_views(const Mesh& mesh, UpAxis world_up, const std::optio
 }
 
 Result<void> write_png(const ColourImage& image, const std::filesystem::path& path) {
-  const auto failure = [&path](std::string what) { return Error{ErrorCode::kOutput, std::move(what), path.string()}; };
-  if (image.empty()) return failure("a picture without pixels cannot be written");
-  std::vector<unsigned char> bytes;
-  try {
-    cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-    for (int y = 0; y < image.height(); ++y) {
-      for (int x = 0; x < image.width(); ++x) {
-        const Rgb8 c = image.at(x, y);
-        bgr.at<cv::Vec3b>(y, x) = {c.b, c.g, c.r};
-      }
-    }
-    if (!cv::imencode(".png", bgr, bytes)) return failure("the picture could not be encoded as PNG");
-  } catch (const std::exception& problem) {  // cv::Exception, bad_alloc
-    return failure(std::string("the picture could not be encoded as PNG: ") + problem.what());
-  }
+  auto bytes = encode_png(image, PngEffort::kFast);
+  if (!bytes) return Error{bytes.error().code, bytes.error().message, path.string()};
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
-  if (auto written = file->write(std::as_bytes(std::span(bytes))); !written) return written;
+  if (auto written = file->write(std::as_bytes(std::span(*bytes))); !written) return written;
   return file->commit();
 }
 

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "export/texture_fill.h"
+#include "export/encode_picture.h"
 #include "export/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
@@ -91,7 +91,7 @@ TEST(GlbValidator, FindsNothingWrongInATexturedMesh) {
   for (std::size_t v = 0; v < atlas.source.size(); ++v) texture.coordinates.push_back(atlas.coordinate(v));
   const ColourImage image(atlas.width, atlas.height, Rgb8{10, 200, 30});
   for (const bool is_png : {true, false}) {
-    texture.image = is_png ? *encode_png(image) : *encode_jpeg(image);
+    texture.image = is_png ? *encode_png(image, PngEffort::kFast) : *encode_jpeg(image, 92);
     texture.mime = is_png ? "image/png" : "image/jpeg";
     for (const bool is_quantized : {false, true}) {
       ExportConfig config;

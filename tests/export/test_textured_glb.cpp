@@ -5,9 +5,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "export/encode_picture.h"
 #include "export/mesh_extension.h"
 #include "export/mesh_readers.h"
-#include "export/texture_fill.h"
 #include "export/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
@@ -27,7 +27,7 @@ Textured textured_sphere() {
   const TextureAtlas atlas = test::atlas_of(sphere, 0.02);
   Textured made{atlas.unfolded(sphere), {}};
   for (std::size_t v = 0; v < atlas.source.size(); ++v) made.texture.coordinates.push_back(atlas.coordinate(v));
-  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}));
+  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}), PngEffort::kFast);
   made.texture.mime = "image/png";
   return made;
 }
