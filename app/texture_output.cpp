@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "app/stage_timer.h"
+#include "app/steady_frames.h"
 #include "export/encode_picture.h"
 #include "export/texel_size.h"
 #include "export/texture_atlas.h"
@@ -23,42 +23,13 @@ constexpr std::size_t kMostFrames = 256;  // that are baked: more cost time and 
 constexpr int kJpegQuality = 92;
 constexpr double kVisibleVoxels = 2;  // between a frame's depth and the mesh, where its noise is less
 
-struct PosedFrame {
-  std::uint64_t sequence;
-  Pose T_mesh_camera;
-};
-
-/// How far what is a metre before the camera moves between the frames before and after.
-double motion_m(const std::vector<PosedFrame>& frames, std::size_t i) {
-  const Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ();
-  const Pose& before = frames[i == 0 ? 0 : i - 1].T_mesh_camera;
-  const Pose& after = frames[std::min(i + 1, frames.size() - 1)].T_mesh_camera;
-  return (after * ahead - before * ahead).norm();
-}
-
-/// Of each few frames in a row the one in which the camera moved least: it is the sharpest.
-PosesBySequence steadiest(const PosesBySequence& poses) {
-  std::vector<PosedFrame> frames;
-  for (const auto& [sequence, pose] : poses) frames.push_back({sequence, pose});
-  const std::size_t group = (frames.size() + kMostFrames - 1) / kMostFrames;
-  PosesBySequence chosen;
-  for (std::size_t begin = 0; begin < frames.size(); begin += group) {
-    std::size_t best = begin;
-    for (std::size_t i = begin; i < std::min(begin + group, frames.size()); ++i) {
-      if (motion_m(frames, i) < motion_m(frames, best)) best = i;
-    }
-    chosen.emplace(frames[best].sequence, frames[best].T_mesh_camera);
-  }
-  return chosen;
-}
-
 class TextureMaker {
  public:
   TextureMaker(const WrittenMesh& written, const Config& config, std::stop_token stop, Console& console,
                RunReport::Texture& told)
       : written_(written),
         config_(config),
-        poses_(steadiest(written.T_mesh_camera)),
+        poses_(steadiest(written.T_mesh_camera, kMostFrames)),
         stop_(std::move(stop)),
         console_(console),
         told_(told) {}
