@@ -4,7 +4,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "tests/app/program.h"
+#include "tests/app/suite_folder.h"
 
 namespace scanknit {
 namespace {
@@ -12,30 +12,22 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-class Finish : public ::testing::Test {
+class Finish : public SuiteFolder {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TempFolder;
+    SuiteFolder::SetUpTestSuite();
     const Outcome synth = scanknit_command({"synth", "desk", "--noise", "--seed", "1", "-o", recording(), "--frames",
                                             "40", "--width", "240", "--height", "180", "--quiet"});
     ASSERT_EQ(synth.exit_code, 0) << synth.err;
     const Outcome plain = run("plain", {"--save-volume", place("plain.vdb")});
     ASSERT_EQ(plain.exit_code, 0) << plain.err;
   }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-  [[nodiscard]] static std::string place(const std::string& name) { return *folder_ / name; }
-  [[nodiscard]] static std::string recording() { return place("recording"); }
-
   static Outcome run(const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"run",      recording(), "-o",    place(name),
                                           "--preset", "object",    "--set", "fusion.voxel_size=4mm"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return scanknit_command(arguments);
   }
-  static Json report(const std::string& name) { return Json::parse(read_text(fs::path(place(name)) / "report.json")); }
   static Json step(const Json& report, const std::string& name) {
     for (const Json& one : report["finish"]["steps"]) {
       if (one["name"] == name) return one;
@@ -46,10 +38,7 @@ class Finish : public ::testing::Test {
     const Json& bounds = report["mesh"]["bounds_m"];
     return bounds[1][axis].get<double>() - bounds[0][axis].get<double>();
   }
-
-  static TempFolder* folder_;
 };
-TempFolder* Finish::folder_ = nullptr;
 
 TEST_F(Finish, NothingIsDoneUnlessAsked) {
   EXPECT_TRUE(report("plain")["finish"].is_null());

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquire/synthetic/scene.h"
-#include "tests/app/program.h"
+#include "tests/app/suite_folder.h"
 #include "tests/app/textured_glb.h"
 
 namespace scanknit {
@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-class Texture : public ::testing::Test {
+class Texture : public SuiteFolder {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TempFolder;
+    SuiteFolder::SetUpTestSuite();
     const Outcome synth = scanknit_command(
         {"synth", "turntable", "-o", recording(), "--frames", "16", "--width", "240", "--height", "180", "--quiet"});
     ASSERT_EQ(synth.exit_code, 0) << synth.err;
@@ -30,12 +30,6 @@ class Texture : public ::testing::Test {
     ASSERT_EQ(textured.exit_code, 0) << textured.err;
     said_ = textured.out;
   }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-  [[nodiscard]] static std::string place(const std::string& name) { return *folder_ / name; }
-  [[nodiscard]] static std::string recording() { return place("recording"); }
   [[nodiscard]] static fs::path glb(const std::string& name) { return fs::path(place(name)) / "model.glb"; }
 
   static Outcome run(const std::string& name, const std::vector<std::string>& more,
@@ -44,12 +38,9 @@ class Texture : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return scanknit_command(arguments);
   }
-  static Json report(const std::string& name) { return Json::parse(read_text(fs::path(place(name)) / "report.json")); }
 
-  static TempFolder* folder_;
   static std::string said_;
 };
-TempFolder* Texture::folder_ = nullptr;
 std::string Texture::said_;
 
 /// x y z and red green blue of a binary PLY of ours with normals, by position.

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/app/program.h"
+#include "tests/app/suite_folder.h"
 
 namespace scanknit {
 namespace {
@@ -53,10 +53,10 @@ void copy_frames(const fs::path& from, const fs::path& to, const std::vector<std
 
 /// Blocks on each other, all of which is seen but the underside, in a noisy recording of one turn before a wall; a hand
 /// reaches in. Angles are up to a degree and a half from steady.
-class Tower : public ::testing::Test {
+class Tower : public SuiteFolder {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TempFolder;
+    SuiteFolder::SetUpTestSuite();
     const Outcome synth =
         scanknit_command({"synth", "tower", "--turntable", "--hand", "--angle-noise", "0.5", "--noise", "-o",
                           recording(), "--frames", "48", "--width", "240", "--height", "180", "--quiet"});
@@ -64,12 +64,6 @@ class Tower : public ::testing::Test {
     const Outcome found = scan(recording(), place("found"), {"--cut-recording", place("cut")});
     ASSERT_EQ(found.exit_code, 0) << found.err;
   }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-  [[nodiscard]] static std::string recording() { return *folder_ / "recording"; }
-  [[nodiscard]] static std::string place(const std::string& name) { return *folder_ / name; }
 
   static Outcome scan(const std::string& input, const std::string& output, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments = {
@@ -77,7 +71,6 @@ class Tower : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return scanknit_command(arguments);
   }
-  static Json report(const std::string& output) { return Json::parse(read_text(fs::path(output) / "report.json")); }
   static bool has_warning(const std::string& output, const std::string& text) {
     return report(output)["warnings"].dump().find(text) != std::string::npos;
   }
@@ -87,10 +80,7 @@ class Tower : public ::testing::Test {
     EXPECT_EQ(distance.exit_code, 0) << distance.err;
     return Json::parse(distance.out)["area"]["mean_m"].get<double>();
   }
-
-  static TempFolder* folder_;
 };
-TempFolder* Tower::folder_ = nullptr;
 
 TEST_F(Tower, IsAsExactAsWithTruePosesClosedAndAlone) {
   const std::string with_poses = place("with_poses");
