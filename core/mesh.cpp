@@ -7,6 +7,7 @@
 
 #include "core/disjoint_sets.h"
 #include "core/mesh_area.h"
+#include "core/unused_vertices.h"
 
 namespace scanknit {
 namespace {
@@ -152,29 +153,6 @@ DisjointSets connect(const Mesh& mesh) {
   return sets;
 }
 
-/// Drops the vertices that no triangle uses, keeping the order of the others.
-void compact_vertices(Mesh& mesh) {
-  constexpr Index kUnused = 0xFFFFFFFFu;
-  std::vector<Index> new_index(mesh.positions_m.size(), kUnused);
-  for (const Triangle& t : mesh.triangles) {
-    for (const Index v : t) new_index[v] = 0;
-  }
-  Index next = 0;
-  for (Index v = 0; v < new_index.size(); ++v) {
-    if (new_index[v] == kUnused) continue;
-    mesh.positions_m[next] = mesh.positions_m[v];
-    if (!mesh.normals.empty()) mesh.normals[next] = mesh.normals[v];
-    if (!mesh.colours.empty()) mesh.colours[next] = mesh.colours[v];
-    new_index[v] = next++;
-  }
-  mesh.positions_m.resize(next);
-  if (!mesh.normals.empty()) mesh.normals.resize(next);
-  if (!mesh.colours.empty()) mesh.colours.resize(next);
-  for (Triangle& t : mesh.triangles) {
-    for (Index& v : t) v = new_index[v];
-  }
-}
-
 }  // namespace
 
 MeshCheck check_mesh(const Mesh& mesh) {
@@ -219,7 +197,7 @@ std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles) {
       std::count_if(size.begin(), size.end(), [&](std::size_t n) { return n > 0 && n < min_triangles; }));
   if (removed == 0) return 0;
   std::erase_if(mesh.triangles, [&](const Triangle& t) { return size[sets.root(t[0])] < min_triangles; });
-  compact_vertices(mesh);
+  drop_unused_vertices(mesh);
   return removed;
 }
 

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
-#include <utility>
+
+#include "core/unused_vertices.h"
 
 namespace scanknit {
 namespace {
@@ -11,11 +12,10 @@ namespace {
 using Index = std::uint32_t;
 constexpr Index kNone = std::numeric_limits<Index>::max();
 
-/// `from` may be `to`.
-void copy_vertex(const Mesh& from, Index vertex, Mesh& to) {
-  to.positions_m.push_back(Eigen::Vector3f(from.positions_m[vertex]));
-  if (!from.normals.empty()) to.normals.push_back(Eigen::Vector3f(from.normals[vertex]));
-  if (!from.colours.empty()) to.colours.push_back(Rgb8(from.colours[vertex]));
+void append_copy(Index vertex, Mesh& mesh) {
+  mesh.positions_m.push_back(Eigen::Vector3f(mesh.positions_m[vertex]));
+  if (!mesh.normals.empty()) mesh.normals.push_back(Eigen::Vector3f(mesh.normals[vertex]));
+  if (!mesh.colours.empty()) mesh.colours.push_back(Rgb8(mesh.colours[vertex]));
 }
 
 std::size_t corner_at(const Triangle& triangle, Index vertex) {
@@ -55,25 +55,12 @@ std::vector<EdgeSide> edge_sides(const Mesh& mesh) {
 }
 
 void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh) {
-  std::vector<Index> number(mesh.positions_m.size(), kNone);
-  std::vector<Triangle> kept;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (keeps[t] == 0) continue;
-    kept.push_back(mesh.triangles[t]);
-    for (const Index vertex : mesh.triangles[t]) number[vertex] = 0;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < keeps.size(); ++t) {
+    if (keeps[t] != 0) mesh.triangles[kept++] = mesh.triangles[t];
   }
-  Mesh smaller;
-  Index next = 0;
-  for (Index vertex = 0; vertex < number.size(); ++vertex) {
-    if (number[vertex] == kNone) continue;
-    number[vertex] = next++;
-    copy_vertex(mesh, vertex, smaller);
-  }
-  for (Triangle& triangle : kept) {
-    for (Index& vertex : triangle) vertex = number[vertex];
-  }
-  smaller.triangles = std::move(kept);
-  mesh = std::move(smaller);
+  mesh.triangles.resize(kept);
+  drop_unused_vertices(mesh);
 }
 
 std::vector<std::uint8_t> non_manifold_vertices(const Mesh& mesh) {
@@ -112,7 +99,7 @@ void split_fans(Mesh& mesh) {
       if (owner[vertex] == fan) continue;
       if (vertex_of[fan] == kNone) {
         vertex_of[fan] = static_cast<Index>(mesh.positions_m.size());
-        copy_vertex(mesh, vertex, mesh);
+        append_copy(vertex, mesh);
       }
       vertex = vertex_of[fan];
     }

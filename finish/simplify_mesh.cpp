@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/unused_vertices.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
@@ -184,7 +185,7 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
                             ? !wish.max_error_m && !is_near(result.triangles, static_cast<double>(*wish.triangles))
                             : result.triangles == result.triangles_before;
   if (result.triangles < result.triangles_before) {
-    keep_triangles(std::vector<std::uint8_t>(best.triangles.size(), 1), best);
+    drop_unused_vertices(best);
     mesh = std::move(best);
   }
   return result;
