@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "core/median.h"
 
 namespace scanknit {
 
@@ -27,9 +30,7 @@ std::optional<double> fitting_texel_m(const Mesh& mesh, const CameraIntrinsics& 
   }
   std::erase_if(nearest_m, [](double z_m) { return std::isinf(z_m); });
   if (nearest_m.empty()) return std::nullopt;
-  const auto middle = nearest_m.begin() + static_cast<std::ptrdiff_t>(nearest_m.size() / 2);
-  std::nth_element(nearest_m.begin(), middle, nearest_m.end());
-  return kTexelsPerPixel * *middle / std::sqrt(std::abs(camera.fx * camera.fy));
+  return kTexelsPerPixel * median(std::move(nearest_m)) / std::sqrt(std::abs(camera.fx * camera.fy));
 }
 
 }  // namespace scanknit
