@@ -17,7 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// An encoder may begin again at 0 after a turn: no step is of more than half of one.
 void unwrap(std::vector<double>& angles) {
   for (std::size_t i = 1; i < angles.size(); ++i) {
-    angles[i] = angles[i - 1] + std::remainder(angles[i] - angles[i - 1], kFullTurn);
+    angles[i] = angles[i - 1] + wrapped(angles[i] - angles[i - 1]);
   }
 }
 

@@ -92,15 +92,23 @@ Vector3d common_point(const Vector3d& direction, std::vector<Screw>& screws) {
   return point - direction * direction.dot(point);
 }
 
-double wrapped(double angle_rad) {
-  return std::remainder(angle_rad, 2 * std::numbers::pi);
-}
-
 }  // namespace
 
 double angle_about(const Vector3d& direction, const Matrix3d& rotation) {
   const Eigen::Quaterniond q(rotation);
   return 2 * std::atan2(q.vec().dot(direction), q.w());
+}
+
+double wrapped(double angle_rad) {
+  return std::remainder(angle_rad, 2 * std::numbers::pi);
+}
+
+double usual_step_rad(const TurntableMotion& motion) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < motion.angles_rad.size(); ++i) {
+    steps.push_back(motion.angles_rad[i] - motion.angles_rad[i - 1]);
+  }
+  return median(steps);
 }
 
 Pose turn_about(const TurntableAxis& axis, double angle_rad) {

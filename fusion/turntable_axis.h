@@ -22,11 +22,17 @@ struct TurntableAxis {
 /// The angle of the turn about `direction` (unit) that comes nearest to a rotation.
 [[nodiscard]] double angle_about(const Eigen::Vector3d& direction, const Eigen::Matrix3d& rotation);
 
+/// The same direction, at most half a turn from 0.
+[[nodiscard]] double wrapped(double angle_rad);
+
 /// An axis and one angle a pose.
 struct TurntableMotion {
   TurntableAxis axis;
   std::vector<double> angles_rad;  ///< 0 first; neighbours differ by less than half a turn
 };
+
+/// The median of the differences of neighbours; 0 of fewer than two.
+[[nodiscard]] double usual_step_rad(const TurntableMotion& motion);
 
 /// The axis and angles that come nearest to tracked poses T_object_camera, in their order: the common screw axis of
 /// their relative motions, by iteratively reweighted least squares. Nothing when the poses do not turn by 20 degrees.

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/check.h"
-#include "core/median.h"
 #include "fusion/icp.h"
 
 namespace scanknit {
@@ -33,28 +32,16 @@ double spacing_of(const TurntableMotion& motion) {
   return std::max(kSpacing_rad, (*most - *least) / kMostKeys);
 }
 
-double usual_step_of(const TurntableMotion& motion) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < motion.angles_rad.size(); ++i) {
-    steps.push_back(motion.angles_rad[i] - motion.angles_rad[i - 1]);
-  }
-  return median(steps);
-}
-
 bool is_believable(const IcpResult& fit) {
   return fit.overlap >= kLeastOverlap && fit.inlier_share >= kLeastInliers &&
          fit.contradicted_share <= kMostContradicted && fit.colour_agreement >= kLeastColour &&
          fit.inliers() >= kFewestInliers;
 }
 
-double wrapped(double angle_rad) {
-  return std::remainder(angle_rad, kFullTurn);
-}
-
 }  // namespace
 
 TurntablePairs::TurntablePairs(const TurntableMotion& start, const NoiseModel& noise)
-    : start_(start), noise_(noise), spacing_rad_(spacing_of(start)), usual_step_rad_(usual_step_of(start)) {}
+    : start_(start), noise_(noise), spacing_rad_(spacing_of(start)), usual_step_rad_(usual_step_rad(start)) {}
 
 /// From where `to` is registered with a frame shortly before it: where tracking has it, and, if that is somewhere else
 /// altogether, the usual steps on.

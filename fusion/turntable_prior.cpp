@@ -13,7 +13,6 @@
 namespace scanknit {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kMostOff = 0.2;  // of the frames, for the others to be right
 
 using Frames = std::vector<std::size_t>;
@@ -34,7 +33,7 @@ double offset_of(const Frames& frames, const std::vector<double>& known_rad, con
   const double first = seen.angles_rad[frames.front()] - known_rad[frames.front()];
   std::vector<double> offsets;
   for (const std::size_t i : frames) {
-    offsets.push_back(std::remainder(seen.angles_rad[i] - known_rad[i] - first, kFullTurn));
+    offsets.push_back(wrapped(seen.angles_rad[i] - known_rad[i] - first));
   }
   return first + median(offsets);
 }
@@ -97,7 +96,7 @@ TurntableMotion along_pairs(const TurntableMotion& start, const std::vector<Turn
     const auto a = static_cast<std::uint32_t>(edges[i].from), b = static_cast<std::uint32_t>(edges[i].to);
     if (joined.root(a) == joined.root(b)) continue;
     joined.join(a, b);
-    const double turned = std::remainder(angle_about(start.axis.direction, edges[i].T_from_to.linear()), kFullTurn);
+    const double turned = wrapped(angle_about(start.axis.direction, edges[i].T_from_to.linear()));
     next[a].emplace_back(b, turned);
     next[b].emplace_back(a, -turned);
   }
@@ -153,12 +152,11 @@ std::vector<bool> backward_jumps(const TurntableMotion& motion, const std::vecto
                                  const std::vector<bool>& is_tracked) {
   constexpr double kBackwards_rad = std::numbers::pi / 180;
   const auto& angles = motion.angles_rad;
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < angles.size(); ++i) steps.push_back(angles[i] - angles[i - 1]);
-  const double onwards = median(steps) < 0 ? -1 : 1;
+  const double onwards = usual_step_rad(motion) < 0 ? -1 : 1;
   std::vector<std::size_t> jumps;  // the frames after them
   for (std::size_t i = 1; i < angles.size(); ++i) {
-    if (is_tracked[i - 1] != is_tracked[i] && onwards * steps[i - 1] < -kBackwards_rad) jumps.push_back(i);
+    const double step_rad = angles[i] - angles[i - 1];
+    if (is_tracked[i - 1] != is_tracked[i] && onwards * step_rad < -kBackwards_rad) jumps.push_back(i);
   }
   std::vector<bool> doubtful;
   for (const TurntableEdge& edge : edges) {
@@ -181,7 +179,7 @@ PriorCheck check_prior(const std::vector<double>& known_rad, const TurntableMoti
     const double offset = offset_of(frames, known_rad, seen);
     for (const std::size_t i : frames) {
       const double apart = seen.angles_rad[i] - known_rad[i] - offset;
-      const double off = std::remainder(apart, kFullTurn);
+      const double off = wrapped(apart);
       offs.push_back(std::abs(off));
       check.agreed_angles_rad[i] += apart - off;
       if (std::abs(off) <= tolerance_rad) continue;
