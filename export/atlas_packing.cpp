@@ -96,10 +96,11 @@ std::optional<Packing> pack_boxes(std::span<const AtlasBox> boxes, int max_side)
     return boxes[a].height != boxes[b].height ? boxes[a].height > boxes[b].height : boxes[a].width > boxes[b].width;
   });
   const int guess = multiple_of_four(std::max(double{1} * widest, kSlack * std::sqrt(area)));
-  auto packing = pack_into(boxes, order, std::min(guess, max_side));
-  if (packing && packing->height <= max_side) return packing;
-  packing = pack_into(boxes, order, max_side);
-  return packing && packing->height <= max_side ? packing : std::nullopt;
+  for (int width = std::min(guess, max_side);; width = max_side) {
+    auto packing = pack_into(boxes, order, width);
+    if (packing && packing->height <= max_side) return packing;
+    if (width == max_side) return std::nullopt;
+  }
 }
 
 }  // namespace scanknit
