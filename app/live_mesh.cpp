@@ -183,8 +183,10 @@ std::vector<BlockIndex::Number> LiveMesh::take_some(const TsdfVolume& volume, st
   }
   while (some.size() < most_leaves && !free_.empty()) {
     BlockState& state = states_[free_.front()];
-    if (state.waiting == Waiting::kFree) some.push_back(free_.front());
-    if (state.waiting == Waiting::kFree) state.waiting = Waiting::kNot;
+    if (state.waiting == Waiting::kFree) {
+      some.push_back(free_.front());
+      state.waiting = Waiting::kNot;
+    }
     free_.pop_front();
   }
   return some;
