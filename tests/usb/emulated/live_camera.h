@@ -7,9 +7,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 #include <vector>
@@ -126,5 +128,29 @@ inline std::vector<StreamProfile> streams_of(const DeviceSource& source, double 
 inline Result<std::unique_ptr<DeviceSource>> open_first(const DeviceOptions& options = {}) {
   return open_camera("usb:", options, {});
 }
+
+/// One camera on a bus of its own, and all that comes from it.
+class OneCamera : public ::testing::Test {
+ protected:
+  /// Plugs it in, as `spoil` leaves it, and opens it.
+  void open(const VcamOptions& camera = {}, const std::function<void(Vcam&)>& spoil = {},
+            const DeviceOptions& options = {}) {
+    address = bus.plug(camera);
+    if (spoil) bus.with_camera(address, spoil);
+    auto opened = open_first(options);
+    ASSERT_TRUE(opened) << opened.error().text();
+    source = *std::move(opened);
+  }
+
+  /// Starts its streams of that rate: depth, and colour as `format` where asked for.
+  [[nodiscard]] Result<void> start(double fps, std::optional<PixelFormat> format = {}) {
+    return source->start(streams_of(*source, fps, format), log.frame_sink(), log.event_sink());
+  }
+
+  EmulatedBus bus;
+  FrameLog log;
+  std::unique_ptr<DeviceSource> source;
+  int address = 0;
+};
 
 }  // namespace scanknit::test

@@ -95,25 +95,15 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 /// A camera at 90 frames a second with one fault at picture 10.
-class FaultyCamera : public ::testing::Test {
+class FaultyCamera : public OneCamera {
  protected:
   void begin(Fault fault, const VcamOptions& options = {}) {
     begin_as([&](Vcam& camera) { camera.depth_faults[kFaultAt] = fault; }, options);
   }
   void begin_as(const std::function<void(Vcam&)>& spoil, const VcamOptions& options = {}) {
-    address = bus.plug(options);
-    bus.with_camera(address, spoil);
-    auto opened = open_first();
-    ASSERT_TRUE(opened) << opened.error().text();
-    source = std::move(*opened);
-    const auto streams = streams_of(*source, options.is_isochronous ? 30 : EmulatedBus::kBriskFps);
-    ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
+    ASSERT_NO_FATAL_FAILURE(open(options, spoil));
+    ASSERT_TRUE(start(options.is_isochronous ? 30 : EmulatedBus::kBriskFps));
   }
-
-  EmulatedBus bus;
-  FrameLog log;
-  std::unique_ptr<DeviceSource> source;
-  int address = 0;
 };
 
 TEST_F(FaultyCamera, ThatStallsOnceGoesOn) {
@@ -220,13 +210,8 @@ class FaultyColour : public FaultyCamera {
  protected:
   static constexpr std::size_t kGoodAtFirst = 3;
   void begin_with(Fault fault) {
-    address = bus.plug({});
-    bus.with_camera(address, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; });
-    auto opened = open_first();
-    ASSERT_TRUE(opened) << opened.error().text();
-    source = std::move(*opened);
-    const auto streams = streams_of(*source, 15, PixelFormat::kYuyv);
-    ASSERT_TRUE(source->start(streams, log.frame_sink(), log.event_sink()));
+    ASSERT_NO_FATAL_FAILURE(open({}, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; }));
+    ASSERT_TRUE(start(15, PixelFormat::kYuyv));
   }
 };
 

@@ -33,92 +33,79 @@ TEST_P(Unplug, AtAnyMomentEndsCleanly) {
 
 INSTANTIATE_TEST_SUITE_P(Ms, Unplug, ::testing::Range(0, 50, 10));
 
-TEST(OpenedCamera, ThatIsUnpluggedIsAnErrorToStart) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
+class UnpluggedCamera : public OneCamera {};
+
+TEST_F(UnpluggedCamera, IsAnErrorToStart) {
+  ASSERT_NO_FATAL_FAILURE(open());
   bus.unplug(address);
-  const auto started = (*source)->start(streams_of(**source, 30), log.frame_sink(), log.event_sink());
+  const auto started = start(30);
   ASSERT_FALSE(started);
   EXPECT_NE(started.error().message.find("unplugged"), std::string::npos) << started.error().message;
 }
 
 /// A camera on a bus where it comes and goes.
-class Replug : public ::testing::Test {
+class Replug : public OneCamera {
  protected:
-  /// The camera plugged in first, which may be away for `reconnect_s` once it is started.
-  void open(double reconnect_s) {
+  /// Opened, it may be away for `reconnect_s` once it is started.
+  void plug_in(double reconnect_s, const VcamOptions& camera = {}) {
     DeviceOptions options;
     options.reconnect_s = reconnect_s;
-    auto opened = open_first(options);
-    ASSERT_TRUE(opened) << opened.error().text();
-    source_ = *std::move(opened);
+    open(camera, {}, options);
   }
 
-  void start() {
-    const auto streams = streams_of(*source_, EmulatedBus::kBriskFps);
-    ASSERT_TRUE(source_->start(streams, log_.frame_sink(), log_.event_sink()));
-    EXPECT_TRUE(log_.wait_for_depth(5));
+  void begin() {
+    ASSERT_TRUE(start(EmulatedBus::kBriskFps));
+    EXPECT_TRUE(log.wait_for_depth(5));
   }
-
-  EmulatedBus bus_;
-  FrameLog log_;
-  std::unique_ptr<DeviceSource> source_;
 };
 
 TEST_F(Replug, ResumesTheSameCameraBySerial) {
-  const int address = bus_.plug({.serial = "mine"});
-  ASSERT_NO_FATAL_FAILURE(open(5));
-  ASSERT_NO_FATAL_FAILURE(start());
-  bus_.unplug(address);
-  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kLeft));
-  bus_.plug({.serial = "another"});
-  bus_.plug({.serial = "mine", .clock_start_us = 0});  // a second behind what it was
-  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kReturned));
-  const std::size_t before = log_.depth().size();
-  EXPECT_TRUE(log_.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
+  ASSERT_NO_FATAL_FAILURE(plug_in(5, {.serial = "mine"}));
+  ASSERT_NO_FATAL_FAILURE(begin());
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  bus.plug({.serial = "another"});
+  bus.plug({.serial = "mine", .clock_start_us = 0});  // a second behind what it was
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
+  const std::size_t before = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(before + 10)) << "frame numbers and times go on: FrameLog looks";
 }
 
 TEST_F(Replug, SetsTheControlsAgain) {
-  const int address = bus_.plug({});
-  ASSERT_NO_FATAL_FAILURE(open(20));
-  ASSERT_TRUE(source_->set_control(DeviceControl::kEmitter, 0));
-  ASSERT_TRUE(source_->set_control(DeviceControl::kLaserPower, 300));
-  ASSERT_NO_FATAL_FAILURE(start());
-  bus_.unplug(address);
-  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kLeft));
-  const int again = bus_.plug({});
-  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kReturned));
-  bus_.with_camera(again, [](Vcam& camera) {
+  ASSERT_NO_FATAL_FAILURE(plug_in(20));
+  ASSERT_TRUE(source->set_control(DeviceControl::kEmitter, 0));
+  ASSERT_TRUE(source->set_control(DeviceControl::kLaserPower, 300));
+  ASSERT_NO_FATAL_FAILURE(begin());
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kLeft));
+  const int again = bus.plug({});
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kReturned));
+  bus.with_camera(again, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{0}, std::byte{0}}));
     EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
   });
 }
 
 TEST_F(Replug, ResumesACameraWhosePlugWobbles) {
-  int address = bus_.plug({});
-  ASSERT_NO_FATAL_FAILURE(open(20));
-  ASSERT_NO_FATAL_FAILURE(start());
+  ASSERT_NO_FATAL_FAILURE(plug_in(20));
+  ASSERT_NO_FATAL_FAILURE(begin());
   for (const auto contact : {3ms, 8ms, 15ms, 20ms, 30ms}) {
-    bus_.unplug(address);
-    address = bus_.plug({});
+    bus.unplug(address);
+    address = bus.plug({});
     std::this_thread::sleep_for(contact);
   }
-  bus_.unplug(address);
-  bus_.plug({});
-  const std::size_t before = log_.depth().size();
-  EXPECT_TRUE(log_.wait_for_depth(before + 10));
-  EXPECT_EQ(log_.count(DeviceEvent::Kind::kFailed), 0);
+  bus.unplug(address);
+  bus.plug({});
+  const std::size_t before = log.depth().size();
+  EXPECT_TRUE(log.wait_for_depth(before + 10));
+  EXPECT_EQ(log.count(DeviceEvent::Kind::kFailed), 0);
 }
 
 TEST_F(Replug, ThatDoesNotHappenIsGivenUp) {
-  const int address = bus_.plug({});
-  ASSERT_NO_FATAL_FAILURE(open(0.2));
-  ASSERT_NO_FATAL_FAILURE(start());
-  bus_.unplug(address);
-  EXPECT_TRUE(log_.wait_for(DeviceEvent::Kind::kFailed));
+  ASSERT_NO_FATAL_FAILURE(plug_in(0.2));
+  ASSERT_NO_FATAL_FAILURE(begin());
+  bus.unplug(address);
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kFailed));
 }
 
 TEST(StartedCamera, InUseByAnotherProgramIsAnError) {

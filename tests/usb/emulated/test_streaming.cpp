@@ -9,9 +9,10 @@
 namespace scanknit::test {
 namespace {
 
-TEST(EmulatedCamera, IsListedWithoutBeingOpened) {
-  EmulatedBus bus;
-  const int address = bus.plug({});
+class EmulatedCamera : public OneCamera {};
+
+TEST_F(EmulatedCamera, IsListedWithoutBeingOpened) {
+  address = bus.plug({});
   const auto cameras = list_cameras();
   ASSERT_TRUE(cameras) << cameras.error().text();
   ASSERT_EQ(cameras->size(), 1u);
@@ -21,12 +22,9 @@ TEST(EmulatedCamera, IsListedWithoutBeingOpened) {
   EXPECT_EQ(cameras->front().address, address);
 }
 
-TEST(EmulatedCamera, OffersItsProfiles) {
-  EmulatedBus bus;
-  bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source) << source.error().text();
-  const auto profiles = (*source)->profiles();
+TEST_F(EmulatedCamera, OffersItsProfiles) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  const auto profiles = source->profiles();
   EXPECT_EQ(profiles.size(), 12u);  // four rates of Z16, YUYV and MJPEG
   const auto chosen = choose_streams(profiles, 640, 480, 30);
   ASSERT_EQ(chosen.size(), 2u);
@@ -103,12 +101,9 @@ double cpu_seconds_of(const std::string& thread) {
   return 0;
 }
 
-TEST(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
-  EmulatedBus bus;
-  bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto streams = streams_of(**source, 90, PixelFormat::kYuyv);
+TEST_F(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  const auto streams = streams_of(*source, 90, PixelFormat::kYuyv);
   std::mutex mutex;
   std::vector<double> latencies_ms;
   const auto sink = [&](const RawFrame& frame) {
@@ -116,10 +111,10 @@ TEST(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
     const std::lock_guard lock(mutex);
     latencies_ms.push_back(1e-6 * static_cast<double>(now - frame.host_ns));
   };
-  ASSERT_TRUE((*source)->start(streams, sink, [](const DeviceEvent&) {}));
+  ASSERT_TRUE(source->start(streams, sink, [](const DeviceEvent&) {}));
   std::this_thread::sleep_for(2s);
   const double used_s = cpu_seconds_of("usb");
-  (*source)->stop();
+  source->stop();
   std::sort(latencies_ms.begin(), latencies_ms.end());
   ASSERT_GT(latencies_ms.size(), 100u);
   const double median_ms = latencies_ms[latencies_ms.size() / 2];
@@ -133,13 +128,10 @@ TEST(EmulatedCamera, At90FramesASecondLeavesTheProcessorAlone) {
 #endif
 }
 
-TEST(EmulatedCamera, TellsItsCalibration) {
-  EmulatedBus bus;
-  bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto streams = streams_of(**source, 30, PixelFormat::kYuyv);
-  const auto calibration = (*source)->calibration(streams);
+TEST_F(EmulatedCamera, TellsItsCalibration) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  const auto streams = streams_of(*source, 30, PixelFormat::kYuyv);
+  const auto calibration = source->calibration(streams);
   ASSERT_TRUE(calibration) << calibration.error().text();
   EXPECT_EQ(calibration->depth.intrinsics, (CameraIntrinsics{640, 480, 380, 381, 319, 241}));
   EXPECT_NEAR(calibration->colour.intrinsics.fx, 1400 * 480.0 / 1080, 1e-3);
@@ -196,13 +188,9 @@ INSTANTIATE_TEST_SUITE_P(
                       CalibrationFault{"BadChecksum", &ControlFaults::has_broken_calibration, "wrong checksum"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(EmulatedCamera, WhoseColourTableIsBrokenTellsItsDepthCalibrationAndWhy) {
-  EmulatedBus bus;
-  const int address = bus.plug({});
-  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_broken_colour = true; });
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto calibration = (*source)->calibration(streams_of(**source, 30, PixelFormat::kYuyv));
+TEST_F(EmulatedCamera, WhoseColourTableIsBrokenTellsItsDepthCalibrationAndWhy) {
+  ASSERT_NO_FATAL_FAILURE(open({}, [](Vcam& camera) { camera.control_faults.has_broken_colour = true; }));
+  const auto calibration = source->calibration(streams_of(*source, 30, PixelFormat::kYuyv));
   ASSERT_TRUE(calibration);
   EXPECT_EQ(calibration->depth.intrinsics, (CameraIntrinsics{640, 480, 380, 381, 319, 241}));
   EXPECT_EQ(calibration->depth_unknown, "");
@@ -210,52 +198,40 @@ TEST(EmulatedCamera, WhoseColourTableIsBrokenTellsItsDepthCalibrationAndWhy) {
       << calibration->colour_unknown;
 }
 
-TEST(EmulatedCamera, TellsItsDepthUnit) {
-  EmulatedBus bus;
-  bus.plug({.depth_unit_um = 250});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+TEST_F(EmulatedCamera, TellsItsDepthUnit) {
+  ASSERT_NO_FATAL_FAILURE(open({.depth_unit_um = 250}));
+  const auto calibration = source->calibration(streams_of(*source, 30));
   ASSERT_TRUE(calibration);
   EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 0.00025);
   EXPECT_TRUE(calibration->warnings.empty()) << calibration->warnings.front();
 }
 
-TEST(EmulatedCamera, ThatDoesNotTellItsDepthUnitHasTheUsualOneOfItsKindAndSaysSo) {
-  EmulatedBus bus;
-  const int address = bus.plug({.product = 0x0b5b});
-  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+TEST_F(EmulatedCamera, ThatDoesNotTellItsDepthUnitHasTheUsualOneOfItsKindAndSaysSo) {
+  ASSERT_NO_FATAL_FAILURE(
+      open({.product = 0x0b5b}, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; }));
+  const auto calibration = source->calibration(streams_of(*source, 30));
   ASSERT_TRUE(calibration);
   EXPECT_EQ(calibration->depth_unit_m, 0.0001);
   ASSERT_EQ(calibration->warnings.size(), 1u);
   EXPECT_NE(calibration->warnings[0].find("0.1 mm is taken"), std::string::npos) << calibration->warnings[0];
 }
 
-TEST(EmulatedCamera, WhoseDepthUnitTheUserStatesIsNotAsked) {
-  EmulatedBus bus;
-  const int address = bus.plug({.depth_unit_um = 250});
-  bus.with_camera(address, [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; });
+TEST_F(EmulatedCamera, WhoseDepthUnitTheUserStatesIsNotAsked) {
   DeviceOptions options;
   options.depth_scale = 5000;
-  const auto source = open_first(options);
-  ASSERT_TRUE(source);
-  const auto calibration = (*source)->calibration(streams_of(**source, 30));
+  const auto cannot_tell = [](Vcam& camera) { camera.control_faults.has_no_advanced_mode = true; };
+  ASSERT_NO_FATAL_FAILURE(open({.depth_unit_um = 250}, cannot_tell, options));
+  const auto calibration = source->calibration(streams_of(*source, 30));
   ASSERT_TRUE(calibration);
   EXPECT_DOUBLE_EQ(calibration->depth_unit_m, 1.0 / 5000);
   EXPECT_TRUE(calibration->warnings.empty());
 }
 
-TEST(EmulatedCamera, TakesControls) {
-  EmulatedBus bus;
-  const int address = bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  EXPECT_TRUE((*source)->set_control(DeviceControl::kEmitter, 1));
-  EXPECT_TRUE((*source)->set_control(DeviceControl::kLaserPower, 300));
-  EXPECT_TRUE((*source)->set_control(DeviceControl::kColourAutomatics, 0));
+TEST_F(EmulatedCamera, TakesControls) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_TRUE(source->set_control(DeviceControl::kEmitter, 1));
+  EXPECT_TRUE(source->set_control(DeviceControl::kLaserPower, 300));
+  EXPECT_TRUE(source->set_control(DeviceControl::kColourAutomatics, 0));
   bus.with_camera(address, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0300, 0x0200}]), (std::vector{std::byte{1}, std::byte{0}}));
     EXPECT_EQ((camera.written[{0x0300, 0x0400}]), (std::vector{std::byte{0x2C}, std::byte{0x01}}));
@@ -284,27 +260,19 @@ TEST_P(InfraredCamera, IsNotTakenForColourOrDepth) {
 INSTANTIATE_TEST_SUITE_P(Vendor, InfraredCamera, ::testing::Values(0x8086, 0x1234),
                          [](const auto& test) { return test.param == 0x8086 ? "Realsense" : "Unknown"; });
 
-TEST(EmulatedCamera, FreesExposureThatAKilledScanHasLeftHeld) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->set_control(DeviceControl::kColourAutomatics, 0));
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+TEST_F(EmulatedCamera, FreesExposureThatAKilledScanHasLeftHeld) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  ASSERT_TRUE(source->set_control(DeviceControl::kColourAutomatics, 0));
+  ASSERT_TRUE(start(EmulatedBus::kBriskFps));
   bus.with_camera(address, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{8}}) << "exposure follows the light";
     EXPECT_EQ((camera.written[{0x0202, 0x0B00}]), std::vector{std::byte{1}}) << "white balance";
   });
 }
 
-TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
-  EmulatedBus bus;
-  FrameLog log;
-  const int address = bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, EmulatedBus::kBriskFps), log.frame_sink(), log.event_sink()));
+TEST_F(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  ASSERT_TRUE(start(EmulatedBus::kBriskFps));
   bool is_held = false;
   for (int i = 0; i < 200 && !is_held; ++i) {  // after a second
     std::this_thread::sleep_for(50ms);
@@ -313,34 +281,30 @@ TEST(EmulatedCamera, HoldsExposureAndWhiteBalanceWhileItStreams) {
     });
   }
   EXPECT_TRUE(is_held);
-  (*source)->stop();
+  source->stop();
   bus.with_camera(address, [](Vcam& camera) {
     EXPECT_EQ((camera.written[{0x0102, 0x0200}]), std::vector{std::byte{8}});
   });
 }
 
-TEST(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
-  EmulatedBus bus;
+TEST_F(EmulatedCamera, StopsWithinASecondAndStartsAgain) {
   std::array<FrameLog, 3> logs;
-  bus.plug({});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  const auto streams = streams_of(**source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
-  for (FrameLog& log : logs) {
-    ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));
-    EXPECT_FALSE((*source)->start(streams, log.frame_sink(), log.event_sink())) << "it streams already";
-    EXPECT_TRUE(log.wait_for_depth(5));
+  ASSERT_NO_FATAL_FAILURE(open());
+  const auto streams = streams_of(*source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
+  for (FrameLog& each : logs) {
+    ASSERT_TRUE(source->start(streams, each.frame_sink(), each.event_sink()));
+    EXPECT_FALSE(source->start(streams, each.frame_sink(), each.event_sink())) << "it streams already";
+    EXPECT_TRUE(each.wait_for_depth(5));
     const auto before = std::chrono::steady_clock::now();
-    (*source)->stop();
+    source->stop();
     EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
-    const std::size_t frames = log.depth().size();
+    const std::size_t frames = each.depth().size();
     std::this_thread::sleep_for(50ms);
-    EXPECT_EQ(log.depth().size(), frames) << "nothing comes after stop";
+    EXPECT_EQ(each.depth().size(), frames) << "nothing comes after stop";
   }
 }
 
-TEST(EmulatedCamera, OfTwoIsFoundByItsSerial) {
-  EmulatedBus bus;
+TEST_F(EmulatedCamera, OfTwoIsFoundByItsSerial) {
   FrameLog log_a, log_b;
   bus.plug({.serial = "first"});
   const int second = bus.plug({.serial = "second"});
@@ -358,20 +322,15 @@ TEST(EmulatedCamera, OfTwoIsFoundByItsSerial) {
   EXPECT_EQ((*b)->losses().total(), 0u);
 }
 
-TEST(EmulatedCamera, OnASlowLinkIsWarnedOf) {
-  EmulatedBus bus;
-  FrameLog log;
-  bus.plug({.speed_mbit = 480});
-  const auto source = open_first();
-  ASSERT_TRUE(source);
-  ASSERT_TRUE((*source)->start(streams_of(**source, 90, PixelFormat::kYuyv), log.frame_sink(), log.event_sink()));
+TEST_F(EmulatedCamera, OnASlowLinkIsWarnedOf) {
+  ASSERT_NO_FATAL_FAILURE(open({.speed_mbit = 480}));
+  ASSERT_TRUE(start(90, PixelFormat::kYuyv));
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSlowLink));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kSlowLink).find("110.6 MB/s"), std::string::npos)
       << log.text_of(DeviceEvent::Kind::kSlowLink);
 }
 
-TEST(EmulatedCamera, IsWaitedFor) {
-  EmulatedBus bus;
+TEST_F(EmulatedCamera, IsWaitedFor) {
   const std::jthread hand([&] {
     std::this_thread::sleep_for(200ms);
     bus.plug({});
@@ -379,13 +338,12 @@ TEST(EmulatedCamera, IsWaitedFor) {
   DeviceOptions options;
   options.wait_s = 5;
   const auto before = std::chrono::steady_clock::now();
-  const auto source = open_first(options);
-  ASSERT_TRUE(source) << source.error().text();
+  const auto waited = open_first(options);
+  ASSERT_TRUE(waited) << waited.error().text();
   EXPECT_LT(std::chrono::steady_clock::now() - before, 3s);
 }
 
-TEST(EmulatedCamera, ThatIsNotThereIsAnError) {
-  EmulatedBus bus;
+TEST_F(EmulatedCamera, ThatIsNotThereIsAnError) {
   const auto none = open_first();
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::kDevice);
