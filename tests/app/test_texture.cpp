@@ -11,6 +11,7 @@
 #include "acquire/synthetic/scene.h"
 #include "tests/app/suite_folder.h"
 #include "tests/app/textured_glb.h"
+#include "tests/core/welded_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -115,20 +116,7 @@ TEST_F(Texture, TheOtherFilesAreAsWithoutIt) {
 TEST_F(Texture, WeldedTheMeshIsThatOfThePly) {
   const test::TexturedMesh textured = test::read_textured_glb(glb("textured"));
   const Json mesh = report("textured")["mesh"];
-  std::map<std::array<float, 3>, std::uint32_t> number;
-  Mesh welded;
-  for (const Triangle& t : textured.mesh.triangles) {
-    std::array<std::uint32_t, 3> corners{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3f& p = textured.mesh.positions_m.at(t[k]);
-      const auto [found, is_new] =
-          number.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(welded.positions_m.size()));
-      if (is_new) welded.positions_m.push_back(p);
-      corners[k] = found->second;
-    }
-    welded.triangles.emplace_back(corners[0], corners[1], corners[2]);
-  }
-  const MeshCheck check = check_mesh(welded);
+  const MeshCheck check = check_mesh(test::welded(textured.mesh));
   EXPECT_EQ(check.vertices, mesh["vertices"].get<std::size_t>());
   EXPECT_EQ(check.triangles, mesh["triangles"].get<std::size_t>());
   EXPECT_EQ(check.euler, mesh["euler"].get<long long>());

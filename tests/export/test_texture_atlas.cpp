@@ -8,28 +8,11 @@
 
 #include "export/atlas_charts.h"
 #include "export/atlas_packing.h"
+#include "tests/core/welded_mesh.h"
 #include "tests/export/texture_samples.h"
 
 namespace scanknit {
 namespace {
-
-std::array<float, 3> key(const Eigen::Vector3f& p) {
-  return {p.x(), p.y(), p.z()};
-}
-
-/// One vertex for all at the same place.
-Mesh welded(const Mesh& mesh) {
-  Mesh made;
-  std::map<std::array<float, 3>, std::uint32_t> number;
-  const auto vertex = [&](std::uint32_t v) {
-    const auto [found, is_new] =
-        number.emplace(key(mesh.positions_m[v]), static_cast<std::uint32_t>(made.positions_m.size()));
-    if (is_new) made.positions_m.push_back(mesh.positions_m[v]);
-    return found->second;
-  };
-  for (const auto& [a, b, c] : mesh.triangles) made.triangles.emplace_back(vertex(a), vertex(b), vertex(c));
-  return made;
-}
 
 int most(const Image<int>& counts) {
   return *std::max_element(counts.pixels().begin(), counts.pixels().end());
@@ -145,7 +128,7 @@ TEST(TextureAtlas, WeldedByPositionItIsTheSameMesh) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(atlas.source[atlas.triangles[t][k]], mesh.triangles[t][k]);
     }
-    const MeshCheck before = check_mesh(mesh), after = check_mesh(welded(unfolded));
+    const MeshCheck before = check_mesh(mesh), after = check_mesh(test::welded(unfolded));
     EXPECT_EQ(after.vertices, before.vertices);
     EXPECT_EQ(after.euler, before.euler);
     EXPECT_EQ(after.is_closed(), before.is_closed());
