@@ -183,10 +183,11 @@ bool TurntableScan::find_room() {
 Result<void> TurntableScan::measure_pairs(TurntablePairs& pairs) {
   return read_frames(1, [&](Frame& frame) {
     const auto node = nodes_.find(frame.sequence);
-    if (!node || !(frame.intrinsics == camera_)) return;
+    if (!node) return;
     if (frame.has_clock) nodes_.times_ns[*node] = frame.timestamp_ns;
     nodes_.stamps[*node] =
         frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
+    if (!(frame.intrinsics == camera_)) return;
     filter_frame(frame, job_.config.acquire, job_.config.fusion.noise);
     cut_to_space(frame.depth_m, camera_, *space_, space_->disc_m ? -kOverDisc_m : kUnderDisc_m);
     crop_frame(frame, *space_rect_);
