@@ -5,8 +5,8 @@
 #include "acquire/convert/recording_target.h"
 #include "acquire/record/byte_appender.h"
 #include "acquire/record/recording_writer.h"
-#include "acquire/replay/jpeg_structure.h"
 #include "core/atomic_file.h"
+#include "core/jpeg_structure.h"
 
 namespace scanknit {
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "acquire/crc32.h"
 #include "acquire/record/zstd_bytes.h"
 #include "core/byte_reader.h"
 #include "core/checked_math.h"
+#include "core/crc32.h"
 
 namespace scanknit {
 namespace {

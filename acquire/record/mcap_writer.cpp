@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "acquire/crc32.h"
 #include "acquire/record/byte_appender.h"
+#include "core/crc32.h"
 #include "core/version.h"
 
 namespace scanknit {

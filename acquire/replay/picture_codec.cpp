@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "acquire/replay/jpeg_structure.h"
-#include "acquire/replay/png_structure.h"
+#include "core/jpeg_structure.h"
+#include "core/png_structure.h"
 #include "core/read_file.h"
 
 namespace scanknit {

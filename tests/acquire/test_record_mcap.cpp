@@ -3,12 +3,12 @@
 
 #include <map>
 
-#include "acquire/crc32.h"
 #include "acquire/record/byte_appender.h"
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/mcap_writer.h"
 #include "acquire/record/zstd_bytes.h"
 #include "core/byte_reader.h"
+#include "core/crc32.h"
 
 namespace scanknit::test {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "acquire/replay/jpeg_structure.h"
 #include "acquire/replay/picture_codec.h"
-#include "acquire/replay/png_structure.h"
 #include "acquire/replay/undistort.h"
+#include "core/jpeg_structure.h"
+#include "core/png_structure.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

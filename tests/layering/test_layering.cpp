@@ -75,7 +75,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"qrcodegen", {"view"}},
     {"hwy", {"acquire", "fusion", "extract"}},
     {"meshoptimizer.h", {"export", "finish"}},
-    {"zlib.h", {"acquire", "extract", "export"}},
+    {"zlib.h", {"core", "acquire", "extract", "export"}},
     {"gdcmReader.h", {"extract"}},
     {"NrrdIO.h", {"extract"}},
     {"tiny_gltf.h", {"export"}},

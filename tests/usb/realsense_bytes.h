@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "acquire/crc32.h"
 #include "acquire/usb/realsense_tables.h"
+#include "core/crc32.h"
 #include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {

@@ -1,11 +1,11 @@
-#include "acquire/replay/png_structure.h"
+#include "core/png_structure.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
-#include "acquire/crc32.h"
 #include "core/byte_reader.h"
+#include "core/crc32.h"
 
 namespace scanknit {
 namespace {

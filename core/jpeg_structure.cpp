@@ -1,4 +1,4 @@
-#include "acquire/replay/jpeg_structure.h"
+#include "core/jpeg_structure.h"
 
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "acquire/crc32.h"
+#include "core/crc32.h"
 
 #include <zlib.h>
 
