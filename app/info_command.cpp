@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <vector>
 
 #include "acquire/frame_source.h"
 #include "app/commands.h"
@@ -94,8 +95,11 @@ Result<Json> volume_json(SliceReader& reader) {
               {"warnings", header.warnings}};
 }
 
-Json mesh_json(const Mesh& mesh) {
-  Json json = {{"kind", "mesh"}, {"has_normals", !mesh.normals.empty()}, {"has_colours", !mesh.colours.empty()}};
+Json mesh_json(const Mesh& mesh, const std::vector<std::string>& warnings) {
+  Json json = {{"kind", "mesh"},
+               {"has_normals", !mesh.normals.empty()},
+               {"has_colours", !mesh.colours.empty()},
+               {"warnings", warnings}};
   json.update(Json::parse(mesh_check_json(check_mesh(mesh))));
   return json;
 }
@@ -124,8 +128,9 @@ Result<Json> describe(const InfoArguments& arguments, const Config& config) {
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(file, ignored);
   if (!is_folder && is_mesh_path(file)) {
-    const auto mesh = read_mesh(file);
-    return mesh ? Result<Json>(mesh_json(*mesh)) : mesh.error();
+    std::vector<std::string> warnings;
+    const auto mesh = read_mesh(file, {}, &warnings);
+    return mesh ? Result<Json>(mesh_json(*mesh, warnings)) : mesh.error();
   }
   if (!is_folder && is_vdb(file)) {
     if (auto known = refuse_options_for_vdb(file, arguments.options); !known) return known.error();

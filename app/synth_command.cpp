@@ -4,6 +4,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "acquire/synthetic/scene.h"
 #include "acquire/synthetic/write_recording.h"
@@ -18,10 +20,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& arguments) {
+Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& arguments, Console& console) {
   if (!is_mesh_path(arguments.scene)) return make_scene(arguments.scene);
-  auto mesh = read_mesh(arguments.scene);
+  std::vector<std::string> warnings;
+  auto mesh = read_mesh(arguments.scene, {}, &warnings);
   if (!mesh) return mesh.error();
+  for (const std::string& warning : warnings) console.warn(fmt::format("{}: {}", arguments.scene, warning));
   return make_mesh_scene(std::move(*mesh), arguments.size_m);
 }
 
@@ -78,9 +82,9 @@ int print_summary(const SynthSummary& summary, const SynthArguments& arguments, 
 int synth_command(const SynthArguments& arguments, const CommonArguments& common) {
   if (arguments.only_list) return list_scenes(common);
   const StopOnSignal stop_on_signal;  // before any other thread
-  const auto scene = open_scene(arguments);
-  if (!scene) return fail(scene.error(), common);
   Console console(common.verbosity);
+  const auto scene = open_scene(arguments, console);
+  if (!scene) return fail(scene.error(), common);
   const auto progress = [&](std::size_t done, std::size_t total) { console.progress("rendering", done, total); };
   const auto summary =
       write_synthetic_recording(**scene, synth_config(arguments), arguments.output, progress, stop_on_signal.token());

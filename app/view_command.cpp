@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
@@ -37,9 +38,11 @@ Result<fs::path> find_mesh(const fs::path& given) {
 }
 
 /// Metres, with normals.
-Result<Mesh> load(const fs::path& path) {
-  auto mesh = read_mesh(path);
+Result<Mesh> load(const fs::path& path, Console& console) {
+  std::vector<std::string> warnings;
+  auto mesh = read_mesh(path, {}, &warnings);
   if (!mesh) return mesh.error();
+  for (const std::string& warning : warnings) console.warn(fmt::format("{}: {}", path.string(), warning));
   if (mesh->empty()) return Error{ErrorCode::kMesh, "this mesh has no triangles", path.string()};
   if (path.extension() == ".stl") {  // millimetres, as we write them and slicers read them
     for (Eigen::Vector3f& position : mesh->positions_m) position *= 1e-3f;
@@ -77,7 +80,8 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   if (!config) return fail(config.error(), common);
   const auto path = find_mesh(arguments.file);
   if (!path) return fail(path.error(), common);
-  const auto mesh = load(*path);
+  Console console(common.verbosity);
+  const auto mesh = load(*path, console);
   if (!mesh) return fail(mesh.error(), common);
 
   ViewHello hello;
@@ -93,7 +97,6 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   (*view)->publish_files({*path});
   publish(*mesh, **view);
 
-  Console console(common.verbosity);
   announce((*view)->links(), console);
   console.info("Ctrl-C ends it");
   using namespace std::chrono_literals;

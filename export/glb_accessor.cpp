@@ -12,12 +12,6 @@ namespace scanknit {
 namespace {
 
 template <typename T>
-const T* item(const std::vector<T>& items, int index) {
-  return index >= 0 && static_cast<std::size_t>(index) < items.size() ? &items[static_cast<std::size_t>(index)]
-                                                                      : nullptr;
-}
-
-template <typename T>
 double stored(std::span<const std::byte> bytes) {
   return static_cast<double>(ByteReader(bytes).little_endian<T>().value_or(T{}));
 }

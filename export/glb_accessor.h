@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/result.h"
 
@@ -12,6 +13,13 @@ class Model;
 }
 
 namespace scanknit {
+
+/// What a number of the file names; null when it is not there.
+template <typename T>
+[[nodiscard]] const T* item(const std::vector<T>& items, int index) {
+  return index >= 0 && static_cast<std::size_t>(index) < items.size() ? &items[static_cast<std::size_t>(index)]
+                                                                      : nullptr;
+}
 
 /// Elements of an accessor whose every byte has been found inside its buffer. Refers to the model's memory.
 class AccessorView {

@@ -9,6 +9,7 @@
 #include "export/glb_accessor.h"
 #include "export/glb_container.h"
 #include "export/glb_packing.h"
+#include "export/glb_texture.h"
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 #include "export/srgb.h"
@@ -23,7 +24,8 @@ constexpr int kMaxNodeDepth = 64;
 constexpr std::size_t kMaxExpansion = 16;
 constexpr std::size_t kVertexBytes = sizeof(Eigen::Vector3f);
 
-/// tinygltf must neither open files that a GLB names nor decode its pictures.
+/// tinygltf must neither open files that a GLB names nor decode its pictures. Those that stand in the JSON itself are
+/// kept as they are.
 void forbid_side_effects(tinygltf::TinyGLTF& loader) {
   tinygltf::FsCallbacks closed{};
   closed.FileExists = [](const std::string&, void*) { return false; };
@@ -33,9 +35,13 @@ void forbid_side_effects(tinygltf::TinyGLTF& loader) {
     return false;
   };
   loader.SetFsCallbacks(closed);
-  loader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
-                           void*) { return true; },
-                        nullptr);
+  loader.SetImageLoader(
+      [](tinygltf::Image* image, const int, std::string*, std::string*, int, int, const unsigned char* bytes, int count,
+         void*) {
+        if (image->bufferView < 0) image->image.assign(bytes, bytes + count);
+        return true;
+      },
+      nullptr);
 }
 
 Result<tinygltf::Model> load(std::string_view bytes) {
@@ -80,9 +86,12 @@ class SceneReader {
         limits_(limits),
         max_vertices_(kMaxExpansion * (file_bytes / kVertexBytes + 1)),
         max_corners_(kMaxExpansion * (file_bytes + 1)),
+        base_colours_(model, limits, file_bytes),
         is_visited_(model.nodes.size(), false),
         may_be_quantised_(std::find(model.extensionsUsed.begin(), model.extensionsUsed.end(), kQuantization) !=
                           model.extensionsUsed.end()) {}
+
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return base_colours_.warnings(); }
 
   Result<Mesh> read() {
     for (const int root : roots()) {
@@ -179,15 +188,28 @@ class SceneReader {
   }
 
   Result<void> read_colours(const tinygltf::Primitive& primitive, std::size_t count) {
+    const auto texels = base_colours_.of(primitive, count);
+    if (!texels) return texels.error();
     const auto found = primitive.attributes.find("COLOR_0");
-    all_have_colours_ = all_have_colours_ && found != primitive.attributes.end();
+    const bool has_own = found != primitive.attributes.end();
+    all_have_colours_ = all_have_colours_ && (has_own || *texels);
     if (!all_have_colours_) return {};
-    auto view = AccessorView::open(model_, found->second);
-    if (!view) return view.error();
-    if (view->count() != count || view->components() < 3) return input_error("glTF colours that are not one a vertex");
+    std::optional<AccessorView> own;
+    if (has_own) {
+      auto view = AccessorView::open(model_, found->second);
+      if (!view) return view.error();
+      if (view->count() != count || view->components() < 3) {
+        return input_error("glTF colours that are not one a vertex");
+      }
+      own = *view;
+    }
     for (std::size_t i = 0; i < count; ++i) {
-      mesh_.colours.push_back({srgb_from_linear(view->normalised(i, 0)), srgb_from_linear(view->normalised(i, 1)),
-                               srgb_from_linear(view->normalised(i, 2))});
+      Eigen::Vector3d linear = *texels ? (*texels)->colour(i) : Eigen::Vector3d::Ones();
+      if (own)
+        linear =
+            linear.cwiseProduct(Eigen::Vector3d(own->normalised(i, 0), own->normalised(i, 1), own->normalised(i, 2)));
+      mesh_.colours.push_back(
+          {srgb_from_linear(linear.x()), srgb_from_linear(linear.y()), srgb_from_linear(linear.z())});
     }
     return {};
   }
@@ -238,6 +260,7 @@ class SceneReader {
   const Limits& limits_;
   std::size_t max_vertices_;
   std::size_t max_corners_;
+  BaseColours base_colours_;
   std::vector<bool> is_visited_;
   bool may_be_quantised_;
   Mesh mesh_;
@@ -247,7 +270,7 @@ class SceneReader {
 
 }  // namespace
 
-Result<Mesh> read_glb(std::string_view bytes, const Limits& limits) {
+Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, std::vector<std::string>* warnings) {
   if (auto ok = check_glb_container(bytes); !ok) return ok.error();
   try {
     const auto unpacked = without_meshopt(bytes, limits);
@@ -255,7 +278,10 @@ Result<Mesh> read_glb(std::string_view bytes, const Limits& limits) {
     if (*unpacked) bytes = **unpacked;
     const auto model = load(bytes);
     if (!model) return model.error();
-    return SceneReader(*model, limits, bytes.size()).read();
+    SceneReader reader(*model, limits, bytes.size());
+    auto mesh = reader.read();
+    if (warnings != nullptr) warnings->insert(warnings->end(), reader.warnings().begin(), reader.warnings().end());
+    return mesh;
   } catch (const std::exception& problem) {  // what tinygltf and its JSON library may throw
     return input_error(std::string("the GLB cannot be understood: ") + problem.what());
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -154,6 +155,24 @@ TEST_F(Texture, OfARecordingWithoutColourThereIsNone) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("none of the frames has colour"), std::string::npos) << outcome.err;
   EXPECT_TRUE(fs::exists(glb("colourless")));
+}
+
+TEST_F(Texture, TheProgramReadsItsColours) {
+  const Outcome info = scanknit_command({"info", glb("textured").string(), "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(Json::parse(info.out)["has_colours"], true);
+  EXPECT_EQ(Json::parse(info.out)["warnings"], Json::array());
+}
+
+TEST_F(Texture, OneThatIsDamagedIsToldByInfo) {
+  std::string bytes = read_text(glb("textured"));
+  char& inside = bytes.at(bytes.rfind("IDAT") + 8);
+  inside = static_cast<char>(inside ^ 1);
+  std::ofstream(place("damaged.glb"), std::ios::binary) << bytes;
+  const Outcome info = scanknit_command({"info", place("damaged.glb"), "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(Json::parse(info.out)["has_colours"], false);
+  ASSERT_EQ(Json::parse(info.out)["warnings"].size(), 1u);
 }
 
 TEST_F(Texture, WithoutAGlbThereIsNone) {

@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <array>
 #include <chrono>
+#include <cstring>
 #include <fstream>
+#include <optional>
 #include <thread>
 
 #include "tests/app/program.h"
@@ -265,6 +268,44 @@ TEST_F(ViewTest, AFinishedMeshIsShown) {
     shown.send(SIGINT);
     EXPECT_EQ(shown.wait().exit_code, 0);
   }
+}
+
+/// The mean of what the page is sent for a file, red, green, blue; nothing where a chunk has no colours.
+std::optional<std::array<double, 3>> mean_colour_shown(const std::string& file) {
+  Program shown({"view", file, "--port", "0"});
+  const std::uint16_t there = port_of(shown);
+  const auto visitor = there == 0 ? nullptr : PageClient::connect(there);
+  if (visitor == nullptr) return std::nullopt;
+  std::array<double, 3> sum{};
+  std::size_t count = 0;
+  bool all_have_colours = true;
+  for (const std::string& chunk : visitor->next_binaries(/*gives_credit=*/true)) {
+    constexpr std::size_t kVertices = 16, kFlags = 24, kFirst = 48, kVertexBytes = 16, kColour = 8;  // live_view.md
+    std::uint32_t vertices = 0, flags = 0;
+    std::memcpy(&vertices, chunk.data() + kVertices, sizeof(vertices));
+    std::memcpy(&flags, chunk.data() + kFlags, sizeof(flags));
+    all_have_colours = all_have_colours && (flags & 1) != 0;
+    for (std::size_t v = 0; v < vertices; ++v, ++count) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        sum[k] += static_cast<unsigned char>(chunk.at(kFirst + kVertexBytes * v + kColour + k));
+      }
+    }
+  }
+  shown.send(SIGINT);
+  EXPECT_EQ(shown.wait().exit_code, 0);
+  if (count == 0 || !all_have_colours) return std::nullopt;
+  for (double& channel : sum) channel /= static_cast<double>(count);
+  return sum;
+}
+
+TEST_F(ViewTest, ATexturedMeshIsShownInItsColours) {
+  const Scan recorded;
+  ASSERT_EQ(recorded.run({"--texture"}).exit_code, 0);
+  const auto plain = mean_colour_shown((recorded.output() / "model.ply").string());
+  const auto textured = mean_colour_shown((recorded.output() / "model.glb").string());
+  ASSERT_TRUE(plain && textured);
+  constexpr double kFiner = 8;  // of 255: a texel is no mean over voxels, and vertices are doubled at seams
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR((*textured)[k], (*plain)[k], kFiner) << k;
 }
 
 TEST_F(ViewTest, WhatIsNoMeshIsSaidToBeNone) {

@@ -1,9 +1,12 @@
 // Meshes to unfold, and frames to take colours from.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "core/frame.h"
+#include "export/encode_picture.h"
+#include "export/mesh_texture.h"
 #include "export/texture_atlas.h"
 #include "tests/export/export_samples.h"
 
@@ -71,6 +74,29 @@ inline TextureAtlas atlas_of(const Mesh& mesh, double texel) {
   auto atlas = build_atlas(mesh, request);
   EXPECT_TRUE(atlas) << atlas.error().text();
   return atlas ? *std::move(atlas) : TextureAtlas{};
+}
+
+/// A picture with a square of `side` texels for each vertex of the mesh, in the vertex's colour, and coordinates in the
+/// middle of it. Forty squares wide, which is no square for the meshes of the tests.
+struct OwnTexels {
+  ColourImage image;
+  MeshTexture texture;
+};
+inline OwnTexels own_texels(const Mesh& mesh, int side = 1, bool is_png = true) {
+  constexpr int kColumns = 40;
+  const int rows = (static_cast<int>(mesh.colours.size()) + kColumns - 1) / kColumns;
+  OwnTexels made{ColourImage(side * kColumns, side * rows), {}};
+  for (std::size_t v = 0; v < mesh.colours.size(); ++v) {
+    const int column = static_cast<int>(v) % kColumns, row = static_cast<int>(v) / kColumns;
+    made.texture.coordinates.emplace_back((static_cast<float>(column) + 0.5f) / kColumns,
+                                          (static_cast<float>(row) + 0.5f) / static_cast<float>(rows));
+    for (int y = 0; y < side; ++y) {
+      std::fill_n(made.image.row(side * row + y).begin() + side * column, side, mesh.colours[v]);
+    }
+  }
+  made.texture.image = *(is_png ? encode_png(made.image, PngEffort::kFast) : encode_jpeg(made.image, 92));
+  made.texture.mime = is_png ? "image/png" : "image/jpeg";
+  return made;
 }
 
 /// In how many triangles each texel has its centre.
