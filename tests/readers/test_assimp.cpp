@@ -14,8 +14,31 @@ using nlohmann::json;
 /// Its JSON has six digits.
 constexpr double kSixDigitsM = 6e-6;
 
+/// The texel at each vertex's coordinates, whose rows count from below.
+void add_texels(const json& mesh, const ColourImage& picture, ToldMesh& told) {
+  ASSERT_EQ(mesh.at("numuvcomponents").at(0), 2);
+  const json& uv = mesh.at("texturecoords").at(0);
+  for (std::size_t i = 0; i + 1 < uv.size(); i += 2) {
+    const int x = static_cast<int>(uv[i].get<double>() * picture.width());
+    const int y = static_cast<int>((1 - uv[i + 1].get<double>()) * picture.height());
+    ASSERT_TRUE(picture.contains(x, y));
+    const Rgb8 texel = picture.at(x, y);
+    told.colours.emplace_back(texel.r, texel.g, texel.b);
+  }
+}
+
+/// The file of the material's base colour; *0 is the first picture inside.
+std::string base_colour_file(const json& material) {
+  constexpr int kBaseColour = 12;  // aiTextureType_BASE_COLOR
+  for (const json& property : material.at("properties")) {
+    if (property.at("key") == "$tex.file" && property.at("semantic") == kBaseColour) return property.at("value");
+  }
+  return "";
+}
+
 /// The meshes of a node and of those below it, at their places.
-void add_node(const json& scene, const json& node, const Eigen::Matrix4d& T_scene_parent, ToldMesh& told) {
+void add_node(const json& scene, const json& node, const Eigen::Matrix4d& T_scene_parent, ToldMesh& told,
+              const ColourImage* picture = nullptr) {
   Eigen::Matrix4d T_parent_node;
   for (int i = 0; i < 16; ++i) T_parent_node(i / 4, i % 4) = node.at("transformation").at(static_cast<std::size_t>(i));
   const Eigen::Matrix4d T_scene_node = T_scene_parent * T_parent_node;
@@ -31,13 +54,14 @@ void add_node(const json& scene, const json& node, const Eigen::Matrix4d& T_scen
       told.triangles.emplace_back(first + f[0].get<std::uint32_t>(), first + f[1].get<std::uint32_t>(),
                                   first + f[2].get<std::uint32_t>());
     }
+    if (picture != nullptr) add_texels(mesh, *picture, told);
     if (!mesh.contains("colors")) continue;
     const json& c = mesh["colors"].at(0);
     for (std::size_t i = 0; i < c.size(); i += 4) {
       told.colours.emplace_back(255 * Eigen::Vector3d(c[i], c[i + 1], c[i + 2]));
     }
   }
-  for (const auto& child : node.value("children", json::array())) add_node(scene, child, T_scene_node, told);
+  for (const auto& child : node.value("children", json::array())) add_node(scene, child, T_scene_node, told, picture);
 }
 
 std::string seen_by_assimp(const std::string& name, Expected expected) {
@@ -67,6 +91,27 @@ class Assimp : public ::testing::Test {
 
 TEST_F(Assimp, ReadsGlbUprightInMetresWithLinearColours) {
   EXPECT_EQ(seen_by_assimp("m.glb", {.R_told_world = y_up(), .colour = ToldColour::kLinear}), "");
+}
+
+TEST_F(Assimp, ReadsTheTextureAndItsCoordinates) {
+  const Mesh mesh = jack();
+  const TexturedFile textured(mesh);
+  const WrittenMesh& file = textured.file();
+  const Said exported = run("assimp export '" + file.path() + "' '" + file.json() + "' -fassjson");
+  ASSERT_EQ(exported.exit_code, 0) << exported.text;
+  const json scene = json::parse(std::ifstream(file.json()));
+  EXPECT_EQ(base_colour_file(scene.at("materials").at(0)), "*0");
+  ToldMesh told;
+  add_node(scene, scene.at("rootnode"), Eigen::Matrix4d::Identity(), told, &textured.image());
+  EXPECT_EQ(differences(told, mesh, {.R_told_world = y_up(), .colour = ToldColour::kSrgb, .tolerance_m = kSixDigitsM}),
+            "");
+
+  const std::string stem = file.json();  // without its extension, and with _img0
+  const Said extracted = run("assimp extract '" + file.path() + "' '" + stem + ".png'");
+  ASSERT_EQ(extracted.exit_code, 0) << extracted.text;
+  const std::string picture = test::read_text(stem + "_img0.png");
+  EXPECT_TRUE(std::equal(picture.begin(), picture.end(), textured.picture_file().begin(), textured.picture_file().end(),
+                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }));
 }
 
 TEST_F(Assimp, ReadsPlyAsTheRecordingsWorldWithTheCamerasBytes) {

@@ -47,6 +47,26 @@ TEST_F(Blender, ReadsAQuantizedGlbToAStepOf65535OfItsLongestSide) {
             "");
 }
 
+std::string textured_in_blender(Expected expected, const ExportConfig& config = {}) {
+  const Mesh mesh = jack();
+  const TexturedFile textured(mesh, config);
+  const Said said = read_in_blender(textured.file());
+  if (said.exit_code != 0) return said.text;
+  expected.R_told_world = z_up();
+  return differences(told_in_json(textured.file().json()), mesh, expected);
+}
+
+TEST_F(Blender, ReadsTheTextureAsTheMaterialsBaseColour) {
+  EXPECT_EQ(textured_in_blender({.colour = ToldColour::kSrgb}), "");
+}
+
+TEST_F(Blender, ReadsTheTextureOfAQuantizedGlb) {
+  constexpr double kLongestSideM = 0.26;
+  ExportConfig config;
+  config.quantize = true;
+  EXPECT_EQ(textured_in_blender({.colour = ToldColour::kSrgb, .tolerance_m = kLongestSideM / 65535}, config), "");
+}
+
 TEST_F(Blender, RefusesACompressedGlbAndSaysWhy) {
   ExportConfig config;
   config.compress = true;

@@ -32,6 +32,16 @@ TEST_F(Open3d, ReadsGlbUprightInMetresWithLinearColours) {
   EXPECT_EQ(seen_by_open3d("m.glb", {.R_told_world = y_up(), .colour = ToldColour::kLinear}), "");
 }
 
+TEST_F(Open3d, ReadsTheTextureAndItsCoordinates) {
+  const Mesh mesh = jack();
+  const TexturedFile textured(mesh);
+  const Said said = read_in_open3d(textured.file());
+  ASSERT_EQ(said.exit_code, 0) << said.text;
+  EXPECT_EQ(
+      differences(told_in_json(textured.file().json()), mesh, {.R_told_world = y_up(), .colour = ToldColour::kSrgb}),
+      "");
+}
+
 TEST_F(Open3d, ReadsPlyAsTheRecordingsWorldWithTheCamerasBytes) {
   EXPECT_EQ(seen_by_open3d("m.ply", {.R_told_world = as_it_is(), .colour = ToldColour::kSrgb}), "");
 }

@@ -42,10 +42,24 @@ ToldMesh told_in_json(const std::filesystem::path& json_file) {
   return told;
 }
 
-WrittenMesh::WrittenMesh(const Mesh& mesh, const std::string& name, const ExportConfig& config) : file_(name) {
-  const auto written = write_mesh(mesh, path(), config, UpAxis::kMinusY);
+WrittenMesh::WrittenMesh(const Mesh& mesh, const std::string& name, const ExportConfig& config,
+                         const MeshTexture* texture)
+    : file_(name) {
+  const auto written = write_mesh(mesh, path(), config, UpAxis::kMinusY, std::nullopt, texture);
   EXPECT_TRUE(written) << (written ? "" : written.error().text());
 }
+
+namespace {
+
+Mesh without_colours(Mesh mesh) {
+  mesh.colours.clear();
+  return mesh;
+}
+
+}  // namespace
+
+TexturedFile::TexturedFile(const Mesh& mesh, const ExportConfig& config)
+    : texels_(own_texels(mesh)), file_(without_colours(mesh), "m.glb", config, &texels_.texture) {}
 
 Eigen::Matrix3d as_it_is() {
   return Eigen::Matrix3d::Identity();

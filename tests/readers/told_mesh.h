@@ -5,7 +5,9 @@
 #include <string>
 
 #include "export/export_config.h"
+#include "export/mesh_texture.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/export/texture_samples.h"
 #include "tests/readers/reader_sample.h"
 
 namespace scanknit::test {
@@ -29,7 +31,8 @@ struct Said {
 class WrittenMesh {
  public:
   /// `name`: its extension is the format. The world is a camera's: y points down.
-  WrittenMesh(const Mesh& mesh, const std::string& name, const ExportConfig& config = {});
+  WrittenMesh(const Mesh& mesh, const std::string& name, const ExportConfig& config = {},
+              const MeshTexture* texture = nullptr);
 
   [[nodiscard]] std::string path() const { return folder_ / file_; }
   [[nodiscard]] std::string json() const { return folder_ / "told.json"; }
@@ -37,6 +40,20 @@ class WrittenMesh {
  private:
   TemporaryFolder folder_;
   std::string file_;
+};
+
+/// A GLB whose colours are in a texture, one texel a vertex.
+class TexturedFile {
+ public:
+  explicit TexturedFile(const Mesh& mesh, const ExportConfig& config = {});
+
+  [[nodiscard]] const WrittenMesh& file() const { return file_; }
+  [[nodiscard]] const ColourImage& image() const { return texels_.image; }
+  [[nodiscard]] const std::vector<std::uint8_t>& picture_file() const { return texels_.texture.image; }
+
+ private:
+  OwnTexels texels_;
+  WrittenMesh file_;
 };
 
 // Rotations from the recording's world (x right, y down, z away), by their rows.
