@@ -188,11 +188,7 @@ int align_command(const AlignArguments& arguments, const CommonArguments& common
   auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
   if (const auto off = refuse_texture(*config, "align"); !off) return fail(off.error(), common);
-  auto outputs = plan_outputs({.output = arguments.output,
-                               .report = arguments.report,
-                               .trajectory = arguments.trajectory,
-                               .volume = arguments.volume},
-                              config->output);
+  auto outputs = plan_outputs(arguments.outputs, config->output);
   if (!outputs) return fail(outputs.error(), common);
   Job job{arguments.inputs.front(), std::move(*config), *outputs, Pace::kFast};
   RunReport report = begin_report(job);

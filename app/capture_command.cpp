@@ -25,7 +25,7 @@ Result<std::unique_ptr<Recorder>> open_recorder(const CaptureArguments& argument
                                                 const RawCalibration& calibration, Console& console,
                                                 RunReport& report) {
   if (!arguments.wants_recording) return std::unique_ptr<Recorder>();
-  const auto path = arguments.recording.value_or(default_recording(arguments.output, outputs));
+  const auto path = arguments.recording.value_or(default_recording(arguments.outputs.output, outputs));
   if (auto writable = check_writable(path); !writable) return writable.error();
   auto recorder = Recorder::create(path, calibration);
   if (!recorder) return recorder.error();
@@ -130,11 +130,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   const auto begin = std::chrono::steady_clock::now();
   auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
-  auto outputs = plan_outputs({.output = arguments.output,
-                               .report = arguments.report,
-                               .trajectory = arguments.trajectory,
-                               .volume = arguments.volume},
-                              config->output);
+  auto outputs = plan_outputs(arguments.outputs, config->output);
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 

@@ -11,9 +11,6 @@ void add_align_options(CLI::App& command, AlignArguments& align) {
                   "clouds with normals")
       ->required()
       ->type_name("SCAN...");
-  command.add_option("-o,--output", align.output, "Folder, or one mesh file (.glb .ply .obj .stl)")
-      ->required()
-      ->type_name("OUT");
   command
       .add_option("--initial", align.initial,
                   "Where scans are, about: lines of SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row; "
@@ -27,10 +24,6 @@ void add_align_options(CLI::App& command, AlignArguments& align) {
                    "Correct the poses that a .conf or a PTX gives; default: they are taken as they are");
   command.add_option("--points", align.points, "Write the points of all scans here, in one frame")
       ->type_name("FILE.ply|.pcd");
-  command.add_option("--report", align.report, "Write report.json here")->type_name("FILE");
-  command.add_option("--trajectory", align.trajectory, "Write the poses of the scans here (TUM format)")
-      ->type_name("FILE");
-  command.add_option("--save-volume", align.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
 }
 
 }  // namespace scanknit

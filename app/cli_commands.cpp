@@ -27,9 +27,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("recording", run.recording, "Folder or file of the recording")
       ->required()
       ->type_name("RECORDING");
-  command->add_option("-o,--output", run.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
-      ->required()
-      ->type_name("OUT");
+  add_output_options(*command, run.outputs);
   command->add_option("--from", run.from, "First frame, counting from 0")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N");
@@ -42,9 +40,6 @@ void add_run(CLI::App& app, CommandLine& line) {
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--poses", "acquire.poses",
                 "Where poses come from: auto, recording, track, refine, still");
-  command->add_option("--report", run.report, "Write report.json here")->type_name("FILE");
-  command->add_option("--trajectory", run.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
-  command->add_option("--save-volume", run.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
   add_turntable_options(*command, run);
   add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
@@ -59,17 +54,12 @@ void add_run(CLI::App& app, CommandLine& line) {
 void add_capture(CLI::App& app, CommandLine& line) {
   CaptureArguments& capture = line.capture;
   CLI::App* command = app.add_subcommand("capture", "Scan with a scanner that is plugged in, and write the mesh");
-  command->add_option("-o,--output", capture.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
-      ->required()
-      ->type_name("OUT");
+  add_output_options(*command, capture.outputs);
   add_scanner_options(*command, capture.scanner);
   auto* recording = command->add_option("--recording", capture.recording, "Keep the raw pictures here (default: OUT)")
                         ->type_name("FILE.mcap");
   command->add_flag("!--no-recording", capture.wants_recording, "Do not keep the raw pictures")->excludes(recording);
   add_shorthand(*command, line, "--poses", "acquire.poses", "track (the default), or still");
-  command->add_option("--report", capture.report, "Write report.json here")->type_name("FILE");
-  command->add_option("--trajectory", capture.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
-  command->add_option("--save-volume", capture.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
   add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_view_options(*command, capture.view);
@@ -115,10 +105,7 @@ void add_extract(CLI::App& app, CommandLine& line) {
                    "OpenVDB, NRRD, MetaImage, NIfTI, raw samples, or a folder of DICOM, PNG or TIFF slices")
       ->required()
       ->type_name("VOLUME");
-  command->add_option("-o,--output", extract.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
-      ->required()
-      ->type_name("OUT");
-  command->add_option("--report", extract.report, "Write report.json here")->type_name("FILE");
+  add_output_options(*command, extract.outputs);
   auto* isovalue = add_shorthand(*command, line, "--isovalue", "extract.isovalue", "Value of the surface");
   command->add_flag("--auto-isovalue", extract.wants_auto_isovalue, "Propose a value from the volume's (Otsu 1979)")
       ->excludes(isovalue);
@@ -139,6 +126,7 @@ void add_align(CLI::App& app, CommandLine& line) {
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
 }
+  add_output_options(*command, line.align.outputs);
 
 void add_synth(CLI::App& app, CommandLine& line) {
   SynthArguments& synth = line.synth;

@@ -116,6 +116,16 @@ void add_common(CLI::App& app, CommandLine& line) {
   app.add_flag("-v,--verbose", line.is_verbose, "Say more")->excludes(quiet)->group("General");
 }
 
+void add_output_options(CLI::App& app, OutputRequest& outputs) {
+  app.add_option("-o,--output", outputs.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
+      ->required()
+      ->type_name("OUT");
+  app.add_option("--report", outputs.report, "Write report.json here")->type_name("FILE");
+  if (!outputs.has_trajectory) return;
+  app.add_option("--trajectory", outputs.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
+  app.add_option("--save-volume", outputs.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
+}
+
 void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed) {
   const auto set_port = [&server](const std::uint16_t& port) { server.port = port; };
   auto* address =

@@ -37,6 +37,9 @@ CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& nam
 /// What every command understands: configuration, threads, how much is said.
 void add_common(CLI::App& app, CommandLine& line);
 
+/// `-o` and where else files go, of a command that writes a mesh. Poses and volume only where `outputs.has_trajectory`.
+void add_output_options(CLI::App& app, OutputRequest& outputs);
+
 /// How raw samples and stacks of images are to be read.
 void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options);
 

@@ -13,6 +13,7 @@
 #include "app/config_load.h"
 #include "app/console.h"
 #include "app/live_scanner.h"
+#include "app/outputs.h"
 #include "extract/volume/slice_reader.h"
 #include "view/live_view.h"
 
@@ -33,12 +34,12 @@ struct ViewArguments {
 };
 
 struct RunArguments {
-  std::filesystem::path recording, output;
+  std::filesystem::path recording;
+  OutputRequest outputs;
   std::size_t from = 0;
   std::optional<std::size_t> to;
   std::size_t every = 1;
   Pace pace = Pace::kFast;
-  std::optional<std::filesystem::path> report, trajectory, volume;
   std::optional<std::filesystem::path> angles, cut_recording;  ///< of a turntable
   ViewArguments view;
 };
@@ -63,8 +64,7 @@ struct RepairArguments {
 
 struct CaptureArguments {
   ScannerArguments scanner;
-  std::filesystem::path output;
-  std::optional<std::filesystem::path> report, trajectory, volume;
+  OutputRequest outputs;
   bool wants_recording = true;
   std::optional<std::filesystem::path> recording;  ///< nothing: beside the mesh
   ViewArguments view;
@@ -76,8 +76,8 @@ struct RecordArguments {
 };
 
 struct ExtractArguments {
-  std::filesystem::path volume, output;
-  std::optional<std::filesystem::path> report;
+  std::filesystem::path volume;
+  OutputRequest outputs{.has_trajectory = false};
   VolumeOptions options;
   bool wants_auto_isovalue = false;
   bool wants_stats = false;
@@ -85,8 +85,8 @@ struct ExtractArguments {
 
 struct AlignArguments {
   std::vector<std::filesystem::path> inputs;
-  std::filesystem::path output;
-  std::optional<std::filesystem::path> report, trajectory, volume, points, initial, markers;
+  OutputRequest outputs;
+  std::optional<std::filesystem::path> points, initial, markers;
   bool wants_refinement = false;  ///< poses that the files carry are a beginning, not the end
 };
 

@@ -38,9 +38,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   auto loaded = load(common.config);
   if (!loaded) return fail(loaded.error(), common);
   if (const auto off = refuse_texture(loaded->config, "extract"); !off) return fail(off.error(), common);
-  const auto outputs = plan_outputs(
-      {.output = arguments.output, .report = arguments.report, .trajectory = {}, .volume = {}, .has_trajectory = false},
-      loaded->config.output);
+  const auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
 
   VolumeRequest request{arguments.options, loaded->has_isovalue ? IsovalueWish::kGiven : IsovalueWish::kUnsaid};

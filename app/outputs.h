@@ -22,8 +22,8 @@ struct Outputs {
 
 /// What the command line asked for.
 struct OutputRequest {
-  std::filesystem::path output;  ///< a folder, or one mesh file
-  std::optional<std::filesystem::path> report, trajectory, volume;
+  std::filesystem::path output = {};  ///< a folder, or one mesh file
+  std::optional<std::filesystem::path> report = {}, trajectory = {}, volume = {};
   bool has_trajectory = true;  ///< false: the command knows no poses
 };
 

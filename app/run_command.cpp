@@ -16,11 +16,7 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
   config->acquire.from = arguments.from;
   config->acquire.every = arguments.every;
   if (arguments.to) config->acquire.to = *arguments.to;
-  auto outputs = plan_outputs({.output = arguments.output,
-                               .report = arguments.report,
-                               .trajectory = arguments.trajectory,
-                               .volume = arguments.volume},
-                              config->output);
+  auto outputs = plan_outputs(arguments.outputs, config->output);
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
