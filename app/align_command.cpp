@@ -193,6 +193,7 @@ int align_command(const AlignArguments& arguments, const CommonArguments& common
   Job job{arguments.inputs.front(), std::move(*config), *outputs, Pace::kFast};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
+  warn_of_unused_options(job, console, report);
   AlignRun align(arguments, common, job, stop_on_signal.token(), console, report);
   const Result<void> result = align.run();
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);

@@ -137,6 +137,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   const Job job{arguments.scanner.device, std::move(*config), *outputs};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
+  warn_of_unused_options(job, console, report);
   ScanView view(arguments.view, job, "capture", stop_on_signal.token(), console);
   const Result<void> result = capture(arguments, job, stop_on_signal.token(), console, report, view);
   close_report(report, result, /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends

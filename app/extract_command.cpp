@@ -46,6 +46,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   const Job job{arguments.volume, std::move(loaded->config), *outputs};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
+  warn_of_unused_options(job, console, report);
   const Result<void> result = extract_volume(job, request, console, report);
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);
   return conclude(report, result, job, common, arguments.wants_stats);

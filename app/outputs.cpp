@@ -91,6 +91,16 @@ void add_downloads(Outputs& outputs) {
   }
 }
 
+std::vector<std::string> unused_glb_keys(const Outputs& outputs, const ExportConfig& config) {
+  std::vector<std::string> unused;
+  if (std::any_of(outputs.meshes.begin(), outputs.meshes.end(), is_glb_path)) return unused;
+  if (config.quantize) unused.emplace_back("export.quantize");
+  if (config.compress) unused.emplace_back("export.compress");
+  if (config.material != Material::kLit) unused.emplace_back("export.material");
+  if (config.texture != TextureFormat::kOff) unused.emplace_back("export.texture");
+  return unused;
+}
+
 Result<void> check_outputs(const Outputs& outputs) {
   for (const Path& path : all_paths(outputs)) {
     if (auto writable = check_writable(path); !writable) return writable;

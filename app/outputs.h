@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/result.h"
@@ -35,6 +36,9 @@ struct OutputRequest {
 
 /// Adds the GLB and the STL that the live view offers for download, beside the first mesh, where they are not yet.
 void add_downloads(Outputs& outputs);
+
+/// The keys of `export:` that are set and change GLB files only, when none is written.
+[[nodiscard]] std::vector<std::string> unused_glb_keys(const Outputs& outputs, const ExportConfig& config);
 
 /// Asks for every output whether it could be written. Errors: kOutput.
 [[nodiscard]] Result<void> check_outputs(const Outputs& outputs);

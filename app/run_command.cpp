@@ -24,6 +24,7 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
                 arguments.pace,      arguments.angles,   arguments.cut_recording};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
+  warn_of_unused_options(job, console, report);
   ScanView view(arguments.view, job, "run", stop_on_signal.token(), console);
   const Result<void> result = run_pipeline(job, stop_on_signal.token(), console, report, view);
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);

@@ -1,5 +1,7 @@
 #include "app/run_report.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 
 #include "app/case_table.h"
@@ -55,6 +57,13 @@ RunReport begin_report(const Job& job) {
   report.input = job.input.string();
   report.config_json = config_to_json(job.config);
   return report;
+}
+
+void warn_of_unused_options(const Job& job, Console& console, RunReport& report) {
+  const auto unused = unused_glb_keys(job.outputs, job.config.output);
+  if (unused.empty()) return;
+  report.warnings.push_back(fmt::format("{}: for GLB only, and none is written", fmt::join(unused, ", ")));
+  console.warn(report.warnings.back());
 }
 
 void close_report(RunReport& report, const Result<void>& result, bool was_interrupted,

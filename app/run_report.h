@@ -12,6 +12,9 @@ namespace scanknit {
 
 [[nodiscard]] RunReport begin_report(const Job& job);
 
+/// Before the work: a warning where something is set that cannot change any of the files to come.
+void warn_of_unused_options(const Job& job, Console& console, RunReport& report);
+
 /// Notes how it ended, and what it took since `begin`.
 void close_report(RunReport& report, const Result<void>& result, bool was_interrupted,
                   std::chrono::steady_clock::time_point begin);

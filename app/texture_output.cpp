@@ -137,7 +137,10 @@ Result<void> write_textured(const WrittenMesh& written, const Job& job, const Se
     return Result<void>();
   };
   const auto files = glb_files(job);
-  if (files.empty()) return refuse({ErrorCode::kConfig, "only GLB can hold it, and none is written"});
+  if (files.empty()) {
+    told.refused = "only GLB can hold it, and none is written";  // warned of before the work
+    return {};
+  }
   if (again.stop.stop_requested()) return refuse({ErrorCode::kInput, "it was interrupted"});
   if (!again.open) return refuse({ErrorCode::kInput, "no recording was made that frames could be taken from"});
   TextureMaker maker(written, job.config, again.stop, console, told);

@@ -42,6 +42,25 @@ TEST(Run, TheMeshFitsTheDepthFramesOfANoiselessScan) {
   EXPECT_EQ(scan.report()["holes"]["count"] == 0, scan.report()["mesh"]["is_closed"].get<bool>());
 }
 
+TEST(Run, WarnsOfWhatIsForGlbOnlyWhereNoneIsWritten) {
+  const Scan scan;
+  const std::vector<std::string> glb_only = {"--quantize", "--compress", "--set", "export.material=unlit"};
+  const auto run = [&](const std::string& output) {
+    std::vector<std::string> arguments = glb_only;
+    arguments.insert(arguments.end(), {"-o", (scan / output).string()});
+    return scan.run(arguments);
+  };
+  const std::string warning = "export.quantize, export.compress, export.material: for GLB only, and none is written";
+  const Outcome ply = run("model.ply");
+  EXPECT_EQ(ply.exit_code, 0) << ply.err;
+  EXPECT_NE(ply.err.find(warning), std::string::npos) << ply.err;
+  const Outcome glb = run("model.glb");
+  EXPECT_EQ(glb.exit_code, 0) << glb.err;
+  EXPECT_EQ(glb.err.find("for GLB only"), std::string::npos) << glb.err;
+  ASSERT_EQ(scan.run({"--quantize", "--set", "export.formats=[ply]"}).exit_code, 0);
+  EXPECT_EQ(scan.report()["warnings"], Json::array({"export.quantize: for GLB only, and none is written"}));
+}
+
 TEST(Run, WithoutPicturesThePageSaysSo) {
   const Scan scan;
   ASSERT_EQ(scan.run({"--set", "export.preview=false"}).exit_code, 0);
