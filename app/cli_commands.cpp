@@ -117,6 +117,7 @@ void add_extract(CLI::App& app, CommandLine& line) {
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
 }
+  add_refused_texture_option(*command, line.common.config);
 
 void add_align(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("align", "Bring several scans of one thing together, and write one mesh");
@@ -125,8 +126,9 @@ void add_align(CLI::App& app, CommandLine& line) {
   add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
-}
   add_output_options(*command, line.align.outputs);
+}
+  add_refused_texture_option(*command, line.common.config);
 
 void add_synth(CLI::App& app, CommandLine& line) {
   SynthArguments& synth = line.synth;

@@ -196,10 +196,14 @@ void add_export_options(CLI::App& app, ConfigSources& config) {
       "For the web: half the size, with --quantize a quarter; Blender and Assimp do not read it");
 }
 
-void add_texture_option(CLI::App& app, ConfigSources& config) {
+CLI::Option* add_texture_option(CLI::App& app, ConfigSources& config) {
   const auto set = [&config] { config.assignments.emplace_back("export.texture=png"); };
-  app.add_flag_callback("--texture", set,
-                        "GLB with a texture from the colour frames, finer than its vertices (export.texture)");
+  return app.add_flag_callback("--texture", set,
+                               "GLB with a texture from the colour frames, finer than its vertices (export.texture)");
+}
+
+void add_refused_texture_option(CLI::App& app, ConfigSources& config) {
+  add_texture_option(app, config)->group("");
 }
 
 }  // namespace scanknit

@@ -56,6 +56,9 @@ void add_view_options(CLI::App& app, ViewArguments& view);
 void add_export_options(CLI::App& app, ConfigSources& config);
 
 /// `--texture`, of a command that has colour frames.
-void add_texture_option(CLI::App& app, ConfigSources& config);
+CLI::Option* add_texture_option(CLI::App& app, ConfigSources& config);
+
+/// Understood and not shown: the command says why there is none (refuse_texture()).
+void add_refused_texture_option(CLI::App& app, ConfigSources& config);
 
 }  // namespace scanknit

@@ -162,9 +162,10 @@ Result<void> refuse_texture(const Config& config, const char* command) {
   if (config.output.texture == TextureFormat::kOff) return {};
   return Error{
       ErrorCode::kConfig,
-      fmt::format("a texture is baked from the colour frames of a scan, by `run` and `capture`; `{}` has none: "
-                  "leave export.texture off, its meshes have colours at their vertices",
-                  command),
+      fmt::format(
+          "a texture is baked from the colour frames of one recording, by `run` and `capture`; `{}` bakes none: "
+          "leave export.texture off, its meshes have colours at their vertices",
+          command),
       "export.texture"};
 }
 

@@ -187,6 +187,10 @@ TEST_F(Texture, CommandsWithoutFramesRefuseIt) {
         scanknit_command({command, recording(), "-o", place("none.glb"), "--set", "export.texture=png"});
     EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
     EXPECT_NE(outcome.err.find("export.texture"), std::string::npos) << outcome.err;
+    const Outcome by_option = scanknit_command({command, recording(), "-o", place("none.glb"), "--texture"});
+    EXPECT_EQ(by_option.exit_code, 3) << by_option.err;
+    EXPECT_EQ(by_option.err, outcome.err);
+    EXPECT_EQ(scanknit_command({command, "--help"}).out.find("--texture"), std::string::npos);
   }
 }
 
