@@ -82,9 +82,13 @@ void add_view(CLI::App& app, CommandLine& line) {
 
 void add_report(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and what is beside it");
-  command->add_option("folder", line.report.folder, "The folder that `run`, `capture`, `extract` or `align` wrote")
+  command
+      ->add_option("place", line.report.place,
+                   "The folder that `run`, `capture`, `extract` or `align` wrote, or a report.json")
       ->required()
-      ->type_name("OUT");
+      ->type_name("OUT|FILE.json");
+  command->add_option("--report", line.report.report, "Where the report of that folder is, default: OUT/report.json")
+      ->type_name("FILE");
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return report_command(line.report, line.common); }; });
 }
@@ -113,22 +117,22 @@ void add_extract(CLI::App& app, CommandLine& line) {
   add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous cells are resolved");
   add_shorthand(*command, line, "--inside", "extract.inside", "Which side is matter: auto, low, high");
   add_volume_options(*command, line, extract.options);
+  add_refused_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
 }
-  add_refused_texture_option(*command, line.common.config);
 
 void add_align(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("align", "Bring several scans of one thing together, and write one mesh");
   add_align_options(*command, line.align);
+  add_output_options(*command, line.align.outputs);
   add_shorthand(*command, line, "--poses", "acquire.poses", "Where the poses of a recording's own frames come from");
+  add_refused_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
-  add_output_options(*command, line.align.outputs);
 }
-  add_refused_texture_option(*command, line.common.config);
 
 void add_synth(CLI::App& app, CommandLine& line) {
   SynthArguments& synth = line.synth;

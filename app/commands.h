@@ -50,7 +50,8 @@ struct ShowArguments {
 };
 
 struct ReportArguments {
-  std::filesystem::path folder;  ///< that a run wrote
+  std::filesystem::path place;                  ///< the folder that a run wrote, or its report.json
+  std::optional<std::filesystem::path> report;  ///< where the folder's report.json is, if elsewhere
 };
 
 struct ConvertArguments {

@@ -10,26 +10,50 @@
 #include "export/report_page.h"
 
 namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where a report is, and where its page is to be. The pictures lie beside the page.
+struct ReportPlace {
+  fs::path json, page;
+};
+
+Result<ReportPlace> find_report(const ReportArguments& arguments) {
+  const fs::path& place = arguments.place;
+  std::error_code ignored;
+  if (fs::is_directory(place, ignored)) {
+    const fs::path json = arguments.report.value_or(place / "report.json");
+    if (arguments.report || fs::exists(json, ignored)) return ReportPlace{json, place / "report.html"};
+    return Error{ErrorCode::kInput,
+                 "no such file; if the run wrote it elsewhere, say where: scanknit report OUT --report FILE",
+                 json.string()};
+  }
+  if (fs::is_regular_file(place, ignored) && !arguments.report) {
+    ReportPlace found{place, fs::path(place).replace_extension(".html")};
+    if (found.page != place) return found;
+  }
+  return Error{ErrorCode::kInput,
+               "expected a folder with report.json, as `scanknit run ... -o OUT` writes it, or a report.json",
+               place.string()};
+}
+
+}  // namespace
 
 int report_command(const ReportArguments& arguments, const CommonArguments& common) {
-  const std::filesystem::path& folder = arguments.folder;
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored)) {
-    return fail({ErrorCode::kInput, "expected a folder with report.json, as `scanknit run ... -o OUT` writes it",
-                 folder.string()},
-                common);
-  }
-  const auto json = read_text_file(folder / "report.json", Limits{}.max_text_bytes);
+  const auto found = find_report(arguments);
+  if (!found) return fail(found.error(), common);
+  const auto json = read_text_file(found->json, Limits{}.max_text_bytes);
   if (!json) return fail(json.error(), common);
-  const std::filesystem::path page = folder / "report.html";
-  if (auto written = write_report_page(*json, page); !written) {
+  if (auto written = write_report_page(*json, found->page); !written) {
     Error error = written.error();
-    if (error.where.empty()) error.where = (folder / "report.json").string();
+    if (error.where.empty()) error.where = found->json.string();
     return fail(error, common);
   }
-  const nlohmann::json result = {{"page", page.string()}};
+  const std::string page = found->page.string();
+  const nlohmann::json result = {{"page", page}};
   constexpr auto kRepaired = nlohmann::json::error_handler_t::replace;
-  return print_result(common.is_json ? result.dump(2, ' ', false, kRepaired) + "\n" : page.string() + "\n", common);
+  return print_result(common.is_json ? result.dump(2, ' ', false, kRepaired) + "\n" : page + "\n", common);
 }
 
 }  // namespace scanknit

@@ -80,6 +80,35 @@ TEST(Report, IsDrawnAgainWhereverTheFolderIs) {
   EXPECT_TRUE(read_text(scan / "moved/report.html") == page);
 }
 
+TEST(Report, IsDrawnAgainFromAReportThatLiesElsewhere) {
+  const Scan scan;
+  const std::string elsewhere = (scan / "elsewhere.json").string();
+  ASSERT_EQ(scan.run({"--report", elsewhere}).exit_code, 0);
+  const fs::path page_file = scan.output() / "report.html";
+  const std::string page = read_text(page_file);
+  fs::remove(page_file);
+  const Outcome unsaid = scanknit_command({"report", scan.output().string()});
+  EXPECT_EQ(unsaid.exit_code, 4);
+  EXPECT_NE(unsaid.err.find("--report FILE"), std::string::npos) << unsaid.err;
+  const Outcome said = scanknit_command({"report", scan.output().string(), "--report", elsewhere});
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_TRUE(read_text(page_file) == page);
+}
+
+TEST(Report, OfAJsonFileThePageLiesBesideIt) {
+  const Scan scan;
+  ASSERT_EQ(scan.run().exit_code, 0);
+  const fs::path page_file = scan.output() / "report.html";
+  const std::string page = read_text(page_file);
+  fs::remove(page_file);
+  const Outcome outcome = scanknit_command({"report", (scan.output() / "report.json").string()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, page_file.string() + "\n");
+  EXPECT_TRUE(read_text(page_file) == page);
+  EXPECT_EQ(scanknit_command({"report", page_file.string()}).exit_code, 4);  // would be written over itself
+  EXPECT_TRUE(read_text(page_file) == page);
+}
+
 TEST(Report, OfAFolderWithoutOneSaysWhatWasExpected) {
   const Scan scan;
   for (const auto& folder : {scan.recording(), scan / "absent"}) {
