@@ -107,18 +107,20 @@ Result<std::optional<VertexTexels>> BaseColours::of(const tinygltf::Primitive& p
   return std::optional(texels);
 }
 
-/// Null for one that cannot be shown.
+/// Null for one that cannot be shown, and for all after it: a mesh has colours everywhere or nowhere.
 Result<const ColourImage*> BaseColours::picture(int index) {
   const tinygltf::Image* image = item(model_.images, index);
   if (image == nullptr) return input_error("the GLB names a picture that is not there");
-  auto known = pictures_.find(index);
-  if (known == pictures_.end()) {
-    auto made = decoded(*image);
-    if (!made) warn(made.error().message);
-    known = pictures_.emplace(index, made ? std::optional(*std::move(made)) : std::nullopt).first;
-    if (known->second) limits_.max_image_pixels -= static_cast<std::int64_t>(known->second->size());
+  if (const auto known = pictures_.find(index); known != pictures_.end()) return &known->second;
+  if (has_failed_) return nullptr;
+  auto made = decoded(*image);
+  has_failed_ = !made;
+  if (has_failed_) {
+    warn(made.error().message);
+    return nullptr;
   }
-  return known->second ? &*known->second : nullptr;
+  limits_.max_image_pixels -= static_cast<std::int64_t>(made->size());
+  return &pictures_.emplace(index, *std::move(made)).first->second;
 }
 
 Result<ColourImage> BaseColours::decoded(const tinygltf::Image& image) {

@@ -58,7 +58,8 @@ class BaseColours {
 
   const tinygltf::Model& model_;
   Limits limits_;  ///< of pixels: those that are left
-  std::map<int, std::optional<ColourImage>> pictures_;
+  std::map<int, ColourImage> pictures_;
+  bool has_failed_ = false;
   std::vector<std::string> warnings_;
 };
 
