@@ -47,18 +47,25 @@ Eigen::AlignedBox3d bounds_of(const Mesh& mesh) {
   return box;
 }
 
-/// The volume's samples within the box.
-openvdb::CoordBBox samples_within(const Eigen::AlignedBox3d& box, const openvdb::FloatGrid& field) {
+/// The volume's samples within the box; nothing when the volume's axes are turned against the world's.
+std::optional<openvdb::CoordBBox> samples_within(const Eigen::AlignedBox3d& box, const openvdb::FloatGrid& field) {
   constexpr double kFarthest = 1e9;  // a box may have no end
-  const openvdb::Vec3d voxel = field.voxelSize();
+  constexpr double kAcross = 1e-6;   // of a voxel
   const openvdb::Vec3d origin = field.indexToWorld(openvdb::Vec3d(0, 0, 0));
   openvdb::CoordBBox samples;
   for (int axis = 0; axis < 3; ++axis) {
+    openvdb::Vec3d one(0, 0, 0);
+    one[axis] = 1;
+    openvdb::Vec3d step = field.indexToWorld(one) - origin;
+    const double along = step[axis];  // negative in a mirrored volume
+    step[axis] = 0;
+    if (step.length() > kAcross * std::abs(along)) return std::nullopt;
     const auto index = [&](double metres) {
-      return std::clamp((metres - origin[axis]) / voxel[axis], -kFarthest, kFarthest);
+      return std::clamp((metres - origin[axis]) / along, -kFarthest, kFarthest);
     };
-    samples.min()[axis] = static_cast<int>(std::ceil(index(box.min()[axis])));
-    samples.max()[axis] = static_cast<int>(std::floor(index(box.max()[axis])));
+    const auto [least, most] = std::minmax({index(box.min()[axis]), index(box.max()[axis])});
+    samples.min()[axis] = static_cast<int>(std::ceil(least));
+    samples.max()[axis] = static_cast<int>(std::floor(most));
   }
   return samples;
 }
@@ -133,8 +140,12 @@ class SurfaceFinisher {
     auto whole = extract(view);
     if (!whole || whole->mesh.empty()) return whole;
     const auto region_before = view.region;
-    openvdb::CoordBBox region = samples_within(crop_box(wish_.crop), *view.field);
-    if (view.region) region.intersect(*view.region);
+    auto region = samples_within(crop_box(wish_.crop), *view.field);
+    if (!region) {
+      refuse("crop", "finish.crop lies along the axes of the world, and those of this volume are turned against them");
+      return whole;
+    }
+    if (view.region) region->intersect(*view.region);
     view.region = region;
     auto part = extract(view);
     if (!part) return part;

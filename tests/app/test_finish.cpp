@@ -1,6 +1,10 @@
 // `finish:` by the built program: a noisy desk with things on it, seen from above.
 #include <gtest/gtest.h>
 
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -110,6 +114,39 @@ TEST_F(Finish, CropsSmoothsAndSimplifies) {
   EXPECT_LT(told["mesh"]["triangles"], 2300);
   EXPECT_EQ(told["mesh"]["is_manifold"], true);
   EXPECT_GT(step(told, "smooth")["figures"]["mean_moved_mm"].get<double>(), 0);
+}
+
+/// The volume of a file, elsewhere in the world.
+void move_volume(const std::string& from, const std::string& to,
+                 const std::function<void(openvdb::math::Transform&)>& move) {
+  openvdb::initialize();
+  openvdb::io::File file(from);
+  file.open();
+  const openvdb::GridPtrVecPtr grids = file.getGrids();
+  for (const auto& grid : *grids) move(grid->transform());
+  openvdb::io::File(to).write(*grids);
+}
+
+TEST_F(Finish, CropsAMirroredVolumeAndLeavesATurnedOneWhole) {
+  const Json plain = report("plain");
+  const double middle =
+      (plain["mesh"]["bounds_m"][0][0].get<double>() + plain["mesh"]["bounds_m"][1][0].get<double>()) / 2;
+  const auto extract = [&](const std::string& volume, double most_x) {
+    return scanknit_command({"extract", volume, "-o", place("moved"), "--preset", "object", "--set",
+                             "finish.crop.max_x=" + std::to_string(most_x)});
+  };
+  move_volume(place("plain.vdb"), place("mirrored.vdb"), [](auto& transform) { transform.postScale({-1, 1, 1}); });
+  const Outcome mirrored = extract(place("mirrored.vdb"), -middle);
+  ASSERT_EQ(mirrored.exit_code, 0) << mirrored.err;
+  EXPECT_LE(report("moved")["mesh"]["bounds_m"][1][0].get<double>(), -middle + 1e-6);
+  EXPECT_NEAR(size_m(report("moved"), 0), size_m(plain, 0) / 2, 0.02);
+
+  move_volume(place("plain.vdb"), place("turned.vdb"),
+              [](auto& transform) { transform.postRotate(0.5, openvdb::math::Z_AXIS); });
+  const Outcome turned = extract(place("turned.vdb"), middle);
+  ASSERT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_NE(step(report("moved"), "crop")["refused"].get<std::string>().find("turned against"), std::string::npos);
+  EXPECT_EQ(report("moved")["mesh"]["triangles"], plain["mesh"]["triangles"]);
 }
 
 TEST_F(Finish, AStepThatCannotBeDoneIsToldAndTheMeshIsWritten) {
