@@ -123,21 +123,22 @@ std::string KnownAngles::contradiction(const PriorCheck& check) const {
 }
 
 std::string KnownAngles::frames_off(const std::vector<std::uint64_t>& sequences) const {
-  const std::string frames = ranges_text(sequences);
+  const std::string frames = frames_text(sequences);
   if (file_degrees_.empty()) {
-    return fmt::format("the pictures contradict {} at frames {}; there they decide", option(), frames);
+    return fmt::format("the pictures contradict {} at {}; there they decide", option(), frames);
   }
-  return fmt::format(
-      "{}: the pictures contradict the angles of frames {} (the first is {:.6g} degrees); theirs are taken", file_,
-      frames, file_degrees_[sequences.front()]);
+  const bool is_one = sequences.size() == 1;
+  return fmt::format("{}: the pictures contradict the {} of {} ({}{:.6g} degrees); what they show is taken", file_,
+                     is_one ? "angle" : "angles", frames, is_one ? "" : "the first is ",
+                     file_degrees_[sequences.front()]);
 }
 
-std::string ranges_text(const std::vector<std::uint64_t>& numbers) {
-  std::string text;
+std::string frames_text(const std::vector<std::uint64_t>& numbers) {
+  std::string text = numbers.size() == 1 ? "frame " : "frames ";
   for (std::size_t begin = 0; begin < numbers.size();) {
     std::size_t end = begin + 1;
     while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
-    if (!text.empty()) text += ", ";
+    if (begin > 0) text += ", ";
     text += std::to_string(numbers[begin]);
     if (end - begin > 1) text += fmt::format(" to {}", numbers[end - 1]);
     begin = end;

@@ -57,7 +57,7 @@ class KnownAngles {
   std::uint64_t last_frame_ = 0;  ///< that is asked for
 };
 
-/// "15 to 37, 40"; `numbers` grow.
-[[nodiscard]] std::string ranges_text(const std::vector<std::uint64_t>& numbers);
+/// "frame 15", "frames 15 to 37, 40"; `numbers` grow.
+[[nodiscard]] std::string frames_text(const std::vector<std::uint64_t>& numbers);
 
 }  // namespace scanknit

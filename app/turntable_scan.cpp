@@ -27,6 +27,7 @@ constexpr std::size_t kSamples = 48;  // frames that tell what stands still, and
 constexpr std::size_t kFewestTracked = 4;
 constexpr std::size_t kFewestFrames = 8;  // that hold together
 constexpr double kLeastTurn_rad = 30 * kDegree;
+constexpr double kAcross_rad = std::numbers::pi * 1.05;  // what is seen from both is seen round the end of the turn
 constexpr double kMostOff = 0.05;  // of the object's distance: tracked poses farther from one axis are no turntable
 constexpr double kMostRms_m = 0.004;
 constexpr double kLeastAgreeing = 0.6;  // of the pairs of frames
@@ -204,7 +205,11 @@ std::optional<AnglePrior> TurntableScan::agreed(AnglePrior prior, const Turntabl
   const bool has_several_parts = std::any_of(parts.begin(), parts.end(), [&](std::size_t part) {
     return part != 0 && std::count(parts.begin(), parts.end(), part) > 1;
   });
-  if (has_several_parts && !known_.knows_gaps()) return std::nullopt;
+  if (has_several_parts && !known_.knows_gaps()) {
+    warn(fmt::format("{} is not asked: it knows nothing of what is missing between the parts of the turn",
+                     known_.option()));
+    return std::nullopt;
+  }
   const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);
   const PriorCheck check = check_prior(prior.angles_rad, seen.motion, parts, tolerance_rad);
   if (check.contradicts) {
@@ -227,9 +232,9 @@ void TurntableScan::warn_of_left_out(const std::set<std::size_t>& held) {
   }
   if (kFew * left_out.size() <= nodes_.sequences.size()) return;
   warn(fmt::format(
-      "turntable: of {} frames only {} hold together; frames {} are left out, for nothing joins them to the rest: they "
+      "turntable: of {} frames only {} hold together; {} are left out, for nothing joins them to the rest: they "
       "show too little, or before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees{}",
-      nodes_.sequences.size(), held.size(), ranges_text(left_out), job_.angles ? "" : ", or give --angles"));
+      nodes_.sequences.size(), held.size(), frames_text(left_out), job_.angles ? "" : ", or give --angles"));
 }
 
 /// Whether the frames agree that it is one; tells the report.
@@ -246,7 +251,6 @@ bool TurntableScan::accept(const TurntableSolution& solution, const TurntablePai
   told_.pairs = pairs.edges().size();
   told_.loops = pairs.loops();
   told_.across = pairs.across();
-  told_.is_closed = pairs.loops() > 0;
   const auto agreeing =
       std::count_if(solution.weights.begin(), solution.weights.end(), [](double weight) { return weight > kAgrees; });
   if (pairs.edges().empty()) return give_up("frames do not fit each other");
@@ -361,8 +365,8 @@ void TurntableScan::join_by_angles(std::vector<std::size_t>& parts) {
   }
   std::fill(parts.begin(), parts.end(), std::size_t{0});
   if (joined.empty()) return;
-  warn(fmt::format("turntable: frames {} are joined to the rest by {} alone, nothing that is seen says where they are",
-                   ranges_text(joined), known_.option()));
+  warn(fmt::format("turntable: {} are joined to the rest by {} alone, nothing that is seen says where they are",
+                   frames_text(joined), known_.option()));
 }
 
 /// The axis and all angles; `held` are the nodes whose angles are right.
@@ -384,7 +388,10 @@ Result<bool> TurntableScan::find_motion(std::set<std::size_t>& held) {
   nodes_.motion = solution.motion;
   for (std::size_t i = 0; i < pairs.edges().size(); ++i) {
     const TurntableEdge& edge = pairs.edges()[i];
-    if (solution.weights[i] > kAgrees && parts[edge.from] == 0) held.insert({edge.from, edge.to});
+    if (solution.weights[i] <= kAgrees || parts[edge.from] != 0) continue;
+    held.insert({edge.from, edge.to});
+    const double apart_rad = nodes_.motion.angles_rad[edge.to] - nodes_.motion.angles_rad[edge.from];
+    told_.is_closed = told_.is_closed || std::abs(apart_rad) > kAcross_rad;
   }
   if (held.size() < kFewestFrames) return give_up("too few frames hold together");
   told_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);

@@ -234,6 +234,8 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   const Outcome stepped = scan(gap, place("stepped"), {"--set", "turntable.step=7.5"});  // knows nothing of the gap
   ASSERT_EQ(stepped.exit_code, 0) << stepped.err;
   EXPECT_TRUE(has_warning(place("stepped"), "of 38 frames only 23 hold together"));
+  EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not asked"));
+  EXPECT_EQ(report(place("stepped"))["turntable"]["is_closed"], false);  // the part is half a turn
   EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
   const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
   ASSERT_EQ(joined.exit_code, 0) << joined.err;
@@ -269,7 +271,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
   typed.close();
   const Outcome run = scan(recording(), place("typed"), {"--angles", place("typed.txt")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(has_warning(place("typed"), "the angles of frames 5 (the first is 7000 degrees); theirs are taken"));
+  EXPECT_TRUE(has_warning(place("typed"), "the angle of frame 5 (7000 degrees); what they show is taken"));
   EXPECT_LE(mean_error_m(place("typed")), 0.4e-3);
   EXPECT_LT(report(place("typed"))["turntable"]["turns"].get<double>(), 1.1);
 }
