@@ -296,6 +296,7 @@ class SurfaceFinisher {
     const MeshSimplified done = simplify_mesh(wish, mesh);
     note("simplify", {{"triangles_before", static_cast<double>(done.triangles_before)},
                       {"triangles", static_cast<double>(done.triangles)},
+                      {"pieces_lost", static_cast<double>(done.pieces_lost)},
                       {"error_mm", done.error_m * metres_per_unit * kMillimetres}});
     if (!done.is_held_back) return;
     report_.warnings.push_back(

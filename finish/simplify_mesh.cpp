@@ -24,14 +24,19 @@ constexpr double kNextError = 0.6;
 constexpr double kKeptReach = 1.5;  // of the longest edge at a vertex that went wrong
 constexpr std::size_t kStride = sizeof(Eigen::Vector3f);
 
-/// Nothing that the mesh promised is broken.
+/// Twice the holes of a ring, summed over the pieces of a closed mesh.
+std::ptrdiff_t twice_genus(const MeshCheck& check) {
+  return 2 * static_cast<std::ptrdiff_t>(check.components) - static_cast<std::ptrdiff_t>(check.euler);
+}
+
+/// Nothing that the mesh promised is broken. Small pieces may vanish: few triangles do not hold many.
 bool keeps_promises(const MeshCheck& before, const MeshCheck& after) {
-  return after.triangles > 0 && after.components == before.components &&
+  return after.triangles > 0 && after.components <= before.components &&
          after.non_manifold_edges <= before.non_manifold_edges &&
          after.non_manifold_vertices <= before.non_manifold_vertices &&
          after.misoriented_edges <= before.misoriented_edges &&
          after.duplicate_triangles <= before.duplicate_triangles &&
-         (!before.is_closed() || (after.is_closed() && after.euler == before.euler));
+         (!before.is_closed() || (after.is_closed() && twice_genus(after) == twice_genus(before)));
 }
 
 /// Removes triangles that lie back to back: collapsed edges leave such fins, with a third and a fourth side on the edge
@@ -159,15 +164,18 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
   double error = wish.max_error_m ? *wish.max_error_m / extent : 1e3;  // its square must be a float
   Mesh best = mesh;
   double best_error = 0;
+  std::size_t best_components = before.components;
   int rounds = 0;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Mesh smaller;
     const float reached = simplifier.run(static_cast<std::size_t>(target), error, smaller);
     const std::size_t triangles = smaller.triangles.size();
-    const bool is_sound = keeps_promises(before, check_mesh(smaller));
+    const MeshCheck after = check_mesh(smaller);
+    const bool is_sound = keeps_promises(before, after);
     if (is_sound && triangles < best.triangles.size()) {
       best = std::move(smaller);
       best_error = static_cast<double>(reached) * extent;
+      best_components = after.components;
     }
     // Where too much had to stay as it was, more is won by asking for less.
     if (is_sound && (!wish.triangles || wish.max_error_m || is_near(triangles, target))) break;
@@ -179,6 +187,7 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
     if (!wish.triangles) error *= kNextError;
   }
   result.triangles = best.triangles.size();
+  result.pieces_lost = before.components - best_components;
   result.error_m = best_error;
   // Collapses stop a triangle or two from the wish at best.
   result.is_held_back = wish.triangles

@@ -15,13 +15,14 @@ struct SimplifyWish {
 
 struct MeshSimplified {
   std::size_t triangles_before = 0, triangles = 0;
+  std::size_t pieces_lost = 0;
   double error_m = 0;         ///< of the quadrics; an estimate of how far the surface moved
   bool is_held_back = false;  ///< the wish would have broken the topology: there are more triangles than asked for
 };
 
 /// meshoptimizer's edge collapses onto vertices that are there, so that each vertex keeps its place, normal and colour.
-/// What was manifold stays so, closed stays closed, and the Euler characteristic stays: a result that does not is given
-/// up for a larger one, at last for the mesh as it was. Deterministic.
+/// What was manifold stays so, closed stays closed with all its rings, but small pieces may vanish: a result that breaks
+/// this is given up for a larger one, at last for the mesh as it was. Deterministic.
 MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh);
 
 }  // namespace scanknit

@@ -129,6 +129,23 @@ TEST(SimplifyMesh, ToANumberOfTrianglesKeepsTheTopology) {
   }
 }
 
+TEST(SimplifyMesh, SmallPiecesMayVanishButNoRingDoes) {
+  Mesh mesh = test::torus(120, 60);
+  const Mesh crumb = test::sphere(8, 16);
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (const Eigen::Vector3f& p : crumb.positions_m) mesh.positions_m.push_back(Eigen::Vector3f(9, 0, 0) + 0.001f * p);
+  for (const Triangle& t : crumb.triangles) mesh.triangles.emplace_back(t[0] + first, t[1] + first, t[2] + first);
+  ASSERT_EQ(check_mesh(mesh).components, 2u);
+  const MeshSimplified done = simplify_mesh({.triangles = 500, .max_error_m = {}}, mesh);
+  const MeshCheck after = check_mesh(mesh);
+  EXPECT_LT(mesh.triangles.size(), 600u);
+  EXPECT_FALSE(done.is_held_back);
+  EXPECT_EQ(done.pieces_lost, 1u);
+  EXPECT_EQ(after.components, 1u);
+  EXPECT_EQ(after.euler, 0);
+  EXPECT_TRUE(after.is_closed() && after.is_manifold());
+}
+
 TEST(SimplifyMesh, ToAnErrorStaysWithinIt) {
   Mesh mesh = test::sphere(96, 192);
   const MeshSimplified done = simplify_mesh({.triangles = {}, .max_error_m = 0.002}, mesh);
