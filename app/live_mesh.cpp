@@ -108,8 +108,8 @@ DressedPatch dressed(const TsdfVolume& volume, const MeshPatch& patch) {
 
 }  // namespace
 
-LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher)
-    : mesher_(std::move(mesher)), voxel_size_m_(volume.config().voxel_size_m) {
+LiveMesh::LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher, std::uint32_t last_revision)
+    : mesher_(std::move(mesher)), last_revision_(last_revision), voxel_size_m_(volume.config().voxel_size_m) {
   for (const VolumeBlock& block : volume.index().blocks()) note(volume, block.origin);
 }
 
@@ -135,13 +135,13 @@ void LiveMesh::queue_changed(BlockIndex::Number number) {
   if (!std::exchange(states_[number].is_in_changed, true)) changed_.push_back(number);
 }
 
-Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config) {
+Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config, std::uint32_t last_revision) {
   ExtractConfig live = config;
   if (is_tetrahedral(live.decider)) live.decider = Decider::kTrilinear;  // those have no incremental mesher
   live.normals = false;
   auto mesher = IncrementalMesher::create(view_of(volume), live);
   if (!mesher) return mesher.error();
-  return LiveMesh(volume, *std::move(mesher));
+  return LiveMesh(volume, *std::move(mesher), last_revision);
 }
 
 /// A leaf, if it still waits, and with it those of its kind in its chunk: the chunk is written once for all of them.
@@ -257,7 +257,7 @@ std::string LiveMesh::message_of(const TsdfVolume& volume, const Eigen::Vector3i
     chunk.triangles += patch.mesh.triangles.size();
     parts.push_back({&patch.mesh, std::move(patch.coverage)});
   }
-  const auto revision = static_cast<std::uint32_t>(mesher_.revision());
+  const std::uint32_t revision = this->revision();
   if (parts.empty()) return chunk_gone_message(chunk.number, revision);
   const float step_m = step_for(static_cast<float>((kChunkVoxels + 2) * volume.config().voxel_size_m));
   return chunk_message(chunk.number, revision, parts, step_m);

@@ -20,8 +20,10 @@ namespace scanknit {
 /// in a few hundred pieces, small enough that little is sent again when one leaf changes.
 class LiveMesh {
  public:
-  /// `volume` outlives it and stays where it is. Errors: those of IncrementalMesher::create().
-  [[nodiscard]] static Result<LiveMesh> create(const TsdfVolume& volume, const ExtractConfig& config);
+  /// `volume` outlives it and stays where it is. Its chunks have higher revisions than `last_revision`. Errors: those
+  /// of IncrementalMesher::create().
+  [[nodiscard]] static Result<LiveMesh> create(const TsdfVolume& volume, const ExtractConfig& config,
+                                               std::uint32_t last_revision = 0);
 
   /// Takes the chunk's number and its message (view/mesh_chunk.h).
   using Publish = std::function<void(std::uint32_t, std::string)>;
@@ -32,6 +34,9 @@ class LiveMesh {
   [[nodiscard]] Result<void> update(TsdfVolume& volume, std::size_t most_leaves, const Publish& publish);
 
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
+  [[nodiscard]] std::uint32_t revision() const {
+    return last_revision_ + static_cast<std::uint32_t>(mesher_.revision());
+  }
 
   /// Whether a triangle of it lies within the box; world, metres.
   [[nodiscard]] bool has_triangle_in(const Eigen::AlignedBox3d& box) const;
@@ -44,7 +49,7 @@ class LiveMesh {
     std::size_t triangles = 0;
   };
 
-  LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher);
+  LiveMesh(const TsdfVolume& volume, IncrementalMesher mesher, std::uint32_t last_revision);
   void note(const TsdfVolume& volume, const openvdb::Coord& leaf);
   [[nodiscard]] std::vector<BlockIndex::Number> take_some(const TsdfVolume& volume, std::size_t most_leaves);
   void take_chunk(const TsdfVolume& volume, BlockIndex::Number first, std::size_t most_leaves,
@@ -53,6 +58,7 @@ class LiveMesh {
   [[nodiscard]] std::string message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const;
 
   IncrementalMesher mesher_;
+  std::uint32_t last_revision_;  ///< of a mesh that was shown before
   double voxel_size_m_;
   enum class Waiting : std::uint8_t { kNot, kFree, kMatter };
   struct BlockState {

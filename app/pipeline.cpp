@@ -2,12 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <utility>
+
 #include "acquire/convert/cut_recording.h"
 #include "acquire/frame_source.h"
 #include "app/budget_check.h"
 #include "app/finish_surface.h"
 #include "app/frame_intake.h"
 #include "app/mesh_output.h"
+#include "app/only_frames.h"
 #include "app/pace_control.h"
 #include "app/pose_finder.h"
 #include "app/reconstruction.h"
@@ -29,9 +35,17 @@ void add_samples(const StageTimes& from, StageTimes& to) {
   to.samples_ms.insert(to.samples_ms.end(), from.samples_ms.begin(), from.samples_ms.end());
 }
 
-/// The frames are read from the beginning again.
+/// The frames that were tracked are read again; those that were dropped, or passed by in a pause, are not.
+std::unique_ptr<FrameSource> frames_again(std::unique_ptr<FrameSource> whole, RunReport& report) {
+  std::set<std::uint64_t> tracked;
+  for (const auto& frame : report.tracking->frames) tracked.insert(frame.sequence);
+  return std::make_unique<OnlyFrames>(std::move(whole), std::move(tracked));
+}
+
 void forget_frames(RunReport& report) {
-  report.frames = {};
+  RunReport::Frames& frames = report.frames;
+  frames.read -= frames.fused + frames.lost;
+  frames.fused = frames.lost = 0;
   report.tracking.reset();
   report.volume = {};
   report.mesh.reset();
@@ -115,8 +129,9 @@ Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& consol
   if (report.turntable->is_refined || was_as_any || again.stop.stop_requested()) return meshed;
   auto whole = again.open();
   if (!whole) return whole.error();
+  const auto frames = frames_again(*std::move(whole), report);
   forget_frames(report);
-  return mesh_source(**whole, job, again.stop, console, report, view, again);
+  return mesh_source(*frames, job, again.stop, console, report, view, again);
 }
 
 /// What only a turntable takes.
@@ -184,6 +199,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   auto scan = Reconstruction::create(job, source.info(), intake, report);
   if (!scan) return scan.error();
   if (table != nullptr) scan->edit_frames([table](Frame& frame) { table->clear_still(frame); });
+  scan->crop(view.crop_in_force());
   if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
@@ -195,7 +211,7 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   std::optional<WrittenMesh> mesh;
   const auto write_tracked = [&]() -> Result<void> {
     auto meshed = write_mesh(*scan, console, report);
-    view.show_all(scan->volume(), report);
+    view.show_result(*scan, intake, report);
     if (!meshed) return meshed.error();
     mesh = *std::move(meshed);
     return {};
@@ -236,6 +252,7 @@ Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Conso
     if (!frame) continue;
     if (const auto added = scan->add(*frame); !added) return added.error();
   }
+  scan->crop(view.crop_in_force());
   const auto refined = table.refine(*scan, intake);
   report.turntable = again.turntable;
   const bool is_refined = refined && *refined;

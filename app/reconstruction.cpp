@@ -142,9 +142,11 @@ Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport&
   if (empty_crop == EmptyCrop::kRefused) {
     return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
   }
+  auto whole = extract(std::nullopt);
+  if (!whole || whole->surface.mesh.empty()) return whole;
   std::vector<std::string>& warnings = report.warnings;  // the mesh may be written more than once
   if (std::find(warnings.begin(), warnings.end(), kCropIgnored) == warnings.end()) warnings.emplace_back(kCropIgnored);
-  return extract(std::nullopt);
+  return whole;
 }
 
 Result<WrittenMesh> Reconstruction::write_mesh(RunReport& report, EmptyCrop empty_crop) const {

@@ -25,6 +25,11 @@ namespace scanknit {
 inline constexpr const char* kCropIgnored =
     "nothing lay within the crop box of the live view: the whole mesh was written";
 
+/// The warning when a turntable is refined.
+inline constexpr const char* kCropGone =
+    "the crop box of the live view was drawn in the world of the tracked frames: the refined mesh is whole, and "
+    "finish.crop cuts it";
+
 /// What becomes of a crop box that holds nothing of the mesh.
 enum class EmptyCrop {
   kRefused,  ///< an error: the box can still be changed

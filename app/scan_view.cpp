@@ -21,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLongUpdate = 25ms;  // of the mesh: after a longer one fewer leaves are meshed at a time
+constexpr auto kLongUpdate = 15ms;  // of the mesh: after a longer one fewer leaves are meshed at a time
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
@@ -29,11 +29,14 @@ constexpr auto kPictureForLater = 2s;  // somebody may come while the scan is pa
 constexpr auto kRateWindow = 2s;
 constexpr auto kSilence = 2s;  // of a scanner, from which on it is told
 
-/// Moves `cost` by a quarter towards how long it lived: a single delay by other programs says little.
+/// Moves `cost` towards how long it lived: by half when that is longer, else by a quarter.
 class Cost {
  public:
   explicit Cost(std::chrono::steady_clock::duration& cost) : cost_(cost) {}
-  ~Cost() { cost_ += (std::chrono::steady_clock::now() - begin_ - cost_) / 4; }
+  ~Cost() {
+    const auto more = std::chrono::steady_clock::now() - begin_ - cost_;
+    cost_ += more / (more.count() > 0 ? 2 : 4);
+  }
   Cost(const Cost&) = delete;
   Cost& operator=(const Cost&) = delete;
 
@@ -94,10 +97,9 @@ Result<void> ScanView::open(UpAxis world_up) {
 }
 
 Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info) {
-  if (server_ == nullptr) return {};
-  auto mesh = LiveMesh::create(volume, job_.config.extract);
-  if (!mesh) return mesh.error();
-  mesh_ = *std::move(mesh);
+  is_other_ = has_ended_;
+  if (server_ == nullptr || has_ended_) return {};
+  if (auto made = make_mesh(volume); !made) return made;
   server_->refuse_commands("");
   frame_at_ = Clock::now();
   is_tracked_ = is_tracked(info.poses);
@@ -109,7 +111,7 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
 
 void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
                     RunReport& report) {
-  if (server_ == nullptr) return;
+  if (server_ == nullptr || has_ended_) return;
   const StageTimer timer(report.stages["view"]);
   const auto begin = Clock::now();
   budget_.earn(begin);
@@ -128,7 +130,7 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
 }
 
 void ScanView::show_progress(const FrameIntake& intake, TsdfVolume& volume, RunReport& report) {
-  if (server_ == nullptr) return;
+  if (server_ == nullptr || has_ended_) return;
   note_counts(report);
   if (const auto trouble = intake.trouble()) note_trouble(*trouble);
   if (is_mesh_behind_ && budget_.allows(mesh_cost_)) {
@@ -242,7 +244,7 @@ void ScanView::update_some_of_mesh(TsdfVolume& volume) {
 }
 
 void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  if (server_ == nullptr) return;
+  if (server_ == nullptr || has_ended_) return;
   while (!intake.is_over()) {  // what was asked for after Finish is refused by linger()
     const auto command = server_->next_command(stop_, 0ns);
     if (!command) break;
@@ -284,20 +286,30 @@ void ScanView::crop(const CropBox& box, Reconstruction& scan) {
 }
 
 Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
-  mesh_.reset();
+  drop_mesh();
   if (auto begun = scan.start_over(); !begun) return begun;
   if (is_tracked_) crop(std::nullopt, scan);  // another world: the box would be somewhere else
   report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
-  server_->clear(0);
   T_world_camera_.reset();
   state_.tracking = "none";
   state_.reason.clear();
   state_.advice.clear();
   note_counts(report);
-  auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
+  return make_mesh(scan.volume());
+}
+
+Result<void> ScanView::make_mesh(const TsdfVolume& volume) {
+  auto mesh = LiveMesh::create(volume, job_.config.extract, revision_);
   if (!mesh) return mesh.error();
   mesh_ = *std::move(mesh);
   return {};
+}
+
+/// And the trail.
+void ScanView::drop_mesh() {
+  if (mesh_) revision_ = mesh_->revision() + 1;
+  mesh_.reset();
+  server_->clear(revision_);
 }
 
 Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& report) {
@@ -313,12 +325,20 @@ Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& r
 
 void ScanView::show_writing() {
   if (server_ == nullptr) return;
+  has_ended_ = true;
   state_.phase = ViewPhase::kExporting;
+  state_.message.clear();
+  server_->refuse_commands("the scan has ended: its mesh is being made");
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
+void ScanView::show_result(Reconstruction& scan, const FrameIntake& intake, RunReport& report) {
   if (server_ == nullptr) return;
+  if (is_other_) return show_anew(scan, intake, report);
+  show_all(scan.volume(), report);
+}
+
+void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
   const StageTimer timer(report.stages["view_all"]);
   update_mesh(volume, kAll);
   publish_state(/*is_urgent=*/true);
@@ -326,15 +346,13 @@ void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
 
 void ScanView::show_anew(Reconstruction& scan, const FrameIntake& intake, RunReport& report) {
   if (server_ == nullptr) return;
-  server_->clear(0);
+  state_.message.clear();
+  drop_mesh();
   std::vector<Eigen::Vector3d> trail;
   for (const StampedPose& pose : intake.trajectory()) trail.push_back(pose.T_world_camera.translation());
   server_->publish_trail(trail);
   if (!scan.crop()) crop(std::nullopt, scan);
-  mesh_.reset();
-  auto mesh = LiveMesh::create(scan.volume(), job_.config.extract);
-  if (!mesh) return console_.warn(mesh.error().text());
-  mesh_ = *std::move(mesh);
+  if (const auto made = make_mesh(scan.volume()); !made) return console_.warn(made.error().text());
   show_all(scan.volume(), report);
 }
 
@@ -348,12 +366,16 @@ void ScanView::publish_files(const RunReport& report) {
 
 void ScanView::linger(const RunReport& report) {
   if (server_ == nullptr) return;
+  constexpr const char* kOver = "the scan is over";
+  server_->refuse_commands(kOver);
   const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = report.exit_code == kExitOk ? "" : report.status;
   const auto& warnings = report.warnings;
-  const bool is_crop_ignored = std::find(warnings.begin(), warnings.end(), kCropIgnored) != warnings.end();
-  if (state_.message.empty() && is_crop_ignored) state_.message = kCropIgnored;
+  for (const char* of_crop : {kCropIgnored, kCropGone}) {
+    const bool is_told = std::find(warnings.begin(), warnings.end(), of_crop) != warnings.end();
+    if (state_.message.empty() && is_told) state_.message = of_crop;
+  }
   note_counts(report);
   if (report.losses) state_.losses = without_zeros(*report.losses);
   publish_files(report);
@@ -361,7 +383,7 @@ void ScanView::linger(const RunReport& report) {
   if (stop_.stop_requested() || report.frames.fused == 0) return;
   console_.info("the live view stays open until Ctrl-C");
   while (!stop_.stop_requested()) {
-    if (const auto command = server_->next_command(stop_, 1s)) server_->answer(*command, "the scan is over");
+    if (const auto command = server_->next_command(stop_, 1s)) server_->answer(*command, kOver);
   }
 }
 

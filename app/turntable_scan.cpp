@@ -338,7 +338,8 @@ Result<bool> TurntableScan::fuse(const std::set<std::size_t>& held, Reconstructi
     told_.has_base = cut.has_base;
   }
   scan.replace_volume(*std::move(volume));
-  scan.crop(std::nullopt);  // a box that somebody drew was in the world of the tracked frames
+  if (scan.crop()) warn(kCropGone);
+  scan.crop(std::nullopt);
   intake.replace_trajectory(std::move(trajectory), std::move(sequences));
   return true;
 }

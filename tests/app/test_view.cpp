@@ -253,6 +253,72 @@ TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
   EXPECT_LT(bounds[0][0].get<double>(), -0.09);
 }
 
+/// A thing that hardly turns: what stands still is learnt and cut away, and in vain, for this is no turntable. Then the
+/// frames are meshed as they are.
+class ViewOfNoTurntable : public ViewTest {
+ protected:
+  void watch_steps(int steps) {
+    const Outcome synth =
+        scanknit_command({"synth", "tower", "--turntable", "--turns", "0.06", "-o", folder_ / "recording", "--frames",
+                          "60", "--width", "240", "--height", "180", "--quiet"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+    program.emplace(std::vector<std::string>{"run", folder_ / "recording", "-o", folder_ / "out", "--preset",
+                                             "turntable", "--set", "fusion.voxel_size=2mm", "--view", "--port", "0",
+                                             "--pace", "stepped"});
+    port = port_of(*program);
+    ASSERT_NE(port, 0) << program->err_so_far();
+    client = PageClient::connect(port);
+    ASSERT_NE(client, nullptr);
+    program->type(std::string(static_cast<std::size_t>(steps), '\n'));
+    until_frame(steps);
+  }
+  void until_frame(int frame) {
+    Json state = client->next_of("state");
+    while (!state.is_null() && state["frame"].get<int>() < frame) state = client->next_of("state");
+    ASSERT_FALSE(state.is_null());
+  }
+  Json report_of_finished() {
+    EXPECT_EQ(ask("finish"), "");
+    EXPECT_FALSE(state_in_phase("finished").is_null());
+    program->send(SIGINT);
+    const Outcome outcome = program->wait();
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json report = Json::parse(read_text(folder_ / "out" / "report.json"));
+    EXPECT_EQ(report["turntable"]["is_refined"], false) << "not what this test is about";
+    EXPECT_FALSE(report["turntable"]["reason"].get<std::string>().empty());
+    return report;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(ViewOfNoTurntable, FinishIsObeyed) {
+  ASSERT_NO_FATAL_FAILURE(watch_steps(20));
+  const Json frames = report_of_finished()["frames"];
+  EXPECT_EQ(frames["read"], 20);
+  EXPECT_EQ(frames["fused"], 20);
+}
+
+TEST_F(ViewOfNoTurntable, ResetIsObeyed) {
+  ASSERT_NO_FATAL_FAILURE(watch_steps(10));
+  ASSERT_EQ(ask("reset"), "");
+  program->type(std::string(10, '\n'));
+  ASSERT_NO_FATAL_FAILURE(until_frame(20));
+  const Json report = report_of_finished();
+  EXPECT_EQ(report["frames"]["read"], 20);
+  EXPECT_EQ(report["frames"]["fused"], 10);
+  EXPECT_EQ(report["frames"]["dropped_by_reason"]["reset"], 10);
+  EXPECT_EQ(report["tracking"]["frames"].at(0)["frame"], 10);
+}
+
+TEST_F(ViewOfNoTurntable, TheCropBoxIsObeyed) {
+  ASSERT_NO_FATAL_FAILURE(watch_steps(20));
+  ASSERT_EQ(ask("crop", R"(,"box":[[-0.1,-0.1,0.1],[0.1,0.1,2]])"), "");
+  const Json bounds = report_of_finished()["mesh"]["bounds_m"];
+  EXPECT_GE(bounds[0][0].get<double>(), -0.1 - 1e-6);
+  EXPECT_LE(bounds[1][0].get<double>(), 0.1 + 1e-6);
+}
+
 TEST_F(ViewTest, AFinishedMeshIsShown) {
   const Scan plain;
   ASSERT_EQ(plain.run().exit_code, 0);
