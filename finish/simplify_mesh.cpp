@@ -4,7 +4,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -17,11 +23,14 @@ namespace {
 
 using Index = std::uint32_t;
 
-constexpr int kAttempts = 48;
-constexpr int kRounds = 6;           // of keeping what went wrong, for one wish
-constexpr double kNextTarget = 1.3;  // times the triangles of the attempt before
-constexpr double kNextError = 0.6;
-constexpr double kKeptReach = 1.5;  // of the longest edge at a vertex that went wrong
+constexpr int kRounds = 12;                      // of keeping what went wrong, for one wish
+constexpr double kMostStrained = 8;              // times the error there would be if nothing were kept
+constexpr double kMostKept = 2;                  // so many times the triangles that are kept come out at least
+constexpr double kFirstStep = 0.5;               // of the triangles
+constexpr double kLastStep = 0.97;               // what hardly helps is the end
+constexpr double kErrorSpent = 0.5;              // of the error that is allowed: what is left allows next to nothing
+constexpr double kAnyError = 1e3;                // of the extent; its square must be a float
+constexpr std::array kKeptReaches = {1.5, 0.5};  // of the longest edge at a vertex that went wrong
 constexpr std::size_t kStride = sizeof(Eigen::Vector3f);
 
 /// Twice the holes of a ring, summed over the pieces of a closed mesh.
@@ -106,26 +115,17 @@ class Simplifier {
   }
 
   /// From now on the triangles round what went wrong in `smaller` stay as they are. False when all of them did already.
-  bool keep_round_faults(const Mesh& smaller) {
+  bool keep_round_faults(const Mesh& smaller, double kept_reach) {
     const std::vector<std::uint8_t> is_bad = non_manifold_vertices(smaller);
     std::vector<float> reach(is_bad.size());
     for (const Triangle& t : smaller.triangles) {
       for (std::size_t i = 0; i < 3; ++i) {
         const float length = (mesh_.positions_m[t[i]] - mesh_.positions_m[t[(i + 1) % 3]]).norm();
-        for (const Index vertex : {t[i], t[(i + 1) % 3]}) reach[vertex] = std::max(reach[vertex], length);
+        for (const Index vertex : {t[i], t[(i + 1) % 3]})
+          reach[vertex] = std::max(reach[vertex], static_cast<float>(kept_reach) * length);
       }
     }
-    std::vector<Index> faults;
-    for (Index v = 0; v < is_bad.size(); ++v) {
-      if (is_bad[v] != 0) faults.push_back(v);
-    }
-    std::vector<std::uint8_t> is_near(is_bad.size());
-    tbb::parallel_for(std::size_t{0}, is_near.size(), [&](std::size_t v) {
-      for (const Index fault : faults) {
-        const float distance = (mesh_.positions_m[v] - mesh_.positions_m[fault]).norm();
-        if (distance <= static_cast<float>(kKeptReach) * reach[fault]) is_near[v] = 1;
-      }
-    });
+    const std::vector<std::uint8_t> is_near = near_faults(is_bad, reach);
     bool has_grown = false;
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
       const Triangle& t = mesh_.triangles[i];
@@ -136,16 +136,110 @@ class Simplifier {
     return has_grown;
   }
 
-  void let_go() { std::fill(is_kept_.begin(), is_kept_.end(), std::uint8_t{0}); }
+  [[nodiscard]] std::size_t kept() const {
+    return static_cast<std::size_t>(std::count(is_kept_.begin(), is_kept_.end(), std::uint8_t{1}));
+  }
 
  private:
+  /// The vertices within kKeptReach times its reach of a bad one. Bad ones are looked up in cells of the largest
+  /// radius.
+  [[nodiscard]] std::vector<std::uint8_t> near_faults(const std::vector<std::uint8_t>& is_bad,
+                                                      const std::vector<float>& reach) const {
+    float largest = 0;
+    for (std::size_t v = 0; v < is_bad.size(); ++v) {
+      if (is_bad[v] != 0) largest = std::max(largest, reach[v]);
+    }
+    std::vector<std::uint8_t> is_near(is_bad.size());
+    if (!(largest > 0)) return is_near;
+    using Cell = std::array<std::int64_t, 3>;
+    const auto cell_of = [&](const Eigen::Vector3f& p) {
+      const auto along = [&](float metres) { return static_cast<std::int64_t>(std::floor(metres / largest)); };
+      return Cell{along(p.x()), along(p.y()), along(p.z())};
+    };
+    std::map<Cell, std::vector<Index>> faults;
+    for (Index v = 0; v < is_bad.size(); ++v) {
+      if (is_bad[v] != 0) faults[cell_of(mesh_.positions_m[v])].push_back(v);
+    }
+    tbb::parallel_for(std::size_t{0}, is_near.size(), [&](std::size_t v) {
+      const Cell cell = cell_of(mesh_.positions_m[v]);
+      for (int n = 0; n < 27; ++n) {
+        const auto found = faults.find({cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1});
+        if (found == faults.end()) continue;
+        for (const Index fault : found->second) {
+          const float distance = (mesh_.positions_m[v] - mesh_.positions_m[fault]).norm();
+          if (distance <= reach[fault]) is_near[v] = 1;
+        }
+      }
+    });
+    return is_near;
+  }
+
   const Mesh& mesh_;
   std::vector<std::uint8_t> is_kept_;
 };
 
 /// A tenth more than was wished is as good as it.
-bool is_near(std::size_t triangles, double wished) {
-  return 10 * static_cast<double>(triangles) <= 11 * wished + 20;
+bool is_near(std::size_t triangles, std::size_t wished) {
+  return 10 * triangles <= 11 * wished + 20;
+}
+
+struct Simplified {
+  Mesh mesh;
+  double error_m = 0;
+  std::size_t components = 0;
+};
+
+/// To `target` triangles at once, or as far as the error allows; what goes wrong is kept as it is. Nothing when so much
+/// would have to be kept that the rest had to make up for it.
+std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& before, std::size_t target,
+                                           double max_error_m, double kept_reach) {
+  const auto extent =
+      static_cast<double>(meshopt_simplifyScale(mesh.positions_m.front().data(), mesh.positions_m.size(), kStride));
+  if (!(extent > 0)) return std::nullopt;
+  const double error = std::min(max_error_m / extent, kAnyError);
+  Simplifier simplifier(mesh);
+  double free_error_m = 0;  // where nothing is kept
+  for (int round = 0; round < kRounds; ++round) {
+    Simplified result;
+    result.error_m = static_cast<double>(simplifier.run(target, error, result.mesh)) * extent;
+    if (round == 0) free_error_m = result.error_m;
+    if (result.error_m > kMostStrained * free_error_m) return std::nullopt;
+    const MeshCheck after = check_mesh(result.mesh);
+    result.components = after.components;
+    if (keeps_promises(before, after)) return result;
+    if (!simplifier.keep_round_faults(result.mesh, kept_reach)) return std::nullopt;
+    if (kMostKept * static_cast<double>(simplifier.kept()) > static_cast<double>(after.triangles)) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& before, std::size_t target,
+                                           double max_error_m) {
+  for (const double kept_reach : kKeptReaches) {
+    if (auto result = simplify_at_once(mesh, before, target, max_error_m, kept_reach)) return result;
+  }
+  return std::nullopt;
+}
+
+/// In steps, each of which begins from the triangles that the one before has left: less goes wrong in each, and what
+/// was kept in one is free in the next. The errors of the steps add up.
+Simplified simplify_in_steps(Mesh mesh, MeshCheck check, std::size_t target, double max_error_m) {
+  Simplified best{std::move(mesh), 0, check.components};
+  for (double share = kFirstStep; share < kLastStep;) {
+    const std::size_t triangles = best.mesh.triangles.size();
+    const auto wanted = std::max(target, static_cast<std::size_t>(share * static_cast<double>(triangles)));
+    auto next = simplify_at_once(best.mesh, check, wanted, max_error_m - best.error_m);
+    if (!next || static_cast<double>(next->mesh.triangles.size()) > kLastStep * static_cast<double>(triangles)) {
+      share = (1 + share) / 2;
+      continue;
+    }
+    next->error_m += best.error_m;
+    best = *std::move(next);
+    drop_unused_vertices(best.mesh);
+    check = check_mesh(best.mesh);
+    if (is_near(best.mesh.triangles.size(), target)) break;
+  }
+  return best;
 }
 
 }  // namespace
@@ -155,47 +249,21 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
   result.triangles_before = result.triangles = mesh.triangles.size();
   if (mesh.empty() || (wish.triangles && *wish.triangles >= mesh.triangles.size())) return result;
   const MeshCheck before = check_mesh(mesh);
-  const auto extent =
-      static_cast<double>(meshopt_simplifyScale(mesh.positions_m.front().data(), mesh.positions_m.size(), kStride));
-  if (!(extent > 0)) return result;
-
-  Simplifier simplifier(mesh);
-  auto target = static_cast<double>(wish.triangles.value_or(0));
-  double error = wish.max_error_m ? *wish.max_error_m / extent : 1e3;  // its square must be a float
-  Mesh best = mesh;
-  double best_error = 0;
-  std::size_t best_components = before.components;
-  int rounds = 0;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Mesh smaller;
-    const float reached = simplifier.run(static_cast<std::size_t>(target), error, smaller);
-    const std::size_t triangles = smaller.triangles.size();
-    const MeshCheck after = check_mesh(smaller);
-    const bool is_sound = keeps_promises(before, after);
-    if (is_sound && triangles < best.triangles.size()) {
-      best = std::move(smaller);
-      best_error = static_cast<double>(reached) * extent;
-      best_components = after.components;
-    }
-    // Where too much had to stay as it was, more is won by asking for less.
-    if (is_sound && (!wish.triangles || wish.max_error_m || is_near(triangles, target))) break;
-    if (!is_sound && rounds++ < kRounds && simplifier.keep_round_faults(smaller)) continue;
-    rounds = 0;
-    simplifier.let_go();
-    target = kNextTarget * std::max({target, is_sound ? 0.0 : static_cast<double>(triangles), 1.0});
-    if (target >= static_cast<double>(best.triangles.size())) break;
-    if (!wish.triangles) error *= kNextError;
-  }
-  result.triangles = best.triangles.size();
-  result.pieces_lost = before.components - best_components;
-  result.error_m = best_error;
-  // Collapses stop a triangle or two from the wish at best.
-  result.is_held_back = wish.triangles
-                            ? !wish.max_error_m && !is_near(result.triangles, static_cast<double>(*wish.triangles))
-                            : result.triangles == result.triangles_before;
+  const std::size_t target = wish.triangles.value_or(0);
+  const double max_error_m = wish.max_error_m.value_or(std::numeric_limits<double>::infinity());
+  auto best = simplify_at_once(mesh, before, target, max_error_m);
+  const bool is_sound_at_once = best.has_value();
+  if (!best) best = simplify_in_steps(mesh, before, target, max_error_m);
+  result.triangles = best->mesh.triangles.size();
+  result.pieces_lost = before.components - best->components;
+  result.error_m = best->error_m;
+  const bool is_done = wish.triangles && is_near(result.triangles, target);
+  const bool is_error_spent = wish.max_error_m && result.error_m > kErrorSpent * max_error_m;
+  const bool is_as_far_as_goes = !wish.triangles && is_sound_at_once;
+  result.is_held_back = !is_done && !is_error_spent && !is_as_far_as_goes;
   if (result.triangles < result.triangles_before) {
-    drop_unused_vertices(best);
-    mesh = std::move(best);
+    drop_unused_vertices(best->mesh);
+    mesh = std::move(best->mesh);
   }
   return result;
 }

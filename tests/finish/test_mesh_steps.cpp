@@ -64,11 +64,15 @@ TEST(MeshEdges, FansThatMeetInAVertexAreSplit) {
 }
 
 /// A ball of radius 1 whose vertices are off by some 1 % along the normal.
-Mesh rough_ball() {
-  Mesh mesh = test::sphere(60, 120);
+void roughen(Mesh& mesh, float sigma = 0.01f) {
   std::mt19937 random(3);
-  std::normal_distribution<float> noise(0, 0.01f);
+  std::normal_distribution<float> noise(0, sigma);
   for (auto& p : mesh.positions_m) p *= 1 + noise(random);
+}
+
+Mesh rough_ball(float sigma = 0.01f) {
+  Mesh mesh = test::sphere(60, 120);
+  roughen(mesh, sigma);
   return mesh;
 }
 
@@ -126,6 +130,35 @@ TEST(SimplifyMesh, ToANumberOfTrianglesKeepsTheTopology) {
     EXPECT_TRUE(after.is_manifold());
     EXPECT_EQ(after.euler, before.euler);
     EXPECT_EQ(after.unreferenced_vertices, 0u);
+  }
+}
+
+constexpr float kSpiky = 0.06f;  // so rough that collapses go wrong
+
+TEST(SimplifyMesh, WhatGoesWrongAtOnceIsDoneInSteps) {
+  for (const std::size_t wished : {60u, 150u, 400u}) {
+    Mesh mesh = test::torus(300, 60);
+    for (auto& p : mesh.positions_m) p = p.cwiseProduct(Eigen::Vector3f(1, 1, 0.01f));  // a ring of paper
+    roughen(mesh);
+    const MeshSimplified done = simplify_mesh({.triangles = wished, .max_error_m = {}}, mesh);
+    const MeshCheck after = check_mesh(mesh);
+    std::cout << wished << " wished, " << done.triangles << " triangles, " << done.error_m << " m off\n";
+    EXPECT_LT(done.triangles, 2 * wished);
+    EXPECT_TRUE(after.is_closed() && after.is_manifold());
+    EXPECT_EQ(after.components, 1u);
+  }
+}
+
+TEST(SimplifyMesh, ALargerErrorDoesNotLeaveMoreTriangles) {
+  std::size_t last = rough_ball(kSpiky).triangles.size();
+  for (const double error_m : {0.01, 0.03, 0.1, 0.3, 1.0, 10.0}) {
+    Mesh mesh = rough_ball(kSpiky);
+    const MeshSimplified done = simplify_mesh({.triangles = {}, .max_error_m = error_m}, mesh);
+    std::cout << error_m << " m allowed, " << done.triangles << " triangles, " << done.error_m << " m off\n";
+    EXPECT_LE(done.error_m, error_m * (1 + 1e-6));
+    EXPECT_LT(done.triangles, last + last / 2);  // in steps a little less is won than at once
+    EXPECT_TRUE(check_mesh(mesh).is_closed());
+    last = std::min(last, done.triangles);
   }
 }
 
