@@ -21,8 +21,8 @@ struct MeshSimplified {
 };
 
 /// meshoptimizer's edge collapses onto vertices that are there, so that each vertex keeps its place, normal and colour.
-/// What was manifold stays so, closed stays closed with all its rings, but small pieces may vanish: a result that breaks
-/// this is given up for a larger one, at last for the mesh as it was. Deterministic.
+/// What was manifold stays so, closed stays closed with all its rings, but small pieces may vanish. What would break
+/// this is kept as it was; where that is too much, the mesh is simplified in steps, as far as they go. Deterministic.
 MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh);
 
 }  // namespace scanknit
