@@ -90,7 +90,6 @@ class SurfaceFinisher {
     if (!surface || surface->mesh.empty() || !wish_.is_anything()) return handed_on(std::move(surface));
     find_ground_of(surface->mesh, view.field->voxelSize().x());
     if (auto cut = cut_ground(view, *surface); !cut) return cut.error();
-    if (surface->mesh.empty()) return handed_on(std::move(surface));
     if (auto closed = close(view, *surface); !closed) return closed.error();
     return from_mesh(*std::move(surface), 1);
   }
@@ -190,7 +189,16 @@ class SurfaceFinisher {
     return volume;
   }
 
-  /// The view of a volume without the ground takes the place of the one with it.
+  [[nodiscard]] std::string why_nothing_is_above() const {
+    const std::size_t least = config_.extract.min_component_triangles;
+    return fmt::format(
+        "the cut would leave nothing: no {} lies more than {:.4g} mm (finish.ground_clearance) above the plane that "
+        "was found; what finish.ground would cut away stays{}",
+        least > 1 ? fmt::format("piece of {} triangles (extract.min_component_triangles) or more", least) : "surface",
+        clearance_m_ * kMillimetres, wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn it" : "");
+  }
+
+  /// The view of a volume without the ground takes the place of the one with it, if anything is left.
   [[nodiscard]] Result<void> cut_ground(FieldView& view, Surface& surface) {
     if (!ground_) return {};
     Figures figures = {{"plane_area_mm2", ground_->area_m2 * kSquareMillimetres},
@@ -200,12 +208,18 @@ class SurfaceFinisher {
       without_ground_ = timed(report_, "finish", [&] {
         return cut_open(seen(view), [this](const Eigen::Vector3d& p) { return below_ground_m(p); });
       });
-      seen_ = view;
-      view.field = without_ground_.get();
-      view.weight = nullptr;
-      view.weight_codes = nullptr;
-      auto above = extract(view);
+      FieldView cut = view;
+      cut.field = without_ground_.get();
+      cut.weight = nullptr;
+      cut.weight_codes = nullptr;
+      auto above = extract(cut);
       if (!above) return above.error();
+      if (above->mesh.empty()) {
+        refuse("ground", why_nothing_is_above());
+        ground_.reset();
+        return {};
+      }
+      seen_ = std::exchange(view, cut);
       figures["area_removed_mm2"] = (area_m2(surface.mesh) - area_m2(above->mesh)) * kSquareMillimetres;
       surface = *std::move(above);
     }
@@ -241,7 +255,7 @@ class SurfaceFinisher {
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
     const auto closed = timed(report_, "finish", [&] { return close_volume(seen(source), request); });
-    if (!closed) return refuse("watertight", closed.error().text()), Result<void>();
+    if (!closed) return refuse("watertight", closed.error().message), Result<void>();
     FieldView closed_view = view;
     closed_view.field = closed->field.get();
     closed_view.weight = nullptr;
@@ -259,6 +273,10 @@ class SurfaceFinisher {
       figures["holes_left"] = static_cast<double>(patches.left_open);
     }
     drop_invented_pieces(config_.extract.min_component_triangles, meshed->mesh, invented);
+    if (meshed->mesh.empty()) {
+      refuse("watertight", "nothing of what was seen would be left; the mesh stays as it was");
+      return {};
+    }
     const double invented_m2 = area_m2(meshed->mesh, invented);
     figures["invented_area_mm2"] = invented_m2 * kSquareMillimetres;
     figures["invented_share"] = invented_m2 / std::max(area_m2(meshed->mesh), 1e-30);

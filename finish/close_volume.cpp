@@ -190,7 +190,7 @@ Eigen::Vector3d ClosedVolume::index_of(const Eigen::Vector3d& p_world) const {
 
 Result<ClosedVolume> close_volume(const SeenVolume& volume, const CloseRequest& request) {
   if (!volume.field->transform().isLinear() || !volume.field->hasUniformVoxels()) {
-    return Error{ErrorCode::kConfig, "works on volumes whose voxels are cubes", "finish.watertight"};
+    return Error{ErrorCode::kConfig, "voxels that are no cubes cannot be closed", "finish.watertight"};
   }
   Box box;
   box.voxels = box_round(volume, request.surface);

@@ -154,8 +154,32 @@ TEST_F(Finish, AStepThatCannotBeDoneIsToldAndTheMeshIsWritten) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string reason = step(report("refused"), "watertight")["refused"];
   EXPECT_NE(reason.find("finish.crop"), std::string::npos) << reason;
+  EXPECT_EQ(reason.find("finish.watertight"), std::string::npos) << reason;  // the line begins with the step's name
   EXPECT_NE(outcome.out.find("not done"), std::string::npos) << outcome.out;
   EXPECT_TRUE(fs::exists(fs::path(place("refused")) / "model.ply"));
+}
+
+TEST_F(Finish, ACutThatWouldLeaveNothingIsNotDone) {
+  const Outcome outcome = run("nothing", {"--set", "finish.ground=remove", "--set", "finish.ground_clearance=1m"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string reason = step(report("nothing"), "ground")["refused"];
+  EXPECT_NE(reason.find("finish.ground_clearance"), std::string::npos) << reason;
+  EXPECT_NE(outcome.err.find(reason), std::string::npos) << outcome.err;
+  EXPECT_EQ(read_text(place("nothing") + "/model.ply"), read_text(place("plain") + "/model.ply"));
+}
+
+TEST_F(Finish, WhereNothingIsAboveTheGroundTheRestIsDone) {
+  const Outcome synth = scanknit_command(
+      {"synth", "sphere", "-o", place("ball"), "--frames", "2", "--width", "40", "--height", "30", "--quiet"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  const Outcome outcome =
+      scanknit_command({"run", place("ball"), "-o", place("cap_of_ball"), "--preset", "print", "--set",
+                        "extract.min_component_triangles=0", "--set", "fusion.voxel_size=2cm"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json told = report("cap_of_ball");
+  EXPECT_NE(step(told, "ground")["refused"].get<std::string>().find("finish.up"), std::string::npos) << told["finish"];
+  EXPECT_EQ(step(told, "place")["figures"]["turned_degrees"], 0);
+  EXPECT_EQ(told["mesh"]["is_closed"], true);
 }
 
 TEST_F(Finish, ACapThatNothingDrawsIsRefusedBeforeTheWork) {
