@@ -283,6 +283,7 @@ class SurfaceFinisher {
     figures["boundary_edges_before"] = static_cast<double>(open_edges);
     figures["boundary_edges"] = static_cast<double>(check_mesh(meshed->mesh).boundary_edges);
     note("watertight", std::move(figures));
+    left_out_ = count_removed(surface.mesh, triangles_left_out(surface.mesh, meshed->mesh, *closed));
     if (wish_.invented_colour) paint_invented(invented, *wish_.invented_colour, meshed->mesh);
     surface = *std::move(meshed);
     return {};
@@ -290,8 +291,10 @@ class SurfaceFinisher {
 
   void drop_pieces(double metres_per_unit, Mesh& mesh) {
     if (!(wish_.min_piece_share > 0) && !(wish_.min_piece_size_m > 0)) return;
-    const PiecesRemoved removed =
-        remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m / metres_per_unit, mesh);
+    PiecesRemoved removed = remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m / metres_per_unit, mesh);
+    removed.pieces += left_out_.pieces;
+    removed.triangles += left_out_.triangles;
+    removed.area_m2 += left_out_.area_m2;
     note("pieces", {{"pieces_removed", static_cast<double>(removed.pieces)},
                     {"triangles_removed", static_cast<double>(removed.triangles)},
                     {"area_removed_mm2", removed.area_m2 * metres_per_unit * metres_per_unit * kSquareMillimetres}});
@@ -349,6 +352,7 @@ class SurfaceFinisher {
   double clearance_m_ = 0;
   openvdb::FloatGrid::Ptr without_ground_;  ///< seen by the view
   std::optional<FieldView> seen_;           ///< the view before that
+  PiecesRemoved left_out_;                  ///< of the mesh before it was closed; scans are in metres
 };
 
 }  // namespace

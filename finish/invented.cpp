@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 
 #include "core/mesh_area.h"
 #include "finish/mesh_edges.h"
@@ -19,19 +20,40 @@ struct Patch {
   bool is_open = false;  ///< it ends where nothing goes on
 };
 
+/// The lowest sample of the cell that the triangle was extracted from.
+Eigen::Vector3i cell_of(const Mesh& mesh, const Triangle& triangle, const ClosedVolume& closed) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // lies within the triangle's cell
+  for (const Index vertex : triangle) middle += mesh.positions_m[vertex].cast<double>() / 3;
+  const Eigen::Vector3d index = closed.index_of(middle);
+  return index.array().floor().cast<int>();
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> invented_triangles(const Mesh& mesh, const ClosedVolume& closed) {
   std::vector<std::uint8_t> invented(mesh.triangles.size());
   tbb::parallel_for(std::size_t{0}, invented.size(), [&](std::size_t i) {
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // lies within the triangle's cell
-    for (const Index vertex : mesh.triangles[i]) middle += mesh.positions_m[vertex].cast<double>() / 3;
-    const Eigen::Vector3d index = closed.index_of(middle);
-    const Eigen::Vector3i low(static_cast<int>(std::floor(index.x())), static_cast<int>(std::floor(index.y())),
-                              static_cast<int>(std::floor(index.z())));
-    invented[i] = closed.is_seen_cell(low) ? 0 : 1;
+    invented[i] = closed.is_seen_cell(cell_of(mesh, mesh.triangles[i], closed)) ? 0 : 1;
   });
   return invented;
+}
+
+std::vector<std::uint8_t> triangles_left_out(const Mesh& before, const Mesh& after, const ClosedVolume& closed) {
+  const auto cell_in_box = [&](const Mesh& mesh, const Triangle& triangle) -> std::optional<std::size_t> {
+    const Eigen::Vector3i place = cell_of(mesh, triangle, closed) - closed.box.first;
+    if (!closed.box.contains(place.x(), place.y(), place.z())) return std::nullopt;
+    return closed.box.at(place.x(), place.y(), place.z());
+  };
+  std::vector<std::uint8_t> has_surface(closed.box.voxels());
+  for (const Triangle& triangle : after.triangles) {
+    if (const auto cell = cell_in_box(after, triangle)) has_surface[*cell] = 1;
+  }
+  std::vector<std::uint8_t> left_out(before.triangles.size());
+  tbb::parallel_for(std::size_t{0}, left_out.size(), [&](std::size_t i) {
+    const auto cell = cell_in_box(before, before.triangles[i]);
+    left_out[i] = cell && has_surface[*cell] != 0 ? 0 : 1;
+  });
+  return left_out;
 }
 
 PatchCount keep_small_patches(double max_size_m, Mesh& mesh, std::vector<std::uint8_t>& invented) {

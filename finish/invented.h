@@ -13,6 +13,11 @@ namespace scanknit {
 /// For each triangle 1 where its cell has a corner that was not seen. `mesh` was extracted from `closed`.
 [[nodiscard]] std::vector<std::uint8_t> invented_triangles(const Mesh& mesh, const ClosedVolume& closed);
 
+/// For each triangle of `before` 1 where `after`, the mesh of the closed volume, has nothing in its cell: what lay
+/// beyond the box, or was left out since.
+[[nodiscard]] std::vector<std::uint8_t> triangles_left_out(const Mesh& before, const Mesh& after,
+                                                           const ClosedVolume& closed);
+
 struct PatchCount {
   std::size_t kept = 0, left_open = 0;
 };

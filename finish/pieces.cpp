@@ -9,6 +9,19 @@
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
+namespace {
+
+/// Of vertices: those of one piece are in one set.
+DisjointSets pieces_of(const Mesh& mesh) {
+  DisjointSets sets(mesh.positions_m.size());
+  for (const Triangle& t : mesh.triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[0], t[2]);
+  }
+  return sets;
+}
+
+}  // namespace
 
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
   struct Piece {
@@ -16,11 +29,7 @@ PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mes
     std::size_t triangles = 0;
     Eigen::AlignedBox3f box;
   };
-  DisjointSets sets(mesh.positions_m.size());
-  for (const Triangle& t : mesh.triangles) {
-    sets.join(t[0], t[1]);
-    sets.join(t[0], t[2]);
-  }
+  DisjointSets sets = pieces_of(mesh);
   std::vector<Piece> pieces(mesh.positions_m.size());  // by root
   for (const Triangle& t : mesh.triangles) {
     Piece& piece = pieces[sets.root(t[0])];
@@ -47,6 +56,24 @@ PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mes
   keeps.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) keeps.push_back(keeps_piece[sets.root(t[0])]);
   keep_triangles(keeps, mesh);
+  return removed;
+}
+
+PiecesRemoved count_removed(const Mesh& mesh, const std::vector<std::uint8_t>& is_left_out) {
+  PiecesRemoved removed;
+  DisjointSets sets = pieces_of(mesh);
+  std::vector<std::uint8_t> loses(mesh.positions_m.size());  // by root
+  std::vector<std::uint8_t> stays(mesh.positions_m.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    (is_left_out[i] != 0 ? loses : stays)[sets.root(t[0])] = 1;
+    if (is_left_out[i] == 0) continue;
+    ++removed.triangles;
+    removed.area_m2 += area_vector_m2(mesh, t).norm();
+  }
+  for (std::size_t root = 0; root < loses.size(); ++root) {
+    if (loses[root] != 0 && stays[root] == 0) ++removed.pieces;
+  }
   return removed;
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "core/mesh.h"
 
@@ -15,5 +17,9 @@ struct PiecesRemoved {
 /// Removes the pieces (triangles joined by vertices) whose area is less than `min_share` of the largest one's, or whose
 /// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of what stays is unchanged.
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
+
+/// What a mesh loses when the triangles marked with a 1 are left out: they and their area, and the pieces of which
+/// nothing stays.
+[[nodiscard]] PiecesRemoved count_removed(const Mesh& mesh, const std::vector<std::uint8_t>& is_left_out);
 
 }  // namespace scanknit

@@ -159,6 +159,27 @@ TEST_F(Finish, AStepThatCannotBeDoneIsToldAndTheMeshIsWritten) {
   EXPECT_TRUE(fs::exists(fs::path(place("refused")) / "model.ply"));
 }
 
+TEST_F(Finish, PiecesThatAreNotClosedSinceTheyGoAreCounted) {
+  const std::vector<std::string> cut = {"--set", "finish.ground=cap", "--set", "finish.watertight=full"};
+  ASSERT_EQ(run("all_pieces", cut).exit_code, 0);
+  std::vector<std::string> wish = cut;
+  wish.insert(wish.end(), {"--set", "finish.min_piece_share=0.9"});
+  ASSERT_EQ(run("largest_piece", wish).exit_code, 0);
+  const Json all = report("all_pieces");
+  const Json largest = report("largest_piece");
+  ASSERT_EQ(all["mesh"]["components"], 7);
+  ASSERT_EQ(largest["mesh"]["components"], 1);
+  const Json figures = step(largest, "pieces")["figures"];
+  std::cout << figures << "\n";
+  EXPECT_EQ(figures["pieces_removed"], 6);
+  // Closed, the same six have what was invented of them, too.
+  const auto triangles = [](const Json& of) { return of["mesh"]["triangles"].get<double>(); };
+  EXPECT_LT(figures["triangles_removed"].get<double>(), triangles(all) - triangles(largest));
+  EXPECT_GT(figures["triangles_removed"].get<double>(), 0.7 * (triangles(all) - triangles(largest)));
+  // A triangle of 4 mm voxels has about half the area of a voxel's face.
+  EXPECT_NEAR(figures["area_removed_mm2"].get<double>() / figures["triangles_removed"].get<double>(), 7, 3);
+}
+
 TEST_F(Finish, ACutThatWouldLeaveNothingIsNotDone) {
   const Outcome outcome = run("nothing", {"--set", "finish.ground=remove", "--set", "finish.ground_clearance=1m"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -46,6 +46,17 @@ TEST(Pieces, BelowASizeAreLeftOut) {
   EXPECT_EQ(mesh.triangles.size(), test::sphere().triangles.size());
 }
 
+TEST(Pieces, OfTrianglesThatAreLeftOutWholePiecesAreCounted) {
+  const Mesh mesh = large_and_two_small();
+  std::vector<std::uint8_t> is_left_out(mesh.triangles.size());
+  std::fill_n(is_left_out.begin(), 5, std::uint8_t{1});    // the tetrahedron, and one triangle of the sphere
+  std::fill_n(is_left_out.rbegin(), 12, std::uint8_t{1});  // the cube
+  const PiecesRemoved removed = count_removed(mesh, is_left_out);
+  EXPECT_EQ(removed.pieces, 2u);
+  EXPECT_EQ(removed.triangles, 17u);
+  EXPECT_NEAR(removed.area_m2, 0.96, 0.96 * 0.1);  // 0.96 of a cube of 0.4, the others are small
+}
+
 TEST(Pieces, TheLargestStaysHoweverSmall) {
   Mesh mesh = test::tetrahedron();
   EXPECT_EQ(remove_small_pieces(1, 100, mesh).pieces, 0u);
