@@ -2,6 +2,7 @@
 
 #include <pcl/ModelCoefficients.h>
 #include <pcl/PointIndices.h>
+#include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
@@ -175,6 +176,7 @@ std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& sea
   const std::vector<Facet> facets = facets_of(mesh);
   const Cloud::Ptr cloud = candidates(facets, search);
   if (cloud->size() < 3) return std::nullopt;
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);             // a library never prints on input
   pcl::SACSegmentation<pcl::PointXYZ> segmentation(/*random=*/false);  // a fixed seed
   segmentation.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
   segmentation.setMethodType(pcl::SAC_RANSAC);
