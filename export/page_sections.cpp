@@ -191,8 +191,10 @@ std::string finish_section(const PageJson& report) {
   for (std::size_t i = 0; steps.is_array() && i < std::min(steps.size(), kMostRows); ++i) {
     const std::string refused = text_at(steps[i], "/refused");
     std::string done = refused.empty() ? "" : "not done: " + escaped(refused);
-    for (const auto& [name, value] : flattened(steps[i].at("/figures"), kMostRows)) {
-      done += (done.empty() ? "" : "<br>") + escaped(name) + " " + escaped(value);
+    const PageJson figures = steps[i].at("/figures");
+    for (const auto& [name, value] : flattened(figures, kMostRows)) {
+      const auto figure = number_at(figures, "/" + name);
+      done += (done.empty() ? "" : "<br>") + escaped(figure ? figure_words(name, *figure) : name + " " + value);
     }
     rows.push_back({escaped(text_at(steps[i], "/name")), done});
   }

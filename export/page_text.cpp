@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace scanknit {
@@ -90,6 +91,27 @@ std::string length_words(double metres) {
   const double millimetres = metres * 1000;
   const int decimals = std::abs(millimetres) >= 100 ? 0 : std::abs(millimetres) >= 10 ? 1 : 2;
   return fmt::format("{:.{}f} mm", millimetres, decimals);
+}
+
+std::string figure_words(std::string_view name, double value) {
+  // Three digits, or all of those before the point.
+  const auto rounded = [](double number) {
+    const double size = std::abs(number);
+    if (size >= 99.95) return grouped_digits(number);
+    return size < 0.0005 ? std::string("0") : fmt::format("{:.3g}", number);
+  };
+  struct Unit {
+    std::string_view ending, words;
+    double factor;
+  };
+  constexpr std::array kUnits = {Unit{"_mm2", " mm2", 1}, Unit{"_mm", " mm", 1}, Unit{"_degrees", " degrees", 1},
+                                 Unit{"_share", " %", 100}};
+  const auto unit =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& one) { return name.ends_with(one.ending); });
+  const Unit known = unit == kUnits.end() ? Unit{"", "", 1} : *unit;  // a count
+  std::string words(name.substr(0, name.size() - known.ending.size()));
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words + " " + rounded(known.factor * value) + std::string(known.words);
 }
 
 std::string time_words(double milliseconds) {

@@ -29,6 +29,9 @@ namespace scanknit {
 [[nodiscard]] std::string grouped_digits(double count);
 /// "12.3 mm", "1.20 m": three digits.
 [[nodiscard]] std::string length_words(double metres);
+/// A figure of a step of finishing, by the unit that its name ends in: "area_removed_mm2" becomes "area removed 693,027
+/// mm2", "invented_share" "invented 12.1 %". Not escaped.
+[[nodiscard]] std::string figure_words(std::string_view name, double value);
 /// "0.85 s", "2 min 5 s"
 [[nodiscard]] std::string time_words(double milliseconds);
 /// "97 %"

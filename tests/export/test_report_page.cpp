@@ -206,17 +206,35 @@ TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
 TEST(ReportPage, TheCamerasWayIsWhereFinishingPutTheMesh) {
   nlohmann::json report = nlohmann::json::parse(to_json(sample()));
   const std::string as_it_was = *report_page(report.dump(), kTrajectory, {});
-  report["finish"] = {{"steps", {{{"name", "watertight"}, {"refused", ""}, {"figures", {{"invented_area_m2", 0.02}}}}}},
-                      {"T_mesh_world", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -5}, {0, 0, 0, 1}}}};
+  report["finish"] = {
+      {"steps", {{{"name", "watertight"}, {"refused", ""}, {"figures", {{"invented_area_mm2", 20.04}}}}}},
+      {"T_mesh_world", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -5}, {0, 0, 0, 1}}}};
   const std::string moved = *report_page(report.dump(), kTrajectory, {});
   const auto path = [](const std::string& page) {
     const std::size_t begin = page.find("class=\"path\"");
     return page.substr(begin, page.find("/>", begin) - begin);
   };
   EXPECT_NE(path(moved), path(as_it_was));
-  expect_all(moved, {"<td>watertight</td><td>invented_area_m2 0.02</td>"});
+  expect_all(moved, {"<td>watertight</td><td>invented area 20 mm2</td>"});
   report["finish"]["T_mesh_world"][1] = "no row";
   EXPECT_EQ(path(*report_page(report.dump(), kTrajectory, {})), path(as_it_was));
+}
+
+TEST(ReportPage, FiguresOfFinishingAreRoundedForPeople) {
+  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  report["finish"]["steps"] = {{{"name", "ground"},
+                                {"refused", ""},
+                                {"figures",
+                                 {{"area_removed_mm2", 693027.2122655786},
+                                  {"boundary_edges", 0.0},
+                                  {"error_mm", 0.012345},
+                                  {"invented_share", 0.120923},
+                                  {"tilt_degrees", 1e-7},
+                                  {"triangles", 38471.0}}}}};
+  expect_all(
+      *report_page(report.dump(), kTrajectory, {}),
+      {"<td>ground</td><td>area removed 693,027 mm2<br>boundary edges 0<br>error 0.0123 mm<br>invented 12.1 %<br>"
+       "tilt 0 degrees<br>triangles 38,471</td>"});
 }
 
 TEST(WriteReportPage, TakesWhatLiesBesideItWhereverTheRunWroteIt) {
