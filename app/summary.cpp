@@ -80,12 +80,18 @@ std::string mesh_line(const RunReport& report) {
                      size_mm.y(), size_mm.z());
 }
 
+/// "0.42 mm", "98 mm": two digits, or all of those before the point.
+std::string texel_words(double texel_m) {
+  const double texel_mm = 1000 * texel_m;
+  return texel_mm < 10 ? fmt::format("{:.2g} mm", texel_mm) : fmt::format("{:.0f} mm", texel_mm);
+}
+
 std::string texture_line(const RunReport& report) {
   if (!report.texture) return "";
   const RunReport::Texture& texture = *report.texture;
   if (!texture.refused.empty()) return fmt::format("Texture  none: {}\n", texture.refused);
-  return fmt::format("Texture  {} x {}, texels of {:.2g} mm, {:.1f} % seen by {} frames\n", texture.width,
-                     texture.height, 1000 * texture.texel_m, 100 * texture.seen_share, texture.frames);
+  return fmt::format("Texture  {} x {}, texels of {}, {:.1f} % seen by {} frames\n", texture.width, texture.height,
+                     texel_words(texture.texel_m), 100 * texture.seen_share, texture.frames);
 }
 
 std::string time_line(const RunReport& report) {

@@ -175,6 +175,12 @@ TEST_F(Texture, OneThatIsDamagedIsToldByInfo) {
   ASSERT_EQ(Json::parse(info.out)["warnings"].size(), 1u);
 }
 
+TEST_F(Texture, TexelsOfTenCentimetresAreCalledThat) {
+  const Outcome outcome = run("coarse", {"--texture", "--set", "export.texel_size=10cm"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("texels of 100 mm"), std::string::npos) << outcome.out;
+}
+
 TEST_F(Texture, WithoutAGlbThereIsNone) {
   const Outcome outcome = run("model.ply", {"--texture"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
