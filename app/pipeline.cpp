@@ -84,12 +84,15 @@ Result<void> write_scan(Reconstruction& scan, RunReport& report) {
   return scan.write_trajectory();
 }
 
-/// What its finishing warns of is said, too.
+/// What its finishing warns of is said, too, unless it was said of the mesh before that one.
 Result<WrittenMesh> write_mesh(const Reconstruction& scan, Console& console, RunReport& report) {
+  const std::set<std::string> said(report.warnings.begin(), report.warnings.end());
   forget_finish(report);
   const std::size_t warnings_before = report.warnings.size();
   auto meshed = scan.write_mesh(report, EmptyCrop::kIgnored);
-  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+  for (std::size_t i = warnings_before; i < report.warnings.size(); ++i) {
+    if (!said.contains(report.warnings[i])) console.warn(report.warnings[i]);
+  }
   return meshed;
 }
 

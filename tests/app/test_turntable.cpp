@@ -82,6 +82,18 @@ class Tower : public SuiteFolder {
   }
 };
 
+TEST_F(Tower, WhatFinishingWarnsOfIsSaidOnceThoughTheMeshIsWrittenTwice) {
+  const Outcome outcome = scanknit_command({"run", recording(), "--preset", "turntable", "--preset", "print", "--set",
+                                            "fusion.voxel_size=4mm", "-o", place("print")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(report(place("print"))["turntable"]["is_refined"], true);
+  const std::string warning = "ground was not done";  // the table has been cut away
+  const std::size_t first = outcome.err.find(warning);
+  ASSERT_NE(first, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find(warning, first + 1), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("pcl::"), std::string::npos) << outcome.err;  // what found no plane does not say so itself
+}
+
 TEST_F(Tower, IsAsExactAsWithTruePosesClosedAndAlone) {
   const std::string with_poses = place("with_poses");
   fs::copy(recording(), with_poses, fs::copy_options::recursive);
