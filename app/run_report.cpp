@@ -49,6 +49,18 @@ Result<void> write_report(RunReport& report, const Job& job) {
   return write_file_atomically(*job.outputs.report, json);
 }
 
+/// With the key that each of them belongs to.
+std::vector<std::string> unused_finish_keys(const FinishConfig& config) {
+  std::vector<std::string> unused;
+  if (config.ground == GroundWish::kKeep && config.ground_clearance_m) {
+    unused.emplace_back("finish.ground_clearance (finish.ground)");
+  }
+  if (config.watertight != Watertight::kOff) return unused;
+  if (config.max_hole_m != FinishConfig{}.max_hole_m) unused.emplace_back("finish.max_hole (finish.watertight)");
+  if (config.invented_colour) unused.emplace_back("finish.mark_invented (finish.watertight)");
+  return unused;
+}
+
 }  // namespace
 
 RunReport begin_report(const Job& job) {
@@ -60,10 +72,13 @@ RunReport begin_report(const Job& job) {
 }
 
 void warn_of_unused_options(const Job& job, Console& console, RunReport& report) {
-  const auto unused = unused_glb_keys(job.outputs, job.config.output);
-  if (unused.empty()) return;
-  report.warnings.push_back(fmt::format("{}: for GLB only, and none is written", fmt::join(unused, ", ")));
-  console.warn(report.warnings.back());
+  const auto warn_of = [&](const std::vector<std::string>& unused, const char* why) {
+    if (unused.empty()) return;
+    report.warnings.push_back(fmt::format("{}: {}", fmt::join(unused, ", "), why));
+    console.warn(report.warnings.back());
+  };
+  warn_of(unused_glb_keys(job.outputs, job.config.output), "for GLB only, and none is written");
+  warn_of(unused_finish_keys(job.config.finish), "of no effect, since the key in brackets is off");
 }
 
 void close_report(RunReport& report, const Result<void>& result, bool was_interrupted,

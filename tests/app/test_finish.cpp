@@ -203,6 +203,23 @@ TEST_F(Finish, WhereNothingIsAboveTheGroundTheRestIsDone) {
   EXPECT_EQ(told["mesh"]["is_closed"], true);
 }
 
+TEST_F(Finish, KeysOfStepsThatAreOffAreWarnedOf) {
+  const std::vector<std::string> keys = {"--set", "finish.max_hole=3cm",         "--set", "finish.mark_invented=red",
+                                         "--set", "finish.ground_clearance=1cm", "--set", "finish.smooth=1"};
+  const Outcome off = run("off", keys);
+  ASSERT_EQ(off.exit_code, 0) << off.err;
+  const std::string warning =
+      "finish.ground_clearance (finish.ground), finish.max_hole (finish.watertight), finish.mark_invented "
+      "(finish.watertight): of no effect, since the key in brackets is off";
+  EXPECT_NE(off.err.find(warning), std::string::npos) << off.err;
+  EXPECT_EQ(report("off")["warnings"], Json::array({warning}));
+  std::vector<std::string> wish = keys;
+  wish.insert(wish.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=small"});
+  const Outcome on = run("on", wish);
+  ASSERT_EQ(on.exit_code, 0) << on.err;
+  EXPECT_EQ(report("on")["warnings"], Json::array()) << on.err;
+}
+
 TEST_F(Finish, ACapThatNothingDrawsIsRefusedBeforeTheWork) {
   const Outcome outcome = run("cap", {"--set", "finish.ground=cap"});
   EXPECT_EQ(outcome.exit_code, 3);
