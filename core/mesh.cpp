@@ -5,8 +5,8 @@
 #include <numeric>
 #include <span>
 
-#include "core/disjoint_sets.h"
 #include "core/mesh_area.h"
+#include "core/mesh_pieces.h"
 #include "core/unused_vertices.h"
 
 namespace scanknit {
@@ -144,15 +144,6 @@ void check_vertices(const Mesh& mesh, MeshCheck& check) {
   }
 }
 
-DisjointSets connect(const Mesh& mesh) {
-  DisjointSets sets(mesh.positions_m.size());
-  for (const Triangle& t : mesh.triangles) {
-    sets.join(t[0], t[1]);
-    sets.join(t[1], t[2]);
-  }
-  return sets;
-}
-
 }  // namespace
 
 MeshCheck check_mesh(const Mesh& mesh) {
@@ -173,7 +164,7 @@ MeshCheck check_mesh(const Mesh& mesh) {
 
   const std::size_t used = check.vertices - check.unreferenced_vertices;
   check.euler = static_cast<long long>(used) - static_cast<long long>(edges) + static_cast<long long>(check.triangles);
-  check.components = connect(mesh).sets() - check.unreferenced_vertices;
+  check.components = pieces_of(mesh).sets() - check.unreferenced_vertices;
   return check;
 }
 
@@ -189,7 +180,7 @@ double signed_volume_m3(const Mesh& mesh) {
 }
 
 std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles) {
-  DisjointSets sets = connect(mesh);
+  DisjointSets sets = pieces_of(mesh);
   std::vector<std::size_t> size(mesh.positions_m.size(), 0);
   for (const Triangle& t : mesh.triangles) ++size[sets.root(t[0])];
 

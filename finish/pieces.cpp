@@ -6,23 +6,10 @@
 #include <vector>
 
 #include "core/mesh_area.h"
+#include "core/mesh_pieces.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
-namespace {
-
-/// Of vertices: those of one piece are in one set.
-DisjointSets pieces_of(const Mesh& mesh) {
-  DisjointSets sets(mesh.positions_m.size());
-  for (const Triangle& t : mesh.triangles) {
-    sets.join(t[0], t[1]);
-    sets.join(t[0], t[2]);
-  }
-  return sets;
-}
-
-}  // namespace
-
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
   struct Piece {
     double area_m2 = 0;
