@@ -14,6 +14,7 @@
 #include "export/srgb.h"
 #include "export/write_mesh.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/export/every_packing.h"
 #include "tests/export/export_samples.h"
 #include "tests/export/texture_samples.h"
 
@@ -65,15 +66,7 @@ int worst_difference(const Mesh& read, const Mesh& expected) {
   return worst;
 }
 
-class ReadTexturedGlb : public ::testing::TestWithParam<int> {
- protected:
-  [[nodiscard]] static ExportConfig config() {
-    ExportConfig config;
-    config.quantize = (GetParam() & 1) != 0;
-    config.compress = (GetParam() & 2) != 0;
-    return config;
-  }
-};
+class ReadTexturedGlb : public test::EveryPacking {};
 INSTANTIATE_TEST_SUITE_P(EveryPacking, ReadTexturedGlb, ::testing::Range(0, 4));
 
 TEST_P(ReadTexturedGlb, GivesEachVertexTheExactColourOfItsTexel) {

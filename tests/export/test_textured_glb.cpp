@@ -9,6 +9,7 @@
 #include "export/mesh_readers.h"
 #include "export/write_mesh.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/export/every_packing.h"
 #include "tests/export/texture_samples.h"
 
 namespace scanknit {
@@ -43,15 +44,7 @@ Chunks chunks_of(const std::string& glb) {
   return {nlohmann::json::parse(glb.substr(kHead, length)), glb.substr(kHead + length + kChunkHead)};
 }
 
-class TexturedGlb : public ::testing::TestWithParam<int> {
- protected:
-  [[nodiscard]] static ExportConfig config() {
-    ExportConfig config;
-    config.quantize = (GetParam() & 1) != 0;
-    config.compress = (GetParam() & 2) != 0;
-    return config;
-  }
-};
+class TexturedGlb : public test::EveryPacking {};
 
 TEST_P(TexturedGlb, HoldsThePictureAndItsCoordinates) {
   const TemporaryFolder folder;
