@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/commands.h"
+#include "app/frame_intake.h"
 #include "app/live_scanner.h"
 #include "app/pipeline.h"
 #include "app/run_report.h"
@@ -46,8 +47,8 @@ Error result_of_failed_scan(const Error& failure, const Result<void>& meshed) {
 
 /// The mesh of the scan is safe on disk; that of the refined turntable takes its place. A second Ctrl-C leaves it
 /// there.
-Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Console& console, RunReport& report,
-                              ScanView& view) {
+Result<void> refine_turntable(const Job& scanned, const FrameIntake& intake, const Result<void>& meshed,
+                              Console& console, RunReport& report, ScanView& view) {
   const auto recording = report.files.find("recording");
   if (!scanned.config.turntable.is_enabled || scanned.config.acquire.poses == PoseMode::kStill) return meshed;
   if (recording == report.files.end()) {
@@ -56,8 +57,9 @@ Result<void> refine_turntable(const Job& scanned, const Result<void>& meshed, Co
   }
   Job job = scanned;
   job.input = recording->second;
+  job.frames = intake.taken();
   console.info("finding the axis and the angles of the turntable; Ctrl-C leaves the mesh as it is");
-  const auto refined = mesh_recorded_turntable(job, /*stop=*/{}, console, report, view);
+  const auto refined = mesh_recorded_turntable(job, intake.left_out(), /*stop=*/{}, console, report, view);
   if (refined && *refined) return {};
   if (!refined) console.warn(fmt::format("turntable: {}; the mesh is the tracked one", refined.error().text()));
   return meshed;
@@ -113,13 +115,14 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     return losses;
   };
   view.watch_losses(losses_so_far);
-  Result<void> meshed = mesh_source(**source, job, stop, console, report, view, again);
+  FrameIntake intake(**source, job.config.acquire, stop, console, report);
+  Result<void> meshed = mesh_frames(intake, job, console, report, view, again);
   view.watch_losses(nullptr);
   finish_recording();
   const LossCounters losses = losses_so_far();
   report.losses = named(losses);
   warn_of_losses(losses, console);
-  meshed = refine_turntable(job, meshed, console, report, view);
+  meshed = refine_turntable(job, intake, meshed, console, report, view);
   return (*source)->failure() ? result_of_failed_scan(*(*source)->failure(), meshed) : meshed;
 }
 

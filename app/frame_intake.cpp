@@ -25,6 +25,10 @@ std::string reasons_text(const RunReport::Frames& frames) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+std::uint64_t sequence_of(const std::variant<Frame, FrameDropped>& event) {
+  return std::visit([](const auto& any) { return any.sequence; }, event);
+}
+
 Error no_usable_frame_error(const RunReport::Frames& frames) {
   std::string why = "there is none, or none that --from, --to and --every ask for";
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
@@ -46,7 +50,7 @@ FrameIntake::FrameIntake(FrameSource& source, const AcquireConfig& config, std::
       report_(report),
       expected_(selected_frames(source.info(), config)) {}
 
-std::optional<FrameEvent> FrameIntake::next_event() {
+std::optional<FrameEvent> FrameIntake::wait_for_event() {
   const auto begin = Clock::now();
   std::optional<FrameEvent> event;
   if (source_.wait(stop_, kPatience)) event = source_.next(stop_);
@@ -57,9 +61,9 @@ std::optional<FrameEvent> FrameIntake::next_event() {
   return event;
 }
 
-std::optional<Frame> FrameIntake::next() {
+std::optional<FrameIntake::Event> FrameIntake::next_event() {
   if (is_over_) return std::nullopt;
-  auto event = next_event();
+  auto event = wait_for_event();
   if (!event) return std::nullopt;
   if (auto* error = std::get_if<Error>(&*event)) error_ = std::move(*error);
   if (error_ || std::holds_alternative<EndOfStream>(*event)) {
@@ -68,7 +72,23 @@ std::optional<Frame> FrameIntake::next() {
   }
   ++report_.frames.read;
   console_.progress("fusing", report_.frames.read, expected_);
-  if (auto* dropped = std::get_if<FrameDropped>(&*event)) {
+  Event taken = std::holds_alternative<Frame>(*event) ? Event(std::get<Frame>(std::move(*event)))
+                                                      : Event(std::get<FrameDropped>(std::move(*event)));
+  newest_ = std::max(newest_, sequence_of(taken));
+  return taken;
+}
+
+std::optional<Frame> FrameIntake::next() {
+  auto event = next_event();
+  if (!event) return std::nullopt;
+  const auto* dropped = std::get_if<FrameDropped>(&*event);
+  const std::uint64_t sequence = sequence_of(*event);
+  if (dropped != nullptr && sequence < taken_from_) {  // a scanner's pictures that gave way are told of late
+    leave_out(to_string(dropped->reason));
+    return std::nullopt;
+  }
+  taken_.add(sequence);
+  if (dropped != nullptr) {
     note_dropped(*dropped);
     return std::nullopt;
   }
@@ -110,11 +130,23 @@ void FrameIntake::note_refused(const Frame& frame, const Error& error) {
   note_dropped({frame.sequence, DropReason::kBadPose, error});
 }
 
-void FrameIntake::pass_over(const char* reason) {
-  if (!next()) return;
-  ++report_.frames.dropped;
-  ++report_.frames.dropped_by_reason[reason];
+std::optional<Frame> FrameIntake::pass_over(const char* reason) {
+  auto event = next_event();
+  if (!event) return std::nullopt;
+  leave_out(reason);
+  taken_.cut();
+  taken_from_ = newest_ + 1;
   unusable_ = 0;
+  auto* frame = std::get_if<Frame>(&*event);
+  return frame != nullptr ? std::optional(std::move(*frame)) : std::nullopt;
+}
+
+void FrameIntake::leave_out(const std::string& reason) {
+  ++left_out_.read;
+  for (RunReport::Frames* frames : {&report_.frames, &left_out_}) {
+    ++frames->dropped;
+    ++frames->dropped_by_reason[reason];
+  }
 }
 
 void FrameIntake::start_over() {
@@ -128,6 +160,9 @@ void FrameIntake::start_over() {
   report_.volume.is_budget_reached = false;
   trajectory_.clear();
   fused_sequences_.clear();
+  taken_.clear();
+  taken_from_ = newest_ + 1;
+  left_out_ = frames;
 }
 
 void FrameIntake::replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences) {

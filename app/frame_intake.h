@@ -5,10 +5,13 @@
 #include <cstdint>
 #include <optional>
 #include <stop_token>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include "acquire/frame_source.h"
 #include "app/console.h"
+#include "app/sequence_ranges.h"
 #include "core/frame.h"
 #include "core/result.h"
 #include "export/report.h"
@@ -39,11 +42,19 @@ class FrameIntake {
   /// The volume would not have the frame because of its pose: counted as dropped.
   void note_refused(const Frame& frame, const Error& error);
 
-  /// As next(), but the frame is left out, counted as dropped for `reason`, one word.
-  void pass_over(const char* reason);
+  /// The next frame, usable or not, is left out, counted as dropped for `reason`, one word. It is given to be looked at
+  /// if it has pictures.
+  std::optional<Frame> pass_over(const char* reason);
 
   /// What was fused, or lost, counts as dropped ("reset"); the trajectory is empty.
   void start_over();
+
+  /// The frames that came, usable or not, but for those that were passed over or came before start_over().
+  [[nodiscard]] const SequenceRanges& taken() const { return taken_; }
+  /// The counts of the others.
+  [[nodiscard]] const RunReport::Frames& left_out() const { return left_out_; }
+
+  [[nodiscard]] const RecordingInfo& info() const { return source_.info(); }
 
   /// Other poses for the frames that were fused, in their order.
   void correct(const std::vector<Pose>& T_world_cameras);
@@ -60,8 +71,11 @@ class FrameIntake {
   void replace_trajectory(std::vector<StampedPose> trajectory, std::vector<std::uint64_t> sequences);
 
  private:
-  [[nodiscard]] std::optional<FrameEvent> next_event();
+  using Event = std::variant<Frame, FrameDropped>;
+  [[nodiscard]] std::optional<FrameEvent> wait_for_event();
+  [[nodiscard]] std::optional<Event> next_event();
   void note_dropped(const FrameDropped& dropped);
+  void leave_out(const std::string& reason);
   void say_dropped();
 
   FrameSource& source_;
@@ -77,6 +91,10 @@ class FrameIntake {
   std::optional<Error> error_;
   std::vector<StampedPose> trajectory_;
   std::vector<std::uint64_t> fused_sequences_;
+  SequenceRanges taken_;
+  std::uint64_t newest_ = 0;      ///< sequence number that has come
+  std::uint64_t taken_from_ = 0;  ///< since frames were left out
+  RunReport::Frames left_out_;
 };
 
 }  // namespace scanknit

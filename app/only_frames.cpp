@@ -5,18 +5,19 @@
 
 namespace scanknit {
 
-OnlyFrames::OnlyFrames(std::unique_ptr<FrameSource> source, std::set<std::uint64_t> wanted)
+OnlyFrames::OnlyFrames(std::unique_ptr<FrameSource> source, SequenceRanges wanted)
     : source_(std::move(source)), wanted_(std::move(wanted)) {}
 
 FrameEvent OnlyFrames::next(std::stop_token stop) {
-  while (!wanted_.empty()) {
+  while (true) {
     FrameEvent event = source_->next(stop);
     const auto* frame = std::get_if<Frame>(&event);
     const auto* dropped = std::get_if<FrameDropped>(&event);
     if (frame == nullptr && dropped == nullptr) return event;
-    if (wanted_.erase(frame != nullptr ? frame->sequence : dropped->sequence) > 0) return event;
+    const std::uint64_t sequence = frame != nullptr ? frame->sequence : dropped->sequence;
+    if (wanted_.end_before(sequence)) return EndOfStream{};
+    if (wanted_.contains(sequence)) return event;
   }
-  return EndOfStream{};
 }
 
 }  // namespace scanknit

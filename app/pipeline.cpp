@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
 #include <memory>
 #include <set>
 #include <utility>
@@ -35,17 +34,9 @@ void add_samples(const StageTimes& from, StageTimes& to) {
   to.samples_ms.insert(to.samples_ms.end(), from.samples_ms.begin(), from.samples_ms.end());
 }
 
-/// The frames that were tracked are read again; those that were dropped, or passed by in a pause, are not.
-std::unique_ptr<FrameSource> frames_again(std::unique_ptr<FrameSource> whole, RunReport& report) {
-  std::set<std::uint64_t> tracked;
-  for (const auto& frame : report.tracking->frames) tracked.insert(frame.sequence);
-  return std::make_unique<OnlyFrames>(std::move(whole), std::move(tracked));
-}
-
-void forget_frames(RunReport& report) {
-  RunReport::Frames& frames = report.frames;
-  frames.read -= frames.fused + frames.lost;
-  frames.fused = frames.lost = 0;
+/// But for what was never to be of the mesh.
+void forget_frames(const RunReport::Frames& left_out, RunReport& report) {
+  report.frames = left_out;
   report.tracking.reset();
   report.volume = {};
   report.mesh.reset();
@@ -106,7 +97,7 @@ Result<void> write_and_texture(Reconstruction& scan, const Job& job, std::stop_t
                                RunReport& report) {
   const auto written = write_anew(scan, console, report);
   if (!written) return written.error();
-  const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  const SecondLook again{[&] { return open_frames(job); }, stop};
   return write_textured(*written, job, again, console, report);
 }
 
@@ -119,22 +110,24 @@ Result<bool> improve(Reconstruction& scan, FrameIntake& intake, const SecondLook
 
 /// What stands still is known before the frames are tracked. If it turns out that this is no turntable, the recording
 /// is meshed as any other.
-Result<void> mesh_turntable(FrameSource& source, const Job& job, Console& console, RunReport& report, ScanView& view,
+Result<void> mesh_turntable(FrameIntake& intake, const Job& job, Console& console, RunReport& report, ScanView& view,
                             const SecondLook& again) {
-  TurntableScan table(job, source.info().poses, again.stop, console, report);
+  TurntableScan table(job, intake.info().poses, again.stop, console, report);
   if (auto learned = table.learn(); !learned) return learned;
   Job turning = job;
   turning.config.fusion.loop_closure = false;  // the turn closes otherwise
-  const auto meshed = mesh_source(source, turning, again.stop, console, report, view, again, &table);
+  const auto meshed = mesh_frames(intake, turning, console, report, view, again, &table);
   table.conclude(/*has_mesh=*/meshed.has_value());
   if (!meshed) return meshed;  // all of each picture would be of what stands still
   const bool was_as_any = !table.changes_frames() && !(job.config.fusion.loop_closure && report.tracking);
   if (report.turntable->is_refined || was_as_any || again.stop.stop_requested()) return meshed;
-  auto whole = again.open();
-  if (!whole) return whole.error();
-  const auto frames = frames_again(*std::move(whole), report);
-  forget_frames(report);
-  return mesh_source(*frames, job, again.stop, console, report, view, again);
+  Job same = job;
+  same.frames = intake.taken();
+  const auto frames = open_frames(same);
+  if (!frames) return frames.error();
+  forget_frames(intake.left_out(), report);
+  FrameIntake once_more(**frames, job.config.acquire, again.stop, console, report);
+  return mesh_frames(once_more, job, console, report, view, again);
 }
 
 /// What only a turntable takes.
@@ -174,6 +167,14 @@ Result<void> check_cut_recording(const Job& job) {
 
 }  // namespace
 
+Result<std::unique_ptr<FrameSource>> open_frames(const Job& job, std::size_t every) {
+  AcquireConfig config = job.config.acquire;
+  config.every *= every;
+  auto source = open_recording(job.input, config);
+  if (!source || !job.frames) return source;
+  return std::unique_ptr<FrameSource>(std::make_unique<OnlyFrames>(*std::move(source), *job.frames));
+}
+
 Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console, RunReport& report, ScanView& view) {
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
   if (auto asked = check_is_turntable(job); !asked) return asked;
@@ -184,26 +185,26 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   const auto source = paced(*std::move(opened), job.pace, terminal_pace_control());
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   if (auto opened_view = view.open(source->info().world_up); !opened_view) return opened_view;
-  const SecondLook again{[&] { return open_recording(job.input, job.config.acquire); }, stop};
+  const SecondLook again{[&] { return open_frames(job); }, stop};
   const bool stands_still = source->info().poses == PoseMode::kStill;
+  FrameIntake intake(*source, job.config.acquire, stop, console, report);
   if (job.config.turntable.is_enabled && !stands_still) {
-    return mesh_turntable(*source, job, console, report, view, again);
+    return mesh_turntable(intake, job, console, report, view, again);
   }
   if (job.config.turntable.is_enabled) {
     warn("--poses still: nothing is taken to turn, and no turntable is looked for", console, report);
   }
-  return mesh_source(*source, job, stop, console, report, view, again);
+  return mesh_frames(intake, job, console, report, view, again);
 }
 
-Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console, RunReport& report,
-                         ScanView& view, const SecondLook& again, TurntableScan* table) {
+Result<void> mesh_frames(FrameIntake& intake, const Job& job, Console& console, RunReport& report, ScanView& view,
+                         const SecondLook& again, TurntableScan* table) {
   warn_of_holes(job.config.extract, console);
-  FrameIntake intake(source, job.config.acquire, stop, console, report);
-  auto scan = Reconstruction::create(job, source.info(), intake, report);
+  auto scan = Reconstruction::create(job, intake.info(), intake, report);
   if (!scan) return scan.error();
   if (table != nullptr) scan->edit_frames([table](Frame& frame) { table->clear_still(frame); });
   scan->crop(view.crop_in_force());
-  if (auto begun = view.begin(scan->volume(), source.info()); !begun) return begun;
+  if (auto begun = view.begin(scan->volume(), intake.info()); !begun) return begun;
 
   if (auto fused = fuse_frames(intake, *scan, view, report); !fused) return fused;
   view.show_writing();
@@ -239,11 +240,12 @@ Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token st
   return write_textured(*mesh, job, again, console, report);
 }
 
-Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console, RunReport& report,
-                                     ScanView& view) {
-  auto source = open_recording(job.input, job.config.acquire);
+Result<bool> mesh_recorded_turntable(const Job& job, const RunReport::Frames& left_out, std::stop_token stop,
+                                     Console& console, RunReport& report, ScanView& view) {
+  auto source = open_frames(job);
   if (!source) return source.error();
   RunReport again;
+  again.frames = left_out;
   TurntableScan table(job, (*source)->info().poses, stop, console, again);
   if (auto learned = table.learn(); !learned) return learned.error();
   FrameIntake intake(**source, job.config.acquire, stop, console, again);

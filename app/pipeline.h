@@ -1,7 +1,9 @@
 // The main job: a recording becomes a mesh.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <stop_token>
 
@@ -11,11 +13,13 @@
 #include "app/console.h"
 #include "app/outputs.h"
 #include "app/second_look.h"
+#include "app/sequence_ranges.h"
 #include "core/result.h"
 #include "export/report.h"
 
 namespace scanknit {
 
+class FrameIntake;
 class ScanView;
 class TurntableScan;
 
@@ -26,7 +30,11 @@ struct Job {
   Pace pace = Pace::kFast;
   std::optional<std::filesystem::path> angles = std::nullopt;         ///< of a turntable, see known_angles.h
   std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: its frames are written here
+  std::optional<SequenceRanges> frames = std::nullopt;                ///< of `input`; nothing: all that are selected
 };
+
+/// Every `every`-th of the job's frames. Errors: open_recording().
+[[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const Job& job, std::size_t every = 1);
 
 /// Recording -> volume -> mesh -> files, the report excepted, which is the caller's. `report` tells what was done, also
 /// after an error. A stop request, or those who look on through `view`, end the fusing; what has been fused becomes the
@@ -38,14 +46,14 @@ struct Job {
 /// The same from frames that are there already, or are yet to come from a scanner; the outputs have been checked. With
 /// a `table`, the mesh of the tracked frames is written first, unless most were lost, and then that of the refined
 /// turntable in its place.
-[[nodiscard]] Result<void> mesh_source(FrameSource& source, const Job& job, std::stop_token stop, Console& console,
-                                       RunReport& report, ScanView& view, const SecondLook& again,
-                                       TurntableScan* table = nullptr);
+[[nodiscard]] Result<void> mesh_frames(FrameIntake& intake, const Job& job, Console& console, RunReport& report,
+                                       ScanView& view, const SecondLook& again, TurntableScan* table = nullptr);
 
-/// The recording `job.input` of a turntable becomes a mesh that takes the place of the one which is there; the report
-/// then tells of it. False: it is no turntable, and all is left as it is but for `report.turntable`. Errors: as
-/// run_pipeline.
-[[nodiscard]] Result<bool> mesh_recorded_turntable(const Job& job, std::stop_token stop, Console& console,
-                                                   RunReport& report, ScanView& view);
+/// The frames of a turntable become a mesh that takes the place of the one which is there; the report then tells of it,
+/// and of the frames that were `left_out` of the job's. False: it is no turntable, and all is left as it is but for
+/// `report.turntable`. Errors: as run_pipeline.
+[[nodiscard]] Result<bool> mesh_recorded_turntable(const Job& job, const RunReport::Frames& left_out,
+                                                   std::stop_token stop, Console& console, RunReport& report,
+                                                   ScanView& view);
 
 }  // namespace scanknit

@@ -121,12 +121,16 @@ void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camer
   if (budget_.allows(mesh_cost_)) update_some_of_mesh(volume);
   const auto picture_every = server_->clients() > 0 ? kPictureEvery : kPictureForLater;
   if (begin - picture_at_ >= picture_every && budget_.allows(Clock::now() - begin + picture_cost_)) {
-    const Cost cost(picture_cost_);
-    picture_at_ = begin;
-    server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
+    show_picture(frame);
   }
   publish_state(/*is_urgent=*/job_.pace == Pace::kStepped);  // no other frame may come for long
   budget_.spend(Clock::now() - begin);
+}
+
+void ScanView::show_picture(const Frame& frame) {
+  const Cost cost(picture_cost_);
+  picture_at_ = Clock::now();
+  server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
 }
 
 void ScanView::show_progress(const FrameIntake& intake, TsdfVolume& volume, RunReport& report) {
@@ -258,7 +262,10 @@ void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunR
   while (state_.phase == ViewPhase::kPaused && !intake.is_over() && !stop_.stop_requested()) {
     const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
     if (command) obey_one(*command, scan, intake, report);
-    if (!command && is_paced_) intake.pass_over("paused");
+    if (!command && is_paced_) {
+      const auto frame = intake.pass_over("paused");
+      if (frame && Clock::now() - picture_at_ >= kPictureEvery) show_picture(*frame);
+    }
     note_counts(report);
     publish_news();
   }

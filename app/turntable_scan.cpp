@@ -74,11 +74,9 @@ bool TurntableScan::give_up(const char* reason) {
   return false;
 }
 
-/// Every `every`-th of the selected frames, without their poses.
+/// Every `every`-th of the job's frames.
 Result<void> TurntableScan::read_frames(std::size_t every, const Visit& visit) const {
-  AcquireConfig config = job_.config.acquire;
-  config.every *= every;
-  auto source = open_recording(job_.input, config);
+  auto source = open_frames(job_, every);
   if (!source) return source.error();
   while (true) {
     FrameEvent event = (*source)->next(stop_);
@@ -89,10 +87,11 @@ Result<void> TurntableScan::read_frames(std::size_t every, const Visit& visit) c
 }
 
 Result<void> TurntableScan::learn() {
-  const auto source = open_recording(job_.input, job_.config.acquire);
+  const auto source = open_frames(job_);
   if (!source) return source.error();
   if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
-  const std::size_t frames = selected_frames((*source)->info(), job_.config.acquire);
+  const std::size_t selected = selected_frames((*source)->info(), job_.config.acquire);
+  const std::size_t frames = job_.frames ? std::min(selected, job_.frames->size()) : selected;
   const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
   const auto begun = timed(report_, "refine", [&] {
     auto read = read_frames(every, [&](Frame& frame) {
@@ -307,7 +306,7 @@ Result<bool> TurntableScan::fuse(const std::set<std::size_t>& held, Reconstructi
   }
   auto volume = TsdfVolume::create(job_.config.fusion);
   if (!volume) return volume.error();
-  auto source = open_recording(job_.input, job_.config.acquire);
+  auto source = open_frames(job_);
   if (!source) return source.error();
   std::optional<CutRecording> kept;
   if (job_.cut_recording) {

@@ -257,18 +257,21 @@ TEST_F(ViewTest, NothingIsMeshedOutsideTheCropBox) {
 /// frames are meshed as they are.
 class ViewOfNoTurntable : public ViewTest {
  protected:
-  void watch_steps(int steps) {
+  void watch_at(const char* pace) {
     const Outcome synth =
         scanknit_command({"synth", "tower", "--turntable", "--turns", "0.06", "-o", folder_ / "recording", "--frames",
                           "60", "--width", "240", "--height", "180", "--quiet"});
     ASSERT_EQ(synth.exit_code, 0) << synth.err;
     program.emplace(std::vector<std::string>{"run", folder_ / "recording", "-o", folder_ / "out", "--preset",
                                              "turntable", "--set", "fusion.voxel_size=2mm", "--view", "--port", "0",
-                                             "--pace", "stepped"});
+                                             "--pace", pace});
     port = port_of(*program);
     ASSERT_NE(port, 0) << program->err_so_far();
     client = PageClient::connect(port);
     ASSERT_NE(client, nullptr);
+  }
+  void watch_steps(int steps) {
+    ASSERT_NO_FATAL_FAILURE(watch_at("stepped"));
     program->type(std::string(static_cast<std::size_t>(steps), '\n'));
     until_frame(steps);
   }
@@ -291,6 +294,25 @@ class ViewOfNoTurntable : public ViewTest {
 
   TempFolder folder_;
 };
+
+TEST_F(ViewOfNoTurntable, PauseIsObeyed) {
+  ASSERT_NO_FATAL_FAILURE(watch_at("realtime"));
+  ASSERT_NO_FATAL_FAILURE(until_frame(10));
+  ASSERT_EQ(ask("pause"), "");
+  const int passed_by = state_in_phase("paused")["dropped"];
+  for (Json state = state_in_phase("paused"); state["dropped"].get<int>() < passed_by + 5;
+       state = state_in_phase("paused")) {
+    ASSERT_FALSE(state.is_null());
+  }
+  ASSERT_EQ(ask("start"), "");
+  const Json report = report_of_finished();
+  const Json frames = report["frames"];
+  const int paused = frames["dropped_by_reason"]["paused"];
+  EXPECT_GE(paused, 5);
+  EXPECT_EQ(frames["dropped"], paused);
+  EXPECT_EQ(frames["fused"].get<int>() + frames["lost"].get<int>() + paused, frames["read"]);
+  EXPECT_EQ(report["tracking"]["frames"].size() + static_cast<std::size_t>(paused), frames["read"]);
+}
 
 TEST_F(ViewOfNoTurntable, FinishIsObeyed) {
   ASSERT_NO_FATAL_FAILURE(watch_steps(20));
