@@ -110,7 +110,8 @@ double mean_colour_error(const std::filesystem::path& file, std::uint64_t first_
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < mesh->positions_m.size(); ++i) {
-    const Eigen::Vector3d p_mesh = mesh->positions_m[i].cast<double>();
+    Eigen::Vector3d p_mesh = mesh->positions_m[i].cast<double>();
+    if (file.extension() == ".glb") p_mesh = p_mesh.cwiseProduct(Eigen::Vector3d(1, -1, -1));  // there, y is up
     const Eigen::Vector3d p_colour = told_calibration().T_colour_depth * p_mesh;
     const Eigen::Vector2d pixel = camera.project(p_colour);
     constexpr double kMargin = 30;  // pixels: the camera moves
@@ -126,8 +127,9 @@ double mean_colour_error(const std::filesystem::path& file, std::uint64_t first_
   return sum / static_cast<double>(count);
 }
 
-/// Of the mesh of a scan whose second camera sends its pictures as `format`.
-double colour_error_of(PixelFormat format) {
+/// Of the mesh of a scan, which is a file of that name, whose second camera sends its pictures as `format`.
+double colour_error_of(PixelFormat format, const std::string& name = "desk.ply",
+                       const std::vector<std::string>& more = {}) {
   // Rendered before the camera's clock runs.
   const auto colour =
       slow_desk_view().colour(told_calibration().colour.intrinsics, told_calibration().T_colour_depth, format);
@@ -138,12 +140,15 @@ double colour_error_of(PixelFormat format) {
   EmulatedBus bus;
   bus.plug(options);
   TempFolder out;
-  EXPECT_EQ(scanknit({"capture", "-o", (out / "desk.ply").string(), "--report", (out / "report.json").string(), "--fps",
-                      kRate, "--frames", std::to_string(kSlowPictures), "--set", "fusion.voxel_size=8mm"}),
-            0);
+  std::vector<std::string> arguments = {
+      "capture", "-o",       (out / name).string(),         "--report", (out / "report.json").string(), "--fps",
+      kRate,     "--frames", std::to_string(kSlowPictures), "--set",    "fusion.voxel_size=8mm"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  EXPECT_EQ(scanknit(arguments), 0);
   const json report = json::parse(read_text(out / "report.json"));
   EXPECT_EQ(report.at("losses").at("transport"), 0);
-  return mean_colour_error(out / "desk.ply", report.at("tracking").at("frames").at(0).at("frame"));
+  EXPECT_EQ(report.at("texture").is_null(), more.empty());
+  return mean_colour_error(out / name, report.at("tracking").at("frames").at(0).at("frame"));
 }
 
 // Textures blur over a voxel (3 of 255 with exact poses), and the lens, which is straightened, was not rendered: up
@@ -154,6 +159,10 @@ TEST(CaptureCommand, ColoursTheMeshByTheSecondCamera) {
 
 TEST(CaptureCommand, ColoursTheMeshByASecondCameraThatSendsJpegs) {
   EXPECT_LT(colour_error_of(PixelFormat::kMjpeg), kColourError);
+}
+
+TEST(CaptureCommand, BakesATextureOfWhatTheSecondCameraSaw) {
+  EXPECT_LT(colour_error_of(PixelFormat::kYuyv, "desk.glb", {"--texture"}), kColourError);
 }
 
 /// Whether the mesh of a short scan has colour, when the camera does not tell where its colour camera is; and what the
