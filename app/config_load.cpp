@@ -191,14 +191,20 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Confi
   if (equals == std::string::npos) return {{where, "expected key=value, for instance fusion.voxel_size=2mm"}};
   const std::string name = assignment.substr(0, equals);
   const ConfigKey* key = find_config_key(name);
-  if (key == nullptr) {
-    const auto near = nearest_word(name, known_names());
+  const auto known = known_names();
+  if (key == nullptr && std::find(known.begin(), known.end(), name) == known.end()) {
+    const auto near = nearest_word(name, known);
     return {{where, fmt::format("unknown key '{}'{}", name, near ? fmt::format("; did you mean '{}'?", *near) : "")}};
   }
   const auto parsed = parse_yaml(std::string_view(assignment).substr(equals + 1));
   if (const auto* error = std::get_if<YamlError>(&parsed)) return {{where, name + ": " + error->message}};
+  const YamlNode& value = std::get<YamlNode>(parsed);
   ConfigReader reader(where, "", config);
-  reader.read_value(*key, std::get<YamlNode>(parsed));
+  if (key != nullptr) {
+    reader.read_value(*key, value);
+  } else {
+    reader.read_section(value, name);
+  }
   auto problems = reader.take_problems();
   for (ConfigProblem& problem : problems) problem.where = where;
   return problems;

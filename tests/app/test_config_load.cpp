@@ -224,6 +224,8 @@ TEST(Assignment, SaysWhatIsWrongWithIt) {
             "--set fusion.voxel_size: expected key=value, for instance fusion.voxel_size=2mm");
   EXPECT_EQ(message("fusion.voxelsize=2mm"),
             "--set fusion.voxelsize=2mm: unknown key 'fusion.voxelsize'; did you mean 'fusion.voxel_size'?");
+  EXPECT_EQ(message("finish.crop={min_x: 1m, max_x: 2m}"), "");
+  EXPECT_EQ(message("finish.crop=[1, 2]"), "--set finish.crop=[1, 2]: finish.crop: expected 'key: value' lines");
   EXPECT_EQ(
       message("fusion.voxel_size=2"),
       "--set fusion.voxel_size=2: fusion.voxel_size: 2 m is outside 0.0002..0.1 m (did you mean millimetres? 2 mm "
