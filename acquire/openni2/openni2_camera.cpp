@@ -230,7 +230,7 @@ Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile>
     } else {
       // Depth that is moved into the colour camera has its view.
       calibration.depth = model_of(is_registered_ ? colour_ : depth_, profile);
-      calibration.depth_unit_m = mode->oni.pixelFormat == ONI_PIXEL_FORMAT_DEPTH_100_UM ? 0.0001 : 0.001;
+      calibration.depth_unit_m = mode->pixel_format == ONI_PIXEL_FORMAT_DEPTH_100_UM ? 0.0001 : 0.001;
     }
   }
   if (options_.depth_scale) calibration.depth_unit_m = 1 / *options_.depth_scale;
@@ -250,13 +250,15 @@ Result<void> OpenNi2Camera::prepare(OniStreamState& stream, const StreamProfile&
   if (stream.handle == nullptr || mode == stream.modes.end()) {
     return Error{ErrorCode::kDevice, "the camera does not offer this stream", info_.uri};
   }
+  const OniVideoMode asked{static_cast<OniPixelFormat>(mode->pixel_format), wanted.width, wanted.height,
+                           static_cast<int>(wanted.frames_per_second)};
   const auto is_same = [&](const OniVideoMode& now) {
-    return now.pixelFormat == mode->oni.pixelFormat && now.resolutionX == mode->oni.resolutionX &&
-           now.resolutionY == mode->oni.resolutionY && now.fps == mode->oni.fps;
+    return now.pixelFormat == asked.pixelFormat && now.resolutionX == asked.resolutionX &&
+           now.resolutionY == asked.resolutionY && now.fps == asked.fps;
   };
   const auto now = property_of<OniVideoMode>(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE);
-  if ((!now || !is_same(*now)) && oniStreamSetProperty(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE, &mode->oni,
-                                                       sizeof(mode->oni)) != ONI_STATUS_OK) {
+  if ((!now || !is_same(*now)) &&
+      oniStreamSetProperty(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE, &asked, sizeof(asked)) != ONI_STATUS_OK) {
     return failed("the camera refuses this stream", info_.uri);
   }
   const OniBool is_mirrored = FALSE;

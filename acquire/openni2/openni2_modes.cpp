@@ -1,5 +1,7 @@
 #include "acquire/openni2/openni2_modes.h"
 
+#include <OniCAPI.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -20,7 +22,7 @@ std::optional<PixelFormat> format_of(OniPixelFormat format) {
 
 }  // namespace
 
-std::vector<OniMode> modes_of(OniDeviceHandle device, StreamKind kind) {
+std::vector<OniMode> modes_of(_OniDevice* device, StreamKind kind) {
   std::vector<OniMode> modes;
   const OniSensorInfo* sensor =
       oniDeviceGetSensorInfo(device, kind == StreamKind::kDepth ? ONI_SENSOR_DEPTH : ONI_SENSOR_COLOR);
@@ -31,9 +33,9 @@ std::vector<OniMode> modes_of(OniDeviceHandle device, StreamKind kind) {
     const StreamProfile profile{kind, *format, mode.resolutionX, mode.resolutionY, static_cast<double>(mode.fps)};
     const auto same = std::find_if(modes.begin(), modes.end(), [&](const OniMode& m) { return m.profile == profile; });
     if (same == modes.end()) {
-      modes.push_back({mode, profile});
+      modes.push_back({mode.pixelFormat, profile});
     } else if (mode.pixelFormat == ONI_PIXEL_FORMAT_DEPTH_1_MM) {
-      same->oni = mode;
+      same->pixel_format = mode.pixelFormat;
     }
   }
   return modes;
