@@ -211,7 +211,7 @@ class FaultyColour : public FaultyCamera {
   static constexpr std::size_t kGoodAtFirst = 3;
   void begin_with(Fault fault, const VcamOptions& options = {}) {
     ASSERT_NO_FATAL_FAILURE(open(options, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; }));
-    ASSERT_TRUE(start(options.has_isochronous_colour ? 30 : 15, PixelFormat::kYuyv));
+    ASSERT_TRUE(start(15, PixelFormat::kYuyv));
   }
 };
 
