@@ -43,6 +43,9 @@ struct DeviceEvent {
   std::string text;
 };
 
+/// The end of what kNoColour says.
+inline constexpr const char* kGoesOnWithoutColour = "The scan goes on without colour; re-plug it to have colour again";
+
 /// Both are called on threads of the source, one call at a time for each sink, and must return soon; they must not call
 /// the source. A frame that is not taken at once is the sink's to count (LossCounters::queue).
 using FrameSink = std::function<void(RawFrame)>;

@@ -55,6 +55,9 @@ struct KinectStream {
   std::int64_t last_good_ns = 0;
   std::uint64_t damaged = 0;  ///< since then
   bool is_wanted = false;
+  SilenceWatch watch{0};  ///< since the stream was started
+
+  [[nodiscard]] std::string name() const { return profile.kind == StreamKind::kDepth ? "depth" : "colour"; }
 
   void take(void* raw, const void* data, int packet, int bytes) {
     if (packet < 0 || bytes < 0) return;
@@ -167,7 +170,9 @@ class Kinect1Camera final : public DeviceSource {
   [[nodiscard]] bool start_streams();
   void stop_streams();
   void run(const std::stop_token& stop);
-  [[nodiscard]] bool look(SilenceWatch& watch);
+  [[nodiscard]] bool look_at(KinectStream& stream);
+  [[nodiscard]] bool give_up(KinectStream& stream, const std::string& complaint);
+  void restart(const KinectStream& stream);
   void finish(KinectStream& stream, std::uint32_t ticks);
   void hold_automatics(bool is_held);
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
@@ -254,14 +259,14 @@ void Kinect1Camera::stop_streams() {
 
 void Kinect1Camera::run(const std::stop_token& stop) {
   const auto started = std::chrono::steady_clock::now();
-  SilenceWatch watch(steady_now_ns());
+  depth_.watch = colour_.watch = SilenceWatch(steady_now_ns());
   while (!stop.stop_requested()) {
     timeval at_most{0, 100'000};
     if (freenect_process_events_timeout(context_->get(), &at_most) < 0)
       return tell(DeviceEvent::Kind::kLeft, "unplugged");
     const auto now = std::chrono::steady_clock::now();
     const BoundedRequests in_time(kToStart, kEachWhileStreaming, stop);
-    if (!look(watch)) return;
+    if (!look_at(depth_) || !look_at(colour_)) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
       hold_automatics(true);
@@ -269,38 +274,51 @@ void Kinect1Camera::run(const std::stop_token& stop) {
   }
 }
 
-/// False: it was given up.
-bool Kinect1Camera::look(SilenceWatch& watch) {
-  const KinectStream* quietest = nullptr;
-  for (const KinectStream* stream : {&depth_, &colour_}) {
-    if (!stream->is_wanted || (quietest != nullptr && quietest->last_good_ns <= stream->last_good_ns)) continue;
-    quietest = stream;
+/// False: the camera was given up.
+bool Kinect1Camera::look_at(KinectStream& stream) {
+  if (!stream.is_wanted) return true;
+  const auto verdict = stream.watch.look(stream.last_good_ns, steady_now_ns());
+  if (verdict == SilenceWatch::Verdict::kNothing) return true;
+  if (verdict == SilenceWatch::Verdict::kRecovered)
+    return tell(DeviceEvent::Kind::kRecovered, "frames come again"), true;
+  const std::string came = stream.damaged == 0 ? "no " + stream.name() + " comes"
+                                               : "no good " + stream.name() + " comes, but " +
+                                                     std::to_string(stream.damaged) + " damaged pictures did";
+  const std::string complaint = came + ". Check its cable and power supply";
+  if (verdict == SilenceWatch::Verdict::kGiveUp) return give_up(stream, complaint);
+  if (stream.watch.restarts() == 1) {
+    tell(stream.damaged == 0 ? DeviceEvent::Kind::kSilent : DeviceEvent::Kind::kDamaged, complaint);
   }
-  if (quietest == nullptr) return true;
-  const auto complaint = [&] {
-    const std::string what = quietest->profile.kind == StreamKind::kDepth ? "depth" : "colour";
-    const std::string came = quietest->damaged == 0 ? "no " + what + " comes"
-                                                    : "no good " + what + " comes, but " +
-                                                          std::to_string(quietest->damaged) + " damaged pictures did";
-    return came + ". Check its cable and power supply";
-  };
-  switch (watch.look(quietest->last_good_ns, steady_now_ns())) {
-    case SilenceWatch::Verdict::kNothing: break;
-    case SilenceWatch::Verdict::kRecovered: tell(DeviceEvent::Kind::kRecovered, "frames come again"); break;
-    case SilenceWatch::Verdict::kGiveUp:
-      tell(DeviceEvent::Kind::kFailed, complaint() + "; it was started " + std::to_string(watch.restarts()) +
-                                           " times again without a good picture. Re-plug it");
-      return false;
-    case SilenceWatch::Verdict::kRestart:
-      if (watch.restarts() == 1) {
-        tell(quietest->damaged == 0 ? DeviceEvent::Kind::kSilent : DeviceEvent::Kind::kDamaged, complaint());
-      }
-      stop_streams();
-      (void)start_streams();  // one that does not start stays silent
-      watch.restarted(steady_now_ns());
-      break;
-  }
+  restart(stream);
   return true;
+}
+
+/// Without depth there is nothing to scan; without colour there is.
+bool Kinect1Camera::give_up(KinectStream& stream, const std::string& complaint) {
+  const std::string why = complaint + "; it was started " + std::to_string(stream.watch.restarts()) +
+                          " times again without a good picture. ";
+  if (&stream == &colour_ && depth_.is_wanted) {
+    freenect_stop_video(device_);
+    colour_.is_wanted = false;
+    tell(DeviceEvent::Kind::kNoColour, why + kGoesOnWithoutColour);
+    return true;
+  }
+  tell(DeviceEvent::Kind::kFailed, why + "Re-plug it");
+  return false;
+}
+
+/// Colour alone where depth is well. What does not start stays silent.
+void Kinect1Camera::restart(const KinectStream& stream) {
+  if (&stream == &colour_) {
+    freenect_stop_video(device_);
+    colour_.received = 0;
+    (void)freenect_start_video(device_);
+  } else {
+    stop_streams();
+    (void)start_streams();
+    depth_.watch.restarted(steady_now_ns());
+  }
+  colour_.watch.restarted(steady_now_ns());
 }
 
 void Kinect1Camera::finish(KinectStream& stream, std::uint32_t ticks) {

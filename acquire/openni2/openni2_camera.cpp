@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cstring>
 #include <future>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -17,6 +16,7 @@
 
 #include "acquire/field_of_view.h"
 #include "acquire/openni2/library_threads.h"
+#include "acquire/openni2/openni2_modes.h"
 #include "acquire/openni2/openni2_plugin.h"
 #include "acquire/silence_watch.h"
 #include "acquire/steady_now.h"
@@ -60,53 +60,19 @@ DeviceInfo describe(const OniDeviceInfo& device) {
   return info;
 }
 
-/// What we can use of a video mode.
-struct Mode {
-  OniVideoMode oni;
-  StreamProfile profile;
-};
-
-std::optional<PixelFormat> format_of(OniPixelFormat format) {
-  switch (format) {
-    case ONI_PIXEL_FORMAT_DEPTH_1_MM:
-    case ONI_PIXEL_FORMAT_DEPTH_100_UM: return PixelFormat::kZ16;
-    case ONI_PIXEL_FORMAT_RGB888: return PixelFormat::kRgb8;
-    case ONI_PIXEL_FORMAT_YUV422: return PixelFormat::kUyvy;
-    case ONI_PIXEL_FORMAT_YUYV: return PixelFormat::kYuyv;
-    case ONI_PIXEL_FORMAT_JPEG: return PixelFormat::kMjpeg;
-    default: return std::nullopt;  // shifts instead of depth, grey
-  }
-}
-
-/// Each profile once: millimetres come before tenths, which reach 6.5 m only.
-std::vector<Mode> modes_of(OniDeviceHandle device, StreamKind kind) {
-  std::vector<Mode> modes;
-  const OniSensorInfo* sensor =
-      oniDeviceGetSensorInfo(device, kind == StreamKind::kDepth ? ONI_SENSOR_DEPTH : ONI_SENSOR_COLOR);
-  for (int i = 0; sensor != nullptr && i < sensor->numSupportedVideoModes; ++i) {
-    const OniVideoMode& mode = sensor->pSupportedVideoModes[i];
-    const auto format = format_of(mode.pixelFormat);
-    if (!format || (*format == PixelFormat::kZ16) != (kind == StreamKind::kDepth)) continue;
-    const StreamProfile profile{kind, *format, mode.resolutionX, mode.resolutionY, static_cast<double>(mode.fps)};
-    const auto same = std::find_if(modes.begin(), modes.end(), [&](const Mode& m) { return m.profile == profile; });
-    if (same == modes.end()) {
-      modes.push_back({mode, profile});
-    } else if (mode.pixelFormat == ONI_PIXEL_FORMAT_DEPTH_1_MM) {
-      same->oni = mode;
-    }
-  }
-  return modes;
-}
-
 struct OniStreamState {
   OniStreamHandle handle = nullptr;
-  std::vector<Mode> modes;
-  std::optional<Mode> chosen = std::nullopt;  ///< since start()
-  bool is_mirrored = false;                   ///< the driver mirrors, and cannot be told otherwise
+  std::vector<OniMode> modes;
+  std::optional<OniMode> chosen = std::nullopt;  ///< since start()
+  bool is_mirrored = false;                      ///< the driver mirrors, and cannot be told otherwise
   std::optional<DeviceClock> clock = std::nullopt;
   std::optional<int> last_index = std::nullopt;
   std::uint64_t sequence = 0;
   std::int64_t last_good_ns = 0;
+  SilenceWatch watch{0};     ///< since the stream was started
+  bool is_given_up = false;  ///< ... and not wanted any more
+
+  [[nodiscard]] bool is_wanted() const { return chosen && !is_given_up; }
 };
 
 template <typename T>
@@ -118,7 +84,7 @@ std::optional<T> property_of(OniStreamHandle stream, int id) {
 }
 
 /// The picture's rows, one after another, the left side on the left. Nothing: the library's frame contradicts itself.
-std::optional<std::vector<std::byte>> pixels_of(const OniFrame& frame, const Mode& mode, bool is_mirrored) {
+std::optional<std::vector<std::byte>> pixels_of(const OniFrame& frame, const OniMode& mode, bool is_mirrored) {
   const auto bytes = static_cast<const std::byte*>(frame.data);
   if (frame.dataSize <= 0) return std::nullopt;
   if (mode.profile.format == PixelFormat::kMjpeg) return std::vector<std::byte>(bytes, bytes + frame.dataSize);
@@ -160,7 +126,9 @@ class OpenNi2Camera final : public DeviceSource {
   [[nodiscard]] bool start_streams();
   void stop_streams();
   void run(const std::stop_token& stop);
-  [[nodiscard]] bool look(SilenceWatch& watch);
+  [[nodiscard]] bool look_at(OniStreamState& stream);
+  [[nodiscard]] bool give_up(OniStreamState& stream, const std::string& complaint);
+  void restart(OniStreamState& stream);
   void take_frame(OniStreamState& stream);
   void hold_automatics(bool is_held);
   void tell(DeviceEvent::Kind kind, const std::string& text) { events_({kind, info_.name + ": " + text}); }
@@ -235,7 +203,7 @@ Result<void> OpenNi2Camera::open() {
 std::vector<StreamProfile> OpenNi2Camera::profiles() const {
   std::vector<StreamProfile> profiles;
   for (const OniStreamState* stream : {&depth_, &colour_}) {
-    for (const Mode& mode : stream->modes) profiles.push_back(mode.profile);
+    for (const OniMode& mode : stream->modes) profiles.push_back(mode.profile);
   }
   return profiles;
 }
@@ -255,14 +223,14 @@ Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile>
   for (const StreamProfile& profile : streams) {
     const OniStreamState& stream = profile.kind == StreamKind::kDepth ? depth_ : colour_;
     const auto mode =
-        std::find_if(stream.modes.begin(), stream.modes.end(), [&](const Mode& m) { return m.profile == profile; });
+        std::find_if(stream.modes.begin(), stream.modes.end(), [&](const OniMode& m) { return m.profile == profile; });
     if (stream.handle == nullptr || mode == stream.modes.end()) continue;
     if (profile.kind == StreamKind::kColour) {
       calibration.colour = model_of(stream, profile);
     } else {
       // Depth that is moved into the colour camera has its view.
       calibration.depth = model_of(is_registered_ ? colour_ : depth_, profile);
-      calibration.depth_unit_m = mode->oni.pixelFormat == ONI_PIXEL_FORMAT_DEPTH_100_UM ? 0.0001 : 0.001;
+      calibration.depth_unit_m = mode->pixel_format == ONI_PIXEL_FORMAT_DEPTH_100_UM ? 0.0001 : 0.001;
     }
   }
   if (options_.depth_scale) calibration.depth_unit_m = 1 / *options_.depth_scale;
@@ -278,17 +246,19 @@ Result<RawCalibration> OpenNi2Camera::calibration(std::span<const StreamProfile>
 
 Result<void> OpenNi2Camera::prepare(OniStreamState& stream, const StreamProfile& wanted) {
   const auto mode =
-      std::find_if(stream.modes.begin(), stream.modes.end(), [&](const Mode& m) { return m.profile == wanted; });
+      std::find_if(stream.modes.begin(), stream.modes.end(), [&](const OniMode& m) { return m.profile == wanted; });
   if (stream.handle == nullptr || mode == stream.modes.end()) {
     return Error{ErrorCode::kDevice, "the camera does not offer this stream", info_.uri};
   }
+  const OniVideoMode asked{static_cast<OniPixelFormat>(mode->pixel_format), wanted.width, wanted.height,
+                           static_cast<int>(wanted.frames_per_second)};
   const auto is_same = [&](const OniVideoMode& now) {
-    return now.pixelFormat == mode->oni.pixelFormat && now.resolutionX == mode->oni.resolutionX &&
-           now.resolutionY == mode->oni.resolutionY && now.fps == mode->oni.fps;
+    return now.pixelFormat == asked.pixelFormat && now.resolutionX == asked.resolutionX &&
+           now.resolutionY == asked.resolutionY && now.fps == asked.fps;
   };
   const auto now = property_of<OniVideoMode>(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE);
-  if ((!now || !is_same(*now)) && oniStreamSetProperty(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE, &mode->oni,
-                                                       sizeof(mode->oni)) != ONI_STATUS_OK) {
+  if ((!now || !is_same(*now)) &&
+      oniStreamSetProperty(stream.handle, ONI_STREAM_PROPERTY_VIDEO_MODE, &asked, sizeof(asked)) != ONI_STATUS_OK) {
     return failed("the camera refuses this stream", info_.uri);
   }
   const OniBool is_mirrored = FALSE;
@@ -303,6 +273,7 @@ Result<void> OpenNi2Camera::prepare(OniStreamState& stream, const StreamProfile&
   stream.last_index.reset();
   stream.sequence = 0;
   stream.last_good_ns = 0;
+  stream.is_given_up = false;
   return {};
 }
 
@@ -346,7 +317,7 @@ void OpenNi2Camera::stop() {
 
 bool OpenNi2Camera::start_streams() {
   for (const OniStreamState* stream : {&depth_, &colour_}) {
-    if (stream->chosen && oniStreamStart(stream->handle) != ONI_STATUS_OK) return false;
+    if (stream->is_wanted() && oniStreamStart(stream->handle) != ONI_STATUS_OK) return false;
   }
   return true;
 }
@@ -358,21 +329,21 @@ void OpenNi2Camera::stop_streams() {
 }
 
 void OpenNi2Camera::run(const std::stop_token& stop) {
-  std::array<OniStreamHandle, 2> handles{};
-  std::array<OniStreamState*, 2> states{};
-  int count = 0;
-  for (OniStreamState* stream : {&depth_, &colour_}) {
-    if (!stream->chosen) continue;
-    states[static_cast<std::size_t>(count)] = stream;
-    handles[static_cast<std::size_t>(count++)] = stream->handle;
-  }
   const auto started = std::chrono::steady_clock::now();
-  SilenceWatch watch(steady_now_ns());
+  depth_.watch = colour_.watch = SilenceWatch(steady_now_ns());
   while (!stop.stop_requested()) {
     if (has_left_) return tell(DeviceEvent::Kind::kLeft, "unplugged");
+    std::array<OniStreamHandle, 2> handles{};
+    std::array<OniStreamState*, 2> states{};
+    std::size_t count = 0;
+    for (OniStreamState* stream : {&depth_, &colour_}) {
+      if (!stream->is_wanted()) continue;
+      states[count] = stream;
+      handles[count++] = stream->handle;
+    }
     int which = -1;
-    const OniStatus status = oniWaitForAnyStream(handles.data(), count, &which, kPatience_ms);
-    if (status == ONI_STATUS_OK && which >= 0 && which < count) {
+    const OniStatus status = oniWaitForAnyStream(handles.data(), static_cast<int>(count), &which, kPatience_ms);
+    if (status == ONI_STATUS_OK && which >= 0 && static_cast<std::size_t>(which) < count) {
       take_frame(*states[static_cast<std::size_t>(which)]);
     } else if (has_ended_) {
       return tell(DeviceEvent::Kind::kFailed, "the recording has ended");
@@ -380,7 +351,7 @@ void OpenNi2Camera::run(const std::stop_token& stop) {
       std::this_thread::sleep_for(std::chrono::milliseconds(kPatience_ms));  // the silence below tells
     }
     const auto now = std::chrono::steady_clock::now();
-    if (!is_file_ && !look(watch)) return;
+    if (!is_file_ && !(look_at(depth_) && look_at(colour_))) return;
     if (options_.holds_automatics && !is_holding_ && now - started > kBeforeHolding) {
       is_holding_ = true;
       hold_automatics(true);
@@ -388,31 +359,50 @@ void OpenNi2Camera::run(const std::stop_token& stop) {
   }
 }
 
-/// False: it was given up.
-bool OpenNi2Camera::look(SilenceWatch& watch) {
-  std::int64_t last_good_ns = std::numeric_limits<std::int64_t>::max();
-  for (const OniStreamState* stream : {&depth_, &colour_}) {
-    if (stream->chosen) last_good_ns = std::min(last_good_ns, stream->last_good_ns);
-  }
-  const std::string complaint = "no good picture for " +
+/// False: the camera was given up.
+bool OpenNi2Camera::look_at(OniStreamState& stream) {
+  if (!stream.is_wanted()) return true;
+  const auto verdict = stream.watch.look(stream.last_good_ns, steady_now_ns());
+  if (verdict == SilenceWatch::Verdict::kNothing) return true;
+  if (verdict == SilenceWatch::Verdict::kRecovered)
+    return tell(DeviceEvent::Kind::kRecovered, "frames come again"), true;
+  const std::string name = stream.chosen->profile.kind == StreamKind::kDepth ? "depth" : "colour";
+  const std::string complaint = "no good " + name + " for " +
                                 std::to_string(SilenceWatch::kSilence / std::chrono::seconds(1)) +
                                 " s. Check its cable, and try a port of its own";
-  switch (watch.look(last_good_ns, steady_now_ns())) {
-    case SilenceWatch::Verdict::kNothing: break;
-    case SilenceWatch::Verdict::kRecovered: tell(DeviceEvent::Kind::kRecovered, "frames come again"); break;
-    case SilenceWatch::Verdict::kGiveUp:
-      tell(DeviceEvent::Kind::kFailed,
-           complaint + "; it was started " + std::to_string(watch.restarts()) + " times again in vain. Re-plug it");
-      return false;
-    case SilenceWatch::Verdict::kRestart:
-      if (watch.restarts() == 1) tell(DeviceEvent::Kind::kSilent, complaint);
-      stop_streams();
-      (void)start_streams();  // one that does not start stays silent
-      for (OniStreamState* stream : {&depth_, &colour_}) stream->last_index.reset();  // counted anew
-      watch.restarted(steady_now_ns());
-      break;
-  }
+  if (verdict == SilenceWatch::Verdict::kGiveUp) return give_up(stream, complaint);
+  if (stream.watch.restarts() == 1) tell(DeviceEvent::Kind::kSilent, complaint);
+  restart(stream);
   return true;
+}
+
+/// Without depth there is nothing to scan; without colour there is.
+bool OpenNi2Camera::give_up(OniStreamState& stream, const std::string& complaint) {
+  const std::string why =
+      complaint + "; it was started " + std::to_string(stream.watch.restarts()) + " times again in vain. ";
+  if (&stream == &colour_ && depth_.chosen) {
+    oniStreamStop(colour_.handle);
+    colour_.is_given_up = true;
+    tell(DeviceEvent::Kind::kNoColour, why + kGoesOnWithoutColour);
+    return true;
+  }
+  tell(DeviceEvent::Kind::kFailed, why + "Re-plug it");
+  return false;
+}
+
+/// Colour alone where depth is well. What does not start stays silent.
+void OpenNi2Camera::restart(OniStreamState& stream) {
+  if (&stream == &colour_) {
+    oniStreamStop(colour_.handle);
+    (void)oniStreamStart(colour_.handle);
+  } else {
+    stop_streams();
+    (void)start_streams();
+    depth_.last_index.reset();  // counted anew
+    depth_.watch.restarted(steady_now_ns());
+  }
+  colour_.last_index.reset();
+  colour_.watch.restarted(steady_now_ns());
 }
 
 void OpenNi2Camera::take_frame(OniStreamState& stream) {

@@ -380,7 +380,7 @@ bool UvcCamera::give_up(Watched& watched, const std::string& what) {
   if (streams_.size() > 1 && watched.stream->profile().kind == StreamKind::kColour) {
     watched.stream->stop();
     watched.is_given_up = true;
-    tell(DeviceEvent::Kind::kNoColour, why + "The scan goes on without colour; re-plug it to have colour again");
+    tell(DeviceEvent::Kind::kNoColour, why + kGoesOnWithoutColour);
     return true;
   }
   for (Watched& each : streams_) each.stream->stop();

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kFramesPerSecond = 30;
 
-enum class Silence { kNone, kUntilStarted, kUntilOpened };
+enum class Silence { kNone, kUntilStarted, kUntilOpened, kOfColour };
 std::atomic<Silence> the_silence = Silence::kNone;
 
 OniDeviceInfo device_info() {
@@ -91,7 +91,9 @@ class EmulatedStream final : public oni::driver::StreamBase {
     const auto begin = std::chrono::steady_clock::now();
     for (int n = 0; !stop.stop_requested(); ++n) {
       std::this_thread::sleep_until(begin + std::chrono::microseconds(n * 1'000'000ll / kFramesPerSecond));
-      if (the_silence != Silence::kNone) continue;
+      const Silence silence = the_silence;
+      const bool is_mine = silence != Silence::kOfColour || sensor_ == ONI_SENSOR_COLOR;
+      if (silence != Silence::kNone && is_mine) continue;
       if (OniFrame* frame = getServices().acquireFrame()) {
         fill(*frame, n);
         raiseNewFrame(frame);
@@ -199,6 +201,9 @@ __attribute__((visibility("default"))) void scanknit_emulated_fall_silent() {
 }
 __attribute__((visibility("default"))) void scanknit_emulated_stay_silent() {
   scanknit::test::the_silence = scanknit::test::Silence::kUntilOpened;
+}
+__attribute__((visibility("default"))) void scanknit_emulated_lose_colour() {
+  scanknit::test::the_silence = scanknit::test::Silence::kOfColour;
 }
 __attribute__((visibility("default"))) void scanknit_emulated_plug() {
   if (scanknit::test::the_driver != nullptr) scanknit::test::the_driver->plug();

@@ -7,6 +7,6 @@ inline constexpr const char* kEmulatedUri = "emulated/0";
 
 // extern "C" void scanknit_emulated_plug(), scanknit_emulated_unplug(): as if the device came or went.
 // scanknit_emulated_fall_silent(): no pictures until its streams are started again. scanknit_emulated_stay_silent():
-// none until it is opened again.
+// none until it is opened again. scanknit_emulated_lose_colour(): no colour until it is opened again; depth goes on.
 
 }  // namespace scanknit::test

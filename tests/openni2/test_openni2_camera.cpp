@@ -135,8 +135,26 @@ TEST(OpenNi2Camera, ThatStaysSilentIsGivenUpWithWords) {
   tell_driver("scanknit_emulated_stay_silent");
   EXPECT_TRUE(received.wait_for(DeviceEvent::Kind::kFailed));
   const std::string text = received.text_of(DeviceEvent::Kind::kFailed);
-  EXPECT_NE(text.find("no good picture for 2 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("no good depth for 2 s"), std::string::npos) << text;
   (*camera)->stop();
+}
+
+TEST(OpenNi2Camera, WhoseColourStaysSilentGoesOnWithoutItAndSaysSo) {
+  KeptFrames received;
+  const auto camera = open_camera("openni2:", {}, {});
+  ASSERT_TRUE(camera) << camera.error().text();
+  ASSERT_TRUE((*camera)->start((*camera)->profiles(), received.frame_sink(), received.event_sink()));
+  EXPECT_TRUE(received.wait_for(StreamKind::kColour, 2));
+  tell_driver("scanknit_emulated_lose_colour");
+  ASSERT_TRUE(received.wait_for(DeviceEvent::Kind::kNoColour));
+  const std::string text = received.text_of(DeviceEvent::Kind::kNoColour);
+  EXPECT_NE(text.find("no good colour for 2 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("goes on without colour"), std::string::npos) << text;
+  const std::size_t so_far = received.of(StreamKind::kDepth).size();
+  EXPECT_TRUE(received.wait_for(StreamKind::kDepth, so_far + 10));
+  EXPECT_EQ(received.text_of(DeviceEvent::Kind::kFailed), "");
+  (*camera)->stop();
+  expect_the_drivers_pictures(received.of(StreamKind::kDepth));
 }
 
 TEST(OpenNi2Camera, PluggedInAgainGoesOn) {

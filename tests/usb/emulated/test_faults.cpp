@@ -209,8 +209,8 @@ TEST_F(FaultyCamera, OfTheIsochronousKindIsStartedAgainToo) {
 class FaultyColour : public FaultyCamera {
  protected:
   static constexpr std::size_t kGoodAtFirst = 3;
-  void begin_with(Fault fault) {
-    ASSERT_NO_FATAL_FAILURE(open({}, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; }));
+  void begin_with(Fault fault, const VcamOptions& options = {}) {
+    ASSERT_NO_FATAL_FAILURE(open(options, [&](Vcam& camera) { camera.colour_faults[kGoodAtFirst] = fault; }));
     ASSERT_TRUE(start(15, PixelFormat::kYuyv));
   }
 };
@@ -228,6 +228,32 @@ TEST_F(FaultyColour, ThatStallsOnceGoesOn) {
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
   EXPECT_NE(log.text_of(DeviceEvent::Kind::kStalled).find("colour stopped"), std::string::npos);
 }
+
+/// Where depth is bulk, and where it is isochronous, too.
+class IsochronousColour : public FaultyColour, public ::testing::WithParamInterface<bool> {
+ protected:
+  const VcamOptions options{.is_isochronous = GetParam(), .has_isochronous_colour = true, .speed_mbit = 480};
+};
+
+TEST_P(IsochronousColour, WithAPacketLostIsCountedAndDepthIsWhole) {
+  begin_with(Fault::kLostPacket, options);
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
+  EXPECT_TRUE(log.wait_for_depth(2 * kGoodAtFirst + 1));
+  source->stop();
+  EXPECT_EQ(source->losses(), (LossCounters{0, 1, 0, 0, 0}));
+  for (int number = 0; number < log.depth().back(); ++number) EXPECT_TRUE(log.has(number)) << number;
+  EXPECT_EQ(bus.waiting_transfers(address), 0);
+}
+
+TEST_P(IsochronousColour, ThatFallsSilentIsStartedAgain) {
+  begin_with(Fault::kSilent, options);
+  EXPECT_TRUE(log.wait_for_colour(2 * kGoodAtFirst));
+  EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kRecovered));
+  EXPECT_NE(log.text_of(DeviceEvent::Kind::kSilent).find("no colour for "), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Depth, IsochronousColour, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "Isochronous" : "Bulk"; });
 
 class LastingFaultOfColour : public FaultyColour, public ::testing::WithParamInterface<Fault> {};
 
@@ -273,8 +299,10 @@ void fall_mute(Vcam& camera) {
   camera.control_faults.is_mute = true;
 }
 
-TEST_F(FaultyCamera, ThatAnswersNothingAnyMoreIsStoppedWithinASecond) {
-  begin(Fault::kSkipped);
+class MuteCamera : public FaultyCamera, public ::testing::WithParamInterface<bool> {};
+
+TEST_P(MuteCamera, IsStoppedWithinASecond) {
+  begin(Fault::kSkipped, GetParam() ? kIsochronous : VcamOptions{});
   EXPECT_TRUE(log.wait_for_depth(5));
   bus.with_camera(address, fall_mute);
   EXPECT_TRUE(log.wait_for(DeviceEvent::Kind::kSilent)) << "it is being started again now";
@@ -283,6 +311,9 @@ TEST_F(FaultyCamera, ThatAnswersNothingAnyMoreIsStoppedWithinASecond) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, 1s);
   EXPECT_EQ(bus.waiting_transfers(address), 0);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, MuteCamera, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "Isochronous" : "Bulk"; });
 
 TEST(OpenedCamera, ThatAnswersNothingIsNotWaitedForAfterAStop) {
   EmulatedBus bus;

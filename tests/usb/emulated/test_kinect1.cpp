@@ -64,7 +64,7 @@ void expect_depth(const std::string& uri, int raw_depth) {
   const auto source = open_camera(uri, {}, {});
   ASSERT_TRUE(source) << uri << ": " << source.error().text();
   ASSERT_TRUE((*source)->start(std::vector{(*source)->profiles()[0]}, frames.frame_sink(), frames.event_sink()));
-  EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, 2)) << uri;
+  ASSERT_TRUE(frames.wait_for(StreamKind::kDepth, 2)) << uri;
   (*source)->stop();
   EXPECT_GT(share_of(frames.of(StreamKind::kDepth).back(), depth_mm_of(raw_depth)), 0.85) << uri;
 }
@@ -141,7 +141,9 @@ class FaultyKinect : public ::testing::Test {
     auto opened = open_camera("kinect1:", {}, {});
     ASSERT_TRUE(opened) << opened.error().text();
     source = std::move(*opened);
-    ASSERT_TRUE(source->start(std::vector{source->profiles()[0]}, frames.frame_sink(), frames.event_sink()));
+    const auto streams = source->profiles();
+    const auto wanted = std::span(streams).first(has_colour ? 2 : 1);
+    ASSERT_TRUE(source->start(wanted, frames.frame_sink(), frames.event_sink()));
   }
   void with_kinect(const std::function<void(VKinect&)>& change) {
     bus.with_model(address, [&](UsbModel& model) { change(dynamic_cast<VKinect&>(model)); });
@@ -151,6 +153,7 @@ class FaultyKinect : public ::testing::Test {
   KeptFrames frames;
   std::unique_ptr<DeviceSource> source;
   int address = 0;
+  bool has_colour = false;
 };
 
 TEST_F(FaultyKinect, ThatFallsSilentIsStartedAgain) {
@@ -170,6 +173,19 @@ TEST_F(FaultyKinect, ThatStaysSilentIsGivenUpWithWords) {
   const std::string text = frames.text_of(DeviceEvent::Kind::kFailed);
   EXPECT_NE(text.find("no depth comes. Check its cable and power supply"), std::string::npos) << text;
   EXPECT_NE(text.find("started 2 times again"), std::string::npos) << text;
+}
+
+TEST_F(FaultyKinect, WhoseColourStaysSilentGoesOnWithoutItAndSaysSo) {
+  has_colour = true;
+  begin([](VKinect& kinect) { kinect.colour_silent_from = 5; });
+  ASSERT_TRUE(frames.wait_for(DeviceEvent::Kind::kNoColour));
+  const std::string text = frames.text_of(DeviceEvent::Kind::kNoColour);
+  EXPECT_NE(text.find("no colour comes"), std::string::npos) << text;
+  EXPECT_NE(text.find("goes on without colour"), std::string::npos) << text;
+  const std::size_t so_far = frames.of(StreamKind::kDepth).size();
+  EXPECT_TRUE(frames.wait_for(StreamKind::kDepth, so_far + 10));
+  EXPECT_EQ(frames.text_of(DeviceEvent::Kind::kFailed), "");
+  with_kinect([](VKinect& kinect) { EXPECT_EQ(kinect.starts, 1) << "depth was left alone"; });
 }
 
 TEST_F(FaultyKinect, ThatSendsDamagedPicturesOnlyIsGivenUpWithTheirCount) {

@@ -48,7 +48,7 @@ UsbIdentity Vcam::identity() const {
 
 std::vector<ModelEndpoint> Vcam::endpoints() const {
   std::vector<ModelEndpoint> all = {{kDepthEndpoint, options_.is_isochronous}};
-  if (options_.has_colour) all.push_back({kColourEndpoint, false});
+  if (options_.has_colour) all.push_back({kColourEndpoint, options_.has_isochronous_colour});
   return all;
 }
 
@@ -97,16 +97,15 @@ void Vcam::answer_probe(Stream& stream) {
   stream.is_compressed = is_colour && (stream.probe[2] == std::byte{2} || !options_.has_yuyv);
   stream.interval_100ns = std::max(1u, u32_at(stream.probe, 4));
   stream.picture_bytes = 2 * pixels();
-  const std::size_t header_bytes = options_.has_metadata && !options_.is_isochronous ? 60 : 12;
+  const std::size_t header_bytes = has_metadata(stream) ? 60 : 12;
   stream.payload_bytes = options_.payload_bytes > 0 ? options_.payload_bytes : stream.picture_bytes + header_bytes;
-  if (options_.is_isochronous && !is_colour) stream.payload_bytes = 3072;
+  if (is_isochronous(stream)) stream.payload_bytes = 3072;
   put_u32(stream.probe, 18, static_cast<std::uint32_t>(stream.picture_bytes));
   put_u32(stream.probe, 22, static_cast<std::uint32_t>(stream.payload_bytes));
 }
 
 void Vcam::begin(Stream& stream, std::int64_t now_ns) {
-  const bool is_isochronous = options_.is_isochronous && &stream == &streams_[0];
-  if (!is_isochronous) stream.is_active = true;  // an isochronous one waits for its alternate setting
+  if (!is_isochronous(stream)) stream.is_active = true;  // an isochronous one waits for its alternate setting
   stream.is_silent = false;
   stream.payloads.clear();
   stream.sent = 0;
@@ -119,9 +118,11 @@ bool Vcam::ignores(std::uint8_t type, std::uint16_t value, std::uint16_t index) 
 }
 
 void Vcam::set_alternate(std::uint8_t interface, std::uint8_t alternate, std::int64_t now_ns) {
-  if (interface != kDepthInterface || !options_.is_isochronous) return;
-  begin(streams_[0], now_ns);
-  streams_[0].is_active = alternate != 0;
+  Stream& stream = streams_[interface == kColourInterface ? 1 : 0];
+  const bool is_streaming_interface = interface == kDepthInterface || interface == kColourInterface;
+  if (!is_streaming_interface || !is_isochronous(stream)) return;
+  begin(stream, now_ns);
+  stream.is_active = alternate != 0;
 }
 
 void Vcam::clear_halt(std::uint8_t endpoint) {
@@ -187,11 +188,11 @@ std::vector<std::byte> Vcam::picture(const Stream& stream) const {
 }
 
 std::vector<std::byte> Vcam::header(const Stream& stream, bool is_last, bool has_time) const {
-  const bool has_metadata = options_.has_metadata && has_time && !options_.is_isochronous;
+  const bool tells_more = has_time && has_metadata(stream);
   const int flags = 0x80 | (has_time ? 0x0C : 0) | (stream.frame_id ? 1 : 0) | (is_last ? 2 : 0);
-  Bytes bytes{has_metadata ? 60 : has_time ? 12 : 2, flags};
+  Bytes bytes{tells_more ? 60 : has_time ? 12 : 2, flags};
   if (has_time) bytes.u32(picture_us_).u32(picture_us_).u16(0);
-  if (has_metadata) {
+  if (tells_more) {
     bytes.u32(0x80000001)
         .u32(48)
         .u32(1)
@@ -206,6 +207,7 @@ std::vector<std::byte> Vcam::header(const Stream& stream, bool is_last, bool has
 /// The next picture as payloads, when it is due.
 void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
   if (!stream.is_active || stream.is_silent || !stream.payloads.empty() || now_ns < stream.due_ns) return;
+  if (&stream == &streams_[0] && stream.number >= depth_waits_at) return;
   if (!clock_is_frozen) {
     picture_us_ = options_.clock_start_us + static_cast<std::uint32_t>(now_ns / 1000 + clock_offset_us_);
   }
@@ -310,6 +312,7 @@ void Vcam::nobody_asked(std::uint8_t endpoint, std::int64_t now_ns) {
 }
 
 Delivery Vcam::fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) {
+  if (control_faults.is_mute) return {0, 0};
   Stream& stream = stream_of(endpoint);
   make_picture(stream, now_ns);
   if (!stream.is_active) return {0, 0};

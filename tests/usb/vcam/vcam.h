@@ -54,8 +54,9 @@ struct VcamOptions {
   std::uint16_t vendor = 0x8086, product = 0x0b07;
   std::string serial = "0123456789ab";
   std::uint16_t uvc_version = 0x0150;
-  bool is_isochronous = false;    ///< depth only, high speed
-  std::size_t payload_bytes = 0;  ///< bulk: at most; 0: a whole picture
+  bool is_isochronous = false;          ///< depth; high speed
+  bool has_isochronous_colour = false;  ///< high speed
+  std::size_t payload_bytes = 0;        ///< bulk: at most; 0: a whole picture
   int speed_mbit = 5000;
   bool has_colour = true;
   bool has_yuyv = true;      ///< else colour is offered as MJPEG only
@@ -96,6 +97,7 @@ struct ControlFaults {
 class Vcam final : public UsbModel {
  public:
   static constexpr std::uint8_t kDepthEndpoint = 0x82, kColourEndpoint = 0x84;
+  static constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 
   explicit Vcam(const VcamOptions& options);
 
@@ -129,6 +131,7 @@ class Vcam final : public UsbModel {
   int commits = 0, halts_cleared = 0;
   int depth_format = 0;  ///< its index, as it was committed
   bool clock_is_frozen = false;
+  std::uint64_t depth_waits_at = kNever;  ///< that picture is not made yet
 
  private:
   struct Payload {
@@ -152,6 +155,12 @@ class Vcam final : public UsbModel {
     return static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height);
   }
   [[nodiscard]] std::vector<std::byte> configuration() const;
+  [[nodiscard]] bool is_isochronous(const Stream& stream) const {
+    return &stream == &streams_[0] ? options_.is_isochronous : options_.has_isochronous_colour;
+  }
+  [[nodiscard]] bool has_metadata(const Stream& stream) const {
+    return options_.has_metadata && !is_isochronous(stream);
+  }
   [[nodiscard]] Stream& stream_of(std::uint8_t endpoint) { return streams_[endpoint == kColourEndpoint ? 1 : 0]; }
   [[nodiscard]] std::map<std::uint64_t, Fault>& faults_of(const Stream& stream) {
     return &stream == &streams_[0] ? depth_faults : colour_faults;

@@ -92,7 +92,8 @@ void VKinect::set_register(int address, int value, std::int64_t now_ns) {
 
 Delivery VKinect::fill_packet(std::uint8_t endpoint, std::span<std::byte> packet, std::int64_t now_ns) {
   Stream& stream = stream_of(endpoint);
-  const bool is_silent = depth_pictures >= silent_from && starts < silent_until_starts;
+  const bool is_all_silent = depth_pictures >= silent_from && starts < silent_until_starts;
+  const bool is_silent = is_all_silent || (endpoint == kColourEndpoint && stream.number >= colour_silent_from);
   if (!stream.is_active || is_silent || now_ns < stream.due_ns) return {};
   const std::size_t size = std::min(stream.packet_bytes, stream.picture.size() - stream.sent);
   const bool is_first = stream.sent == 0, is_last = stream.sent + size == stream.picture.size();

@@ -49,8 +49,9 @@ class VKinect final : public UsbModel {
   int depth_pictures = 0;
   /// From this depth picture on it sends nothing, until depth was started so often.
   int silent_from = kNever, silent_until_starts = kNever;
-  int starts = 0;        ///< of depth
-  bool is_mute = false;  ///< no request is answered any more
+  int colour_silent_from = kNever;  ///< it sends no colour from this picture on, however often it is started
+  int starts = 0;                   ///< of depth
+  bool is_mute = false;             ///< no request is answered any more
 
  private:
   struct Stream {

@@ -383,9 +383,10 @@ void EmulatedBus::Device::feed_packets(std::uint8_t endpoint) {
 }
 
 void EmulatedBus::Device::run(const std::stop_token& stop) {
+  constexpr int kPatience_ms = 4;  // each awakening costs an emulated processor a quarter of a millisecond
   while (!stop.stop_requested()) {
     pollfd wanted{line, POLLIN, 0};
-    (void)poll(&wanted, 1, 1);
+    (void)poll(&wanted, 1, kPatience_ms);
     const std::lock_guard lock(mutex);
     if (wanted.revents != 0 && !take_command()) return;
     for (const ModelEndpoint& endpoint : model->endpoints()) {

@@ -3,14 +3,17 @@
 #
 #   run.sh FOLDER COMMAND [ARGUMENTS]
 #
-# FOLDER keeps the kernel (fetched the first time, about 70 MB) and its messages of the last run, kernel.log. Ends with the
-# command's exit code, with 77 and the reason where there can be no such machine, and with 1 where it did not come to an end.
+# SCANKNIT_VM_MACHINES of them (one unless said) run the command side by side, each its share of a GoogleTest program's tests.
+# FOLDER keeps the kernel (fetched the first time, about 70 MB) and of the last run each machine's output and its kernel's
+# messages. Ends with the command's exit code, with 77 and the reason where there can be no such machine, and with 1 where it
+# did not come to an end.
 set -euo pipefail
 export PATH="$PATH:/usr/sbin:/sbin"
 here="$(cd "$(dirname "$0")" && pwd)"
 folder="$1" start="$PWD"
 shift
 seconds="${SCANKNIT_VM_SECONDS:-580}"
+machines="${SCANKNIT_VM_MACHINES:-1}"
 
 skip() {
   echo "SKIPPED: no virtual machine: $*"
@@ -55,16 +58,38 @@ printf '%q ' "$@" >>initramfs/command
 printf '%s\n' "$PWD/udev" >initramfs/udev_folder
 (cd initramfs && find . | cpio --quiet -o -H newc | gzip -1) >initramfs.gz
 
-# In software: hardware help is rarely there where tests run, and with it the machine would not be the same everywhere.
-# A processor without AVX: emulating that takes a sixth more time.
-timeout "$seconds" qemu-system-x86_64 -accel tcg -cpu Nehalem -smp 2 -m 1536 -nodefaults -no-reboot -display none \
-  -kernel "$image/boot/vmlinuz-$version" -initrd initramfs.gz -append "console=ttyS0 quiet panic=-1" \
-  -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
-  -serial file:kernel.log -serial stdio </dev/null | sed -u 's/\r$//' | tee output.log || true
-
-ended="$(sed -n 's/^The command ended with \([0-9]*\)$/\1/p' output.log)"
-if [ -z "$ended" ]; then
-  echo "The machine did not come to an end within $seconds s. Its kernel's last words ($PWD/kernel.log):"
-  tail -n 20 kernel.log
+# The kernel as it is unpacked: an emulated processor takes four seconds to unpack it.
+kernel="$image/boot/vmlinuz-$version"
+if [ ! -f vmlinux ]; then
+  at="$(LC_ALL=C grep -obUaP '\xFD7zXZ\x00' "$kernel" | head -n 1 | cut -d: -f1 || true)"
+  if [ -n "$at" ]; then tail -c +$((at + 1)) "$kernel" | xz -dc --single-stream >vmlinux.part 2>/dev/null || true; fi
+  if file_type="$(head -c 4 vmlinux.part 2>/dev/null | tr -d '\177')" && [ "$file_type" = ELF ]; then mv vmlinux.part vmlinux; fi
 fi
-exit "${ended:-1}"
+if [ -f vmlinux ]; then kernel=vmlinux; fi
+
+# run_machine NUMBER. In software: hardware help is rarely there where tests run, and with it the machine would not be the same
+# everywhere. Its clock counts instructions, a nanosecond each, and skips the time when nothing is to be done: nobody waits, and
+# to the machine it is always fast, however busy this computer is. A processor without AVX: emulating that takes a sixth more
+# time. What the kernel does not know of its command line becomes the environment.
+run_machine() {
+  timeout "$seconds" qemu-system-x86_64 -accel tcg -icount shift=0,sleep=off -cpu Nehalem -m 768 -nodefaults -no-reboot -display none \
+    -kernel "$kernel" -initrd initramfs.gz \
+    -append "console=ttyS0 quiet panic=-1 GTEST_TOTAL_SHARDS=$machines GTEST_SHARD_INDEX=$1" \
+    -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
+    -serial "file:kernel.$1.log" -serial stdio </dev/null | sed -u 's/\r$//' >"output.$1.log" || true
+}
+rm -f output.*.log kernel.*.log
+for ((number = 0; number < machines; number++)); do run_machine "$number" & done
+wait
+
+exit_code=0
+for ((number = 0; number < machines; number++)); do
+  cat "output.$number.log"
+  ended="$(sed -n 's/^The command ended with \([0-9]*\)$/\1/p' "output.$number.log")"
+  if [ -z "$ended" ]; then
+    echo "The machine did not come to an end within $seconds s. Its kernel's last words ($PWD/kernel.$number.log):"
+    tail -n 20 "kernel.$number.log"
+  fi
+  if [ "$exit_code" = 0 ]; then exit_code="${ended:-1}"; fi
+done
+exit "$exit_code"

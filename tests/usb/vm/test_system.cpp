@@ -147,12 +147,19 @@ class CameraInUse : public ::testing::Test {
   void SetUp() override {
     skip_without_v4l2();
     if (IsSkipped()) return;
-    bus.plug({});
+    address = bus.plug({});
+    bus.with_camera(address,
+                    [](Vcam& camera) { camera.depth_waits_at = 20; });  // until the other program was looked at
     client = std::jthread([this, command = v4l2_client(40, folder / "depth")] { outcome = shell(command); });
     EXPECT_TRUE(soon([this] { return fs::exists(folder / "depth") && fs::file_size(folder / "depth") > 0; }));
   }
 
+  void let_go() {
+    bus.with_camera(address, [](Vcam& camera) { camera.depth_waits_at = Vcam::kNever; });
+  }
+
   EmulatedBus bus;
+  int address = 0;
   TempFolder folder;
   Outcome outcome;
   std::jthread client;
@@ -163,12 +170,14 @@ TEST_F(CameraInUse, IsLeftAloneAndItsHolderNamed) {
   ASSERT_FALSE(ours);
   EXPECT_TRUE(contains(ours.error().message, "(v4l2-ctl)")) << ours.error().text();
   EXPECT_TRUE(has_finding(Finding::Grade::kProblem, "(v4l2-ctl)"));
+  let_go();
   client.join();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
   EXPECT_EQ(numbers_in(folder / "depth").size(), 40u);
 }
 
 TEST_F(CameraInUse, IsTakenByForce) {
+  let_go();
   DeviceOptions options;
   options.takes_from_others = true;
   FrameLog log;
