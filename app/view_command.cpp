@@ -11,11 +11,11 @@
 #include "app/exit_codes.h"
 #include "app/signals.h"
 #include "app/view_links.h"
+#include "core/split_mesh.h"
 #include "export/read_mesh.h"
 #include "export/up_rotation.h"
 #include "extract/smooth_normals.h"
 #include "view/mesh_chunk.h"
-#include "view/split_mesh.h"
 
 namespace scanknit {
 namespace {
