@@ -2,7 +2,9 @@
 #include <tiny_gltf.h>
 
 #include <cmath>
-#include <sstream>
+#include <cstring>
+#include <ostream>
+#include <streambuf>
 
 #include "core/version.h"
 #include "export/mesh_writers.h"
@@ -201,13 +203,43 @@ tinygltf::Model build_model(const Mesh& mesh, const Placement& placement, Materi
   return model;
 }
 
-/// tinygltf 2.7.0 answers success whatever the stream did: the length its own header claims must be what there is.
-bool is_whole(std::string_view glb) {
-  if (glb.size() < 12 || !glb.starts_with("glTF")) return false;
-  std::uint32_t length = 0;
-  std::memcpy(&length, glb.data() + 8, sizeof(length));
-  return length == glb.size();
-}
+/// Hands what a library writes to a stream on to the file, so that it is in memory once less.
+class FileBuffer : public std::streambuf {
+ public:
+  explicit FileBuffer(AtomicFile& file) : file_(file) {}
+
+  [[nodiscard]] const Result<void>& written() const { return written_; }
+
+  /// tinygltf 2.7.0 answers success whatever the stream did: the length its own header claims must be what there is.
+  [[nodiscard]] bool is_whole_glb() const {
+    if (head_.size() < kHeadBytes || !head_.starts_with("glTF")) return false;
+    std::uint32_t length = 0;
+    std::memcpy(&length, head_.data() + 8, sizeof(length));
+    return length == bytes_;
+  }
+
+ private:
+  static constexpr std::size_t kHeadBytes = 12;
+
+  std::streamsize xsputn(const char* text, std::streamsize count) override {
+    const std::string_view some(text, static_cast<std::size_t>(count));
+    if (!written_) return 0;
+    written_ = file_.write(some);
+    if (!written_) return 0;
+    head_ += some.substr(0, kHeadBytes - std::min(kHeadBytes, head_.size()));
+    bytes_ += some.size();
+    return count;
+  }
+  int_type overflow(int_type c) override {
+    const char one = traits_type::to_char_type(c);
+    return xsputn(&one, 1) == 1 ? c : traits_type::eof();
+  }
+
+  AtomicFile& file_;
+  Result<void> written_;
+  std::string head_;
+  std::uint64_t bytes_ = 0;
+};
 
 }  // namespace
 
@@ -220,15 +252,15 @@ Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material ma
                              bytes, max_bytes)};
   }
   try {
-    std::ostringstream stream;
-    {
-      const tinygltf::Model model = build_model(mesh, placement, material, texture);
-      if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true)) {
-        return Error{ErrorCode::kOutput, "tinygltf could not build the GLB"};
-      }
+    FileBuffer buffer(file);
+    std::ostream stream(&buffer);
+    const tinygltf::Model model = build_model(mesh, placement, material, texture);
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true)) {
+      return Error{ErrorCode::kOutput, "tinygltf could not build the GLB"};
     }
-    if (!stream || !is_whole(stream.view())) return Error{ErrorCode::kOutput, "tinygltf built a GLB that is not whole"};
-    return file.write(stream.view());
+    if (!buffer.written()) return buffer.written();
+    if (!stream || !buffer.is_whole_glb()) return Error{ErrorCode::kOutput, "tinygltf built a GLB that is not whole"};
+    return {};
   } catch (const std::exception& problem) {  // bad_alloc, or what tinygltf and its JSON library may throw
     return Error{ErrorCode::kOutput, std::string("the GLB could not be built: ") + problem.what()};
   }
