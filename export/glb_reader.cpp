@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "export/glb_accessor.h"
 #include "export/glb_container.h"
@@ -13,6 +14,7 @@
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 #include "export/srgb.h"
+#include "export/stitch_borders.h"
 
 namespace scanknit {
 namespace {
@@ -135,14 +137,46 @@ class SceneReader {
       if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
         return input_error("the GLB names a mesh that is not there");
       }
-      for (const tinygltf::Primitive& primitive : model_.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-        if (auto read = read_primitive(primitive, T_scene_node); !read) return read;
+      if (auto read = read_primitives(model_.meshes[static_cast<std::size_t>(node.mesh)].primitives, T_scene_node);
+          !read) {
+        return read;
       }
     }
     for (const int child : node.children) {
       if (auto read = read_node(child, T_scene_node, depth + 1); !read) return read;
     }
     return {};
+  }
+
+  /// Those of one mesh: a large one of ours is in several, which are joined where they were cut.
+  Result<void> read_primitives(const std::vector<tinygltf::Primitive>& primitives,
+                               const Eigen::Affine3d& T_scene_node) {
+    AppendedParts parts;
+    parts.first_triangle = mesh_.triangles.size();
+    const std::size_t first_vertex = mesh_.positions_m.size();
+    const bool has_coordinates = std::any_of(primitives.begin(), primitives.end(), [](const auto& primitive) {
+      return primitive.attributes.count("TEXCOORD_0") != 0;
+    });
+    for (const tinygltf::Primitive& primitive : primitives) {
+      parts.first_vertex.push_back(mesh_.positions_m.size());
+      if (auto read = read_primitive(primitive, T_scene_node); !read) return read;
+      if (primitives.size() == 1 || !has_coordinates) continue;
+      parts.coordinates.resize(mesh_.positions_m.size() - first_vertex, Eigen::Vector2f::Zero());
+      read_coordinates(primitive, std::span(parts.coordinates).subspan(parts.first_vertex.back() - first_vertex));
+    }
+    stitch_parts(mesh_, parts);
+    return {};
+  }
+
+  /// Only to tell vertices apart: what cannot be read stays zero.
+  void read_coordinates(const tinygltf::Primitive& primitive, std::span<Eigen::Vector2f> coordinates) const {
+    const auto found = primitive.attributes.find("TEXCOORD_0");
+    if (found == primitive.attributes.end()) return;
+    const auto view = AccessorView::open(model_, found->second);
+    if (!view || view->components() != 2 || view->count() != coordinates.size()) return;
+    for (std::size_t i = 0; i < view->count(); ++i) {
+      coordinates[i] = Eigen::Vector2d(view->meant(i, 0), view->meant(i, 1)).cast<float>();
+    }
   }
 
   Result<void> read_primitive(const tinygltf::Primitive& primitive, const Eigen::Affine3d& T_scene_node) {
