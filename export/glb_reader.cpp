@@ -95,6 +95,8 @@ class SceneReader {
 
   [[nodiscard]] const std::vector<std::string>& warnings() const { return base_colours_.warnings(); }
 
+  [[nodiscard]] bool has_texture_coordinates() const { return has_texture_coordinates_; }
+
   Result<Mesh> read() {
     for (const int root : roots()) {
       if (auto read = read_node(root, Eigen::Affine3d::Identity(), 0); !read) return read.error();
@@ -157,6 +159,7 @@ class SceneReader {
     const bool has_coordinates = std::any_of(primitives.begin(), primitives.end(), [](const auto& primitive) {
       return primitive.attributes.count("TEXCOORD_0") != 0;
     });
+    has_texture_coordinates_ = has_texture_coordinates_ || has_coordinates;
     for (const tinygltf::Primitive& primitive : primitives) {
       parts.first_vertex.push_back(mesh_.positions_m.size());
       if (auto read = read_primitive(primitive, T_scene_node); !read) return read;
@@ -298,13 +301,14 @@ class SceneReader {
   std::vector<bool> is_visited_;
   bool may_be_quantised_;
   Mesh mesh_;
+  bool has_texture_coordinates_ = false;
   bool all_have_normals_ = true;
   bool all_have_colours_ = true;
 };
 
 }  // namespace
 
-Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, std::vector<std::string>* warnings) {
+Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   if (auto ok = check_glb_container(bytes); !ok) return ok.error();
   try {
     const auto unpacked = without_meshopt(bytes, limits);
@@ -314,7 +318,10 @@ Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, std::vector<
     if (!model) return model.error();
     SceneReader reader(*model, limits, bytes.size());
     auto mesh = reader.read();
-    if (warnings != nullptr) warnings->insert(warnings->end(), reader.warnings().begin(), reader.warnings().end());
+    if (notes != nullptr) {
+      notes->warnings.insert(notes->warnings.end(), reader.warnings().begin(), reader.warnings().end());
+      notes->has_texture_coordinates = reader.has_texture_coordinates();
+    }
     return mesh;
   } catch (const std::exception& problem) {  // what tinygltf and its JSON library may throw
     return input_error(std::string("the GLB cannot be understood: ") + problem.what());
