@@ -11,6 +11,7 @@
 
 #include "app/stage_timer.h"
 #include "core/mesh_area.h"
+#include "export/page_text.h"
 #include "export/up_rotation.h"
 #include "finish/close_volume.h"
 #include "finish/ground_plane.h"
@@ -392,7 +393,7 @@ std::string finish_text(const RunReport& report) {
   std::string text;
   for (const auto& step : report.finish->steps) {
     std::vector<std::string> words;
-    for (const auto& [name, value] : step.figures) words.push_back(fmt::format("{} {:.6g}", name, value));
+    for (const auto& [name, value] : step.figures) words.push_back(figure_words(name, value));
     text += fmt::format("{:8} {}: {}\n", text.empty() ? "Finish" : "", step.name,
                         step.refused.empty() ? fmt::format("{}", fmt::join(words, ", ")) : "not done: " + step.refused);
   }

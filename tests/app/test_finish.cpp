@@ -68,6 +68,8 @@ TEST_F(Finish, ForPrintingItIsCutFromTheTableClosedAndStandsOnTheOrigin) {
   EXPECT_NEAR(size_m(told, 1), 0.22 - 0.008, 0.006);  // the vase, without the two voxels above the table
   EXPECT_NEAR(told["mesh"]["bounds_m"][0][0].get<double>(), -told["mesh"]["bounds_m"][1][0].get<double>(), 1e-6);
   EXPECT_NE(outcome.out.find("Finish"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find(" mm2, invented "), std::string::npos) << outcome.out;  // words, and no keys
+  EXPECT_EQ(outcome.out.find("_mm2"), std::string::npos) << outcome.out;
   EXPECT_TRUE(fs::exists(fs::path(place("print")) / "model.stl"));
 }
 
