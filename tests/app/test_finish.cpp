@@ -215,6 +215,12 @@ TEST_F(Finish, KeysOfStepsThatAreOffAreWarnedOf) {
       "(finish.watertight): of no effect, since the key in brackets is off";
   EXPECT_NE(off.err.find(warning), std::string::npos) << off.err;
   EXPECT_EQ(report("off")["warnings"], Json::array({warning}));
+  std::vector<std::string> full = keys;
+  full.insert(full.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=full"});
+  const Outcome closed = run("closed_whatever", full);
+  ASSERT_EQ(closed.exit_code, 0) << closed.err;
+  EXPECT_EQ(report("closed_whatever")["warnings"],
+            Json::array({"finish.max_hole: of no effect with finish.watertight: full, which closes every hole"}));
   std::vector<std::string> wish = keys;
   wish.insert(wish.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=small"});
   const Outcome on = run("on", wish);
