@@ -131,10 +131,10 @@ class InputLoader {
   }
 
   [[nodiscard]] Result<void> load_mesh(const fs::path& path) {
-    std::vector<std::string> warnings;
-    auto mesh = timed(report_, "read", [&] { return read_mesh(path, config_.acquire.limits, &warnings); });
+    MeshNotes notes;
+    auto mesh = timed(report_, "read", [&] { return read_mesh(path, config_.acquire.limits, &notes); });
     if (!mesh) return mesh.error();
-    for (const std::string& warning : warnings) warn(fmt::format("{}: {}", path.string(), warning));
+    for (const std::string& warning : notes.warnings) warn(fmt::format("{}: {}", path.string(), warning));
     return add_mesh(path, *std::move(mesh));
   }
 

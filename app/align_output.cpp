@@ -160,7 +160,8 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
   });
   report.extract.isovalue = job.config.extract.isovalue;
   report.extract.isovalue_source = "config";
-  const auto finished = finished_surface(field_of(*volume, has_colours), job.config, inputs.inputs[0].world_up, report);
+  const auto finished =
+      finished_surface(field_of(*volume, has_colours), job.config, inputs.inputs[0].world_up, report, stop);
   if (!finished) return finished.error();
   return write_surface(finished->surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);
 }

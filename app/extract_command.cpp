@@ -47,7 +47,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   warn_of_unused_options(job, console, report);
-  const Result<void> result = extract_volume(job, request, console, report);
+  const Result<void> result = extract_volume(job, request, stop_on_signal.token(), console, report);
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);
   return conclude(report, result, job, common, arguments.wants_stats);
 }

@@ -82,7 +82,8 @@ void warn_of_other_grids(const std::filesystem::path& path, const LoadedVolume& 
                            volume.field->getName(), others));
 }
 
-Result<void> extract_vdb(Job job, const VolumeRequest& request, Console& console, RunReport& report) {
+Result<void> extract_vdb(Job job, const VolumeRequest& request, const std::stop_token& stop, Console& console,
+                         RunReport& report) {
   if (auto known = refuse_options_for_vdb(job.input, request.options); !known) return known;
   const auto volume = timed(report, "read", [&] { return load_volume(job.input); });
   if (!volume) return volume.error();
@@ -100,7 +101,7 @@ Result<void> extract_vdb(Job job, const VolumeRequest& request, Console& console
   view.is_signed_distance = volume->is_signed_distance;
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
   const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-  const auto finished = finished_surface(view, job.config, world_up, report);
+  const auto finished = finished_surface(view, job.config, world_up, report, stop);
   if (!finished) return finished.error();
   return with_values(write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job, report), values);
 }
@@ -190,17 +191,19 @@ Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Jo
   return draw_spilled(*mesh, frame, job, report);
 }
 
-Result<void> extract_whole(const DenseVolume& volume, const MeshFrame& frame, const Job& job, RunReport& report) {
+Result<void> extract_whole(const DenseVolume& volume, const MeshFrame& frame, const Job& job,
+                           const std::stop_token& stop, RunReport& report) {
   const DenseView view{volume.samples.data(), volume.header.dims, volume.header.T_file_index};
   auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
   const auto finished =
-      finished_mesh(*std::move(surface), volume.header.metres_per_unit, job.config, frame.world_up, report);
+      finished_mesh(*std::move(surface), volume.header.metres_per_unit, job.config, frame.world_up, report, stop);
   if (!finished) return finished.error();
   return write_surface(finished->surface, frame, job, report);
 }
 
-Result<void> extract_file(Job job, const VolumeRequest& request, Console& console, RunReport& report) {
+Result<void> extract_file(Job job, const VolumeRequest& request, const std::stop_token& stop, Console& console,
+                          RunReport& report) {
   auto reader = timed(report, "read", [&] { return open_volume_file(job.input, request.options, job.config.extract); });
   if (!reader) return reader.error();
   const VolumeHeader header = (*reader)->header();
@@ -219,16 +222,17 @@ Result<void> extract_file(Job job, const VolumeRequest& request, Console& consol
   reader->reset();  // a format that is decoded whole would else be in memory twice
   const ValueSource values = values_of(*volume);
   if (auto chosen = choose_isovalue(request.isovalue, values, false, job, console, report); !chosen) return chosen;
-  return with_values(extract_whole(*volume, frame, job, report), values);
+  return with_values(extract_whole(*volume, frame, job, stop, report), values);
 }
 
 }  // namespace
 
-Result<void> extract_volume(Job job, const VolumeRequest& request, Console& console, RunReport& report) {
+Result<void> extract_volume(Job job, const VolumeRequest& request, const std::stop_token& stop, Console& console,
+                            RunReport& report) {
   if (auto writable = check_outputs(job.outputs); !writable) return writable;
   warn_of_holes(job.config.extract, console);
-  return is_vdb(job.input) ? extract_vdb(std::move(job), request, console, report)
-                           : extract_file(std::move(job), request, console, report);
+  return is_vdb(job.input) ? extract_vdb(std::move(job), request, stop, console, report)
+                           : extract_file(std::move(job), request, stop, console, report);
 }
 
 Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path, VolumeOptions options,

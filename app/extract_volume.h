@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 
 #include "app/console.h"
 #include "app/pipeline.h"
@@ -27,8 +28,9 @@ struct VolumeRequest {
 /// open_volume() knows; a few slices at a time where the samples need more than half of extract.memory_budget. The mesh
 /// lies in the volume's own coordinates. Errors: kOutput before any work; kUsage without an isovalue, and for options
 /// that do not belong to the volume; kInput, also where the isovalue is sought and no sample is finite; kBudget; kMesh
-/// for an empty mesh.
-[[nodiscard]] Result<void> extract_volume(Job job, const VolumeRequest& request, Console& console, RunReport& report);
+/// for an empty mesh. `stop` ends the finishing of the mesh only.
+[[nodiscard]] Result<void> extract_volume(Job job, const VolumeRequest& request, const std::stop_token& stop,
+                                          Console& console, RunReport& report);
 
 /// open_volume() within extract.memory_budget; its errors name the program's options.
 [[nodiscard]] Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path,

@@ -11,6 +11,7 @@
 
 #include "app/stage_timer.h"
 #include "core/mesh_area.h"
+#include "export/page_text.h"
 #include "export/up_rotation.h"
 #include "finish/close_volume.h"
 #include "finish/ground_plane.h"
@@ -77,8 +78,9 @@ double beyond_m(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
 
 class SurfaceFinisher {
  public:
-  SurfaceFinisher(const Config& config, UpAxis world_up, RunReport& report)
+  SurfaceFinisher(const Config& config, UpAxis world_up, RunReport& report, const std::stop_token& stop)
       : config_(config), wish_(config.finish), up_(config.output.world_up.value_or(world_up)), report_(report) {
+    if (!stop.stop_requested()) stop_ = stop;
     forget_finish(report_);
     if (wish_.is_anything()) report_.finish.emplace();
   }
@@ -112,6 +114,13 @@ class SurfaceFinisher {
   void refuse(const char* step, const std::string& reason) {
     report_.finish->steps.push_back({step, reason, {}});
     report_.warnings.push_back(fmt::format("{}{} was not done: {}", kFinishWarning, step, reason));
+  }
+
+  /// Then `step`, which was to be done, is told of as not done.
+  [[nodiscard]] bool is_stopped(const char* step) {
+    if (!stop_.stop_requested()) return false;
+    refuse(step, "interrupted; the mesh is as the steps before left it");
+    return true;
   }
 
   [[nodiscard]] static Result<FinishedSurface> handed_on(Result<Surface> surface) {
@@ -160,7 +169,7 @@ class SurfaceFinisher {
   }
 
   void find_ground_of(const Mesh& mesh, double voxel_m) {
-    if (!wish_.needs_plane()) return;
+    if (!wish_.needs_plane() || is_stopped("ground")) return;
     GroundSearch search;
     search.expected_up = direction(up_).cast<double>();
     search.tolerance_m = kGroundVoxels * voxel_m;
@@ -249,7 +258,7 @@ class SurfaceFinisher {
   }
 
   [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
-    if (wish_.watertight == Watertight::kOff) return {};
+    if (wish_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
     const bool is_full = wish_.watertight == Watertight::kFull;
     // What is cut away is cut by a plane, for which the distances below it are needed.
     const FieldView& source = is_full && seen_ ? *seen_ : view;
@@ -291,6 +300,7 @@ class SurfaceFinisher {
 
   void drop_pieces(double metres_per_unit, Mesh& mesh) {
     if (!(wish_.min_piece_share > 0) && !(wish_.min_piece_size_m > 0)) return;
+    if (is_stopped("pieces")) return;
     PiecesRemoved removed = remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m / metres_per_unit, mesh);
     removed.pieces += left_out_.pieces;
     removed.triangles += left_out_.triangles;
@@ -301,9 +311,10 @@ class SurfaceFinisher {
   }
 
   void smooth(double metres_per_unit, Mesh& mesh) {
-    if (wish_.smooth_steps == 0) return;
+    if (wish_.smooth_steps == 0 || is_stopped("smooth")) return;
     const double before = signed_volume_m3(mesh);
-    const MeshMoved moved = smooth_mesh(wish_.smooth_steps, mesh);
+    const MeshMoved moved = smooth_mesh(wish_.smooth_steps, mesh, stop_);
+    if (moved.is_stopped && is_stopped("smooth")) return;
     const double change = before == 0 ? 0 : signed_volume_m3(mesh) / before - 1;
     note("smooth", {{"mean_moved_mm", moved.mean_m * metres_per_unit * kMillimetres},
                     {"max_moved_mm", moved.max_m * metres_per_unit * kMillimetres},
@@ -311,7 +322,7 @@ class SurfaceFinisher {
   }
 
   void simplify(double metres_per_unit, Mesh& mesh) {
-    if (!wish_.triangles && !wish_.simplify_error_m) return;
+    if ((!wish_.triangles && !wish_.simplify_error_m) || is_stopped("simplify")) return;
     SimplifyWish wish{wish_.triangles, wish_.simplify_error_m};
     if (wish.max_error_m) *wish.max_error_m /= metres_per_unit;
     const MeshSimplified done = simplify_mesh(wish, mesh);
@@ -329,7 +340,7 @@ class SurfaceFinisher {
     const bool turns = wish_.up == UpWish::kGround && ground_;
     const bool moves = wish_.origin == OriginWish::kGround;
     Pose T = Pose::Identity();
-    if (!turns && !moves) return T;
+    if ((!turns && !moves) || is_stopped("place")) return T;
     const Eigen::Vector3d up = direction(up_).cast<double>();
     if (turns) T = turn_up(ground_->up, up);
     if (turns) transform_mesh(T, mesh);
@@ -348,6 +359,7 @@ class SurfaceFinisher {
   const FinishConfig& wish_;
   UpAxis up_;
   RunReport& report_;
+  std::stop_token stop_;  ///< never asked to, where it was before
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;
   openvdb::FloatGrid::Ptr without_ground_;  ///< seen by the view
@@ -363,12 +375,12 @@ void forget_finish(RunReport& report) {
 }
 
 Result<FinishedSurface> finished_surface(const FieldView& view, const Config& config, UpAxis world_up,
-                                         RunReport& report) {
-  return SurfaceFinisher(config, world_up, report).from_volume(view);
+                                         RunReport& report, const std::stop_token& stop) {
+  return SurfaceFinisher(config, world_up, report, stop).from_volume(view);
 }
 
 Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, const Config& config, UpAxis world_up,
-                                      RunReport& report) {
+                                      RunReport& report, const std::stop_token& stop) {
   if (config.finish.changes_volume() || config.finish.needs_plane()) {
     return Error{
         ErrorCode::kConfig,
@@ -376,7 +388,7 @@ Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, c
         "them out for this volume",
         "finish"};
   }
-  return SurfaceFinisher(config, world_up, report).from_mesh(std::move(surface), metres_per_unit);
+  return SurfaceFinisher(config, world_up, report, stop).from_mesh(std::move(surface), metres_per_unit);
 }
 
 Result<void> refuse_to_finish_streamed(const FinishConfig& config) {
@@ -392,7 +404,7 @@ std::string finish_text(const RunReport& report) {
   std::string text;
   for (const auto& step : report.finish->steps) {
     std::vector<std::string> words;
-    for (const auto& [name, value] : step.figures) words.push_back(fmt::format("{} {:.6g}", name, value));
+    for (const auto& [name, value] : step.figures) words.push_back(figure_words(name, value));
     text += fmt::format("{:8} {}: {}\n", text.empty() ? "Finish" : "", step.name,
                         step.refused.empty() ? fmt::format("{}", fmt::join(words, ", ")) : "not done: " + step.refused);
   }

@@ -1,6 +1,7 @@
 // From a volume to the surface that is written: extraction, and what `finish:` asks for before and after it.
 #pragma once
 
+#include <stop_token>
 #include <string>
 
 #include "app/config.h"
@@ -23,15 +24,17 @@ void forget_finish(RunReport& report);
 
 /// Extracts the surface of a volume and finishes it; without `finish:` it is extract_surface(). A step that cannot be
 /// done is left out, with the reason in report.finish and among the warnings: a scan is never lost. `world_up` is the
-/// way up unless export.world_up says otherwise. Errors: extract_surface()'s; kConfig for steps that make no sense
-/// together or for this volume.
+/// way up unless export.world_up says otherwise. When `stop` is asked for in the meantime, the steps that are left are
+/// not done, with that for their reason; a stop before is how a scan ends, and changes nothing. Errors:
+/// extract_surface()'s; kConfig for steps that make no sense together or for this volume.
 [[nodiscard]] Result<FinishedSurface> finished_surface(const FieldView& view, const Config& config, UpAxis world_up,
-                                                       RunReport& report);
+                                                       RunReport& report, const std::stop_token& stop = {});
 
 /// The same for a mesh that was extracted from a volume without distances, in units of `metres_per_unit`: steps that
 /// need distances are errors (kConfig).
 [[nodiscard]] Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, const Config& config,
-                                                    UpAxis world_up, RunReport& report);
+                                                    UpAxis world_up, RunReport& report,
+                                                    const std::stop_token& stop = {});
 
 /// kConfig if anything is to be finished: the mesh never is in memory as a whole.
 [[nodiscard]] Result<void> refuse_to_finish_streamed(const FinishConfig& config);

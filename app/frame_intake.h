@@ -31,6 +31,8 @@ class FrameIntake {
   /// No more frames: the source has ended or failed, was stopped, or finish() was called.
   [[nodiscard]] bool is_over() const { return is_over_; }
 
+  [[nodiscard]] const std::stop_token& stop() const { return stop_; }
+
   /// Why the last frames could not be used, when there were a few in a row.
   [[nodiscard]] std::optional<DropReason> trouble() const;
 

@@ -15,6 +15,7 @@
 #include "core/mesh.h"
 #include "export/mesh_stats.h"
 #include "export/read_mesh.h"
+#include "export/stitch_borders.h"
 #include "export/write_mesh.h"
 #include "fusion/tsdf_volume.h"
 
@@ -95,12 +96,17 @@ Result<Json> volume_json(SliceReader& reader) {
               {"warnings", header.warnings}};
 }
 
-Json mesh_json(const Mesh& mesh, const std::vector<std::string>& warnings) {
+/// The topology is that of the surface: the seams of a texture split vertices, and nothing else.
+Json mesh_json(Mesh mesh, const MeshNotes& notes) {
+  const std::size_t vertices = mesh.positions_m.size();
+  const std::size_t seam_vertices = notes.has_texture_coordinates ? stitch_seams(mesh) : 0;
   Json json = {{"kind", "mesh"},
                {"has_normals", !mesh.normals.empty()},
                {"has_colours", !mesh.colours.empty()},
-               {"warnings", warnings}};
+               {"warnings", notes.warnings}};
   json.update(Json::parse(mesh_check_json(check_mesh(mesh))));
+  json["vertices"] = vertices;
+  json["seam_vertices"] = seam_vertices;
   return json;
 }
 
@@ -128,9 +134,9 @@ Result<Json> describe(const InfoArguments& arguments, const Config& config) {
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(file, ignored);
   if (!is_folder && is_mesh_path(file)) {
-    std::vector<std::string> warnings;
-    const auto mesh = read_mesh(file, {}, &warnings);
-    return mesh ? Result<Json>(mesh_json(*mesh, warnings)) : mesh.error();
+    MeshNotes notes;
+    auto mesh = read_mesh(file, {}, &notes);
+    return mesh ? Result<Json>(mesh_json(*std::move(mesh), notes)) : mesh.error();
   }
   if (!is_folder && is_vdb(file)) {
     if (auto known = refuse_options_for_vdb(file, arguments.options); !known) return known.error();

@@ -128,8 +128,9 @@ void add_page(const CommandDescription& command, const std::string& parent, cons
   const std::string words = parent.empty() ? command.name : parent + " " + command.name;
   std::string name = words;
   std::replace(name.begin(), name.end(), ' ', '-');
-  std::string text = fmt::format(".TH \"{}\" 1 \"\" \"scanknit {}\" \"ScanKnit\"\n.SH NAME\n{} \\- {}\n",
-                                 upper(escaped(name)), kVersion, escaped(name), escaped(command.text));
+  std::string text =
+      fmt::format(".TH \"{}\" 1 \"{}\" \"scanknit {}\" \"ScanKnit\"\n.SH NAME\n{} \\- {}\n", upper(escaped(name)),
+                  escaped(kReleaseDate), kVersion, escaped(name), escaped(command.text));
   text += synopsis(command, words);
   if (!command.arguments.empty()) text += ".SH ARGUMENTS\n";
   for (const OptionDescription& argument : command.arguments) text += option_text(argument);

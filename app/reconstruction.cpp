@@ -135,7 +135,7 @@ Result<double> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras,
 
 Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
   const auto extract = [&](const std::optional<Eigen::AlignedBox3d>& crop) {
-    return finished_surface(field_view(volume_, crop), job_.config, info_.world_up, report);
+    return finished_surface(field_view(volume_, crop), job_.config, info_.world_up, report, intake_.stop());
   };
   auto cropped = extract(crop_);
   if (!cropped || !crop_ || !cropped->surface.mesh.empty()) return cropped;

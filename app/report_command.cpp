@@ -45,6 +45,9 @@ int report_command(const ReportArguments& arguments, const CommonArguments& comm
   if (!found) return fail(found.error(), common);
   const auto json = read_text_file(found->json, Limits{}.max_text_bytes);
   if (!json) return fail(json.error(), common);
+  if (auto sound = check_report(*json); !sound) {
+    return fail(Error{sound.error().code, sound.error().message, found->json.string()}, common);
+  }
   if (auto written = write_report_page(*json, found->page); !written) {
     Error error = written.error();
     if (error.where.empty()) error.where = found->json.string();

@@ -79,6 +79,10 @@ void warn_of_unused_options(const Job& job, Console& console, RunReport& report)
   };
   warn_of(unused_glb_keys(job.outputs, job.config.output), "for GLB only, and none is written");
   warn_of(unused_finish_keys(job.config.finish), "of no effect, since the key in brackets is off");
+  const FinishConfig& finish = job.config.finish;
+  if (finish.watertight == Watertight::kFull && finish.max_hole_m != FinishConfig{}.max_hole_m) {
+    warn_of({"finish.max_hole"}, "of no effect with finish.watertight: full, which closes every hole");
+  }
 }
 
 void close_report(RunReport& report, const Result<void>& result, bool was_interrupted,

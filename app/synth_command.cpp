@@ -22,10 +22,10 @@ using Json = nlohmann::ordered_json;
 
 Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& arguments, Console& console) {
   if (!is_mesh_path(arguments.scene)) return make_scene(arguments.scene);
-  std::vector<std::string> warnings;
-  auto mesh = read_mesh(arguments.scene, {}, &warnings);
+  MeshNotes notes;
+  auto mesh = read_mesh(arguments.scene, {}, &notes);
   if (!mesh) return mesh.error();
-  for (const std::string& warning : warnings) console.warn(fmt::format("{}: {}", arguments.scene, warning));
+  for (const std::string& warning : notes.warnings) console.warn(fmt::format("{}: {}", arguments.scene, warning));
   return make_mesh_scene(std::move(*mesh), arguments.size_m);
 }
 

@@ -11,11 +11,11 @@
 #include "app/exit_codes.h"
 #include "app/signals.h"
 #include "app/view_links.h"
+#include "core/split_mesh.h"
 #include "export/read_mesh.h"
 #include "export/up_rotation.h"
 #include "extract/smooth_normals.h"
 #include "view/mesh_chunk.h"
-#include "view/split_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -39,10 +39,10 @@ Result<fs::path> find_mesh(const fs::path& given) {
 
 /// Metres, with normals.
 Result<Mesh> load(const fs::path& path, Console& console) {
-  std::vector<std::string> warnings;
-  auto mesh = read_mesh(path, {}, &warnings);
+  MeshNotes notes;
+  auto mesh = read_mesh(path, {}, &notes);
   if (!mesh) return mesh.error();
-  for (const std::string& warning : warnings) console.warn(fmt::format("{}: {}", path.string(), warning));
+  for (const std::string& warning : notes.warnings) console.warn(fmt::format("{}: {}", path.string(), warning));
   if (mesh->empty()) return Error{ErrorCode::kMesh, "this mesh has no triangles", path.string()};
   if (path.extension() == ".stl") {  // millimetres, as we write them and slicers read them
     for (Eigen::Vector3f& position : mesh->positions_m) position *= 1e-3f;

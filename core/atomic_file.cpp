@@ -103,8 +103,13 @@ Error AtomicFile::failure(std::string_view what, int error_number) const {
 }
 
 Result<void> AtomicFile::write(std::string_view text) {
-  buffer_.append(text);
-  return buffer_.size() >= kBufferBytes ? flush() : Result<void>{};
+  if (text.size() < kBufferBytes) {
+    buffer_.append(text);
+    return buffer_.size() >= kBufferBytes ? flush() : Result<void>{};
+  }
+  if (auto flushed = flush(); !flushed) return flushed;
+  const int status = write_all(descriptor_, text);  // not copied first: it may be most of the memory there is
+  return status == 0 ? Result<void>{} : failure("writing failed", status);
 }
 
 Result<void> AtomicFile::write(std::span<const std::byte> bytes) {

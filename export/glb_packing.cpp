@@ -14,6 +14,7 @@
 
 #include "core/version.h"
 #include "export/glb_container.h"
+#include "export/glb_parts.h"
 #include "export/srgb.h"
 
 namespace scanknit {
@@ -64,66 +65,89 @@ class PackedGlb {
  public:
   PackedGlb(const Mesh& mesh, const Placement& placement, const ExportConfig& config, const MeshTexture* texture)
       : mesh_(mesh), placement_(placement), config_(config), texture_(texture) {
-    order_vertices();
-    find_grid();
-    sections_.push_back(positions());
-    if (!mesh.normals.empty()) sections_.push_back(normals());
-    if (!mesh.colours.empty()) sections_.push_back(colours());
-    if (texture != nullptr) sections_.push_back(coordinates());
-    sections_.push_back(section("", 4, indices_.size(), {{"componentType", kUnsignedInt}, {"type", "SCALAR"}},
-                                [this](std::size_t i, Bytes& bytes) { append(bytes, std::array{indices_[i]}); }));
+    if (config.quantize) find_grid();
   }
 
-  [[nodiscard]] std::string bytes() {
+  [[nodiscard]] std::string bytes(GlbParts& parts) {
     Json views = Json::array();
-    Bytes binary;
+    std::string binary;
     std::size_t plain_bytes = 0;
-    for (const Section& part : sections_) {
-      views.push_back(config_.compress ? compressed_view(part, plain_bytes, binary) : plain_view(part, binary));
-      plain_bytes += part.bytes.size();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      take_part(parts.part(i));
+      std::vector<Section> sections = sections_of_part();
+      for (const Section& section : sections) {
+        views.push_back(config_.compress ? compressed_view(section, plain_bytes, binary) : plain_view(section, binary));
+        plain_bytes += section.bytes.size();
+      }
+      add_primitive(sections);
     }
     if (texture_ != nullptr) {
       binary.resize((binary.size() + 3) / 4 * 4);
       views.push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", texture_->image.size()}});
-      binary.insert(binary.end(), texture_->image.begin(), texture_->image.end());
+      binary.append(texture_->image.begin(), texture_->image.end());
     }
     std::string json = document(std::move(views), binary.size(), plain_bytes).dump();
-    return glb_container(std::move(json), std::string(binary.begin(), binary.end()));
+    return glb_container(std::move(json), std::move(binary));
   }
 
  private:
   /// The order in which they are written. Compressed: neighbours in the mesh become neighbours in the file.
-  void order_vertices() {
-    const std::size_t n = mesh_.positions_m.size();
-    indices_.reserve(3 * mesh_.triangles.size());
-    for (const Triangle& t : mesh_.triangles) indices_.insert(indices_.end(), t.begin(), t.end());
-    order_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) order_[i] = static_cast<std::uint32_t>(i);
+  void take_part(MeshPart part) {
+    const std::size_t n = part.vertices.size();
+    order_ = std::move(part.vertices);
+    indices_.clear();
+    indices_.reserve(3 * part.triangles.size());
+    for (const Triangle& t : part.triangles) indices_.insert(indices_.end(), t.begin(), t.end());
     if (!config_.compress) return;
     std::vector<unsigned int> sorted(indices_.size()), place(n);
     meshopt_optimizeVertexCache(sorted.data(), indices_.data(), indices_.size(), n);
     auto used =
         static_cast<unsigned int>(meshopt_optimizeVertexFetchRemap(place.data(), sorted.data(), sorted.size(), n));
+    std::vector<std::uint32_t> moved(n);
     for (std::size_t i = 0; i < n; ++i) {
       if (place[i] == ~0u) place[i] = used++;  // of no triangle: at the end
-      order_[place[i]] = static_cast<std::uint32_t>(i);
+      moved[place[i]] = order_[i];
     }
+    order_ = std::move(moved);
     for (std::size_t i = 0; i < sorted.size(); ++i) indices_[i] = place[sorted[i]];
+  }
+
+  [[nodiscard]] std::vector<Section> sections_of_part() const {
+    std::vector<Section> sections;
+    sections.push_back(positions());
+    if (!mesh_.normals.empty()) sections.push_back(normals());
+    if (!mesh_.colours.empty()) sections.push_back(colours());
+    if (texture_ != nullptr) sections.push_back(coordinates());
+    sections.push_back(section("", 4, indices_.size(), {{"componentType", kUnsignedInt}, {"type", "SCALAR"}},
+                               [this](std::size_t i, Bytes& bytes) { append(bytes, std::array{indices_[i]}); }));
+    return sections;
+  }
+
+  /// Accessors and buffer views have the same numbers.
+  void add_primitive(std::vector<Section>& sections) {
+    Json primitive = {{"attributes", Json::object()}, {"material", 0}, {"mode", 4}};
+    for (Section& section : sections) {
+      const std::size_t i = accessors_.size();
+      section.accessor["bufferView"] = i;
+      accessors_.push_back(std::move(section.accessor));
+      (section.attribute.empty() ? primitive["indices"] : primitive["attributes"][section.attribute]) = i;
+    }
+    primitives_.push_back(std::move(primitive));
   }
 
   [[nodiscard]] Eigen::Vector3f position(std::size_t i) const {
     return placement_.position(mesh_.positions_m[order_[i]]);
   }
 
+  /// Of the whole mesh, so that primitives agree on where their common vertices are.
   void find_grid() {
-    low_ = high_ = position(0);
-    for (std::size_t i = 0; i < order_.size(); ++i) {
-      low_ = low_.cwiseMin(position(i));
-      high_ = high_.cwiseMax(position(i));
+    Eigen::Vector3f low = placement_.position(mesh_.positions_m.front()), high = low;
+    for (const Eigen::Vector3f& p : mesh_.positions_m) {
+      low = low.cwiseMin(placement_.position(p));
+      high = high.cwiseMax(placement_.position(p));
     }
-    if (!config_.quantize) return;
-    grid_.origin_m = low_;
-    const float side_m = (high_ - low_).maxCoeff();
+    grid_.origin_m = low;
+    const float side_m = (high - low).maxCoeff();
     if (side_m > 0) grid_.side_m = side_m;
   }
 
@@ -139,18 +163,23 @@ class PackedGlb {
 
   [[nodiscard]] Section positions() const {
     const std::size_t n = order_.size();
+    Eigen::Vector3f lowest = position(0), highest = lowest;
+    for (std::size_t i = 0; i < n; ++i) {
+      lowest = lowest.cwiseMin(position(i));
+      highest = highest.cwiseMax(position(i));
+    }
     if (!config_.quantize) {
       // Minimum and maximum must equal the stored floats, so they are those floats as doubles.
       const Json accessor = {{"componentType", kFloat},
                              {"type", "VEC3"},
-                             {"min", {double{low_.x()}, double{low_.y()}, double{low_.z()}}},
-                             {"max", {double{high_.x()}, double{high_.y()}, double{high_.z()}}}};
+                             {"min", {double{lowest.x()}, double{lowest.y()}, double{lowest.z()}}},
+                             {"max", {double{highest.x()}, double{highest.y()}, double{highest.z()}}}};
       return section("POSITION", 12, n, accessor, [this](std::size_t i, Bytes& bytes) {
         const Eigen::Vector3f p = position(i);
         append(bytes, std::array{p.x(), p.y(), p.z()});
       });
     }
-    const auto low = on_grid(low_), high = on_grid(high_);
+    const auto low = on_grid(lowest), high = on_grid(highest);
     const Json accessor = {{"componentType", kUnsignedShort},
                            {"normalized", true},
                            {"type", "VEC3"},
@@ -224,14 +253,14 @@ class PackedGlb {
     return view;
   }
 
-  [[nodiscard]] static Json plain_view(const Section& part, Bytes& binary) {
+  [[nodiscard]] static Json plain_view(const Section& part, std::string& binary) {
     Json view = view_of(part, 0, binary.size());
-    binary.insert(binary.end(), part.bytes.begin(), part.bytes.end());
+    binary.append(part.bytes.begin(), part.bytes.end());
     return view;
   }
 
   /// `plain_offset`: in the buffer of those who cannot decompress, which is not in the file.
-  [[nodiscard]] static Json compressed_view(const Section& part, std::size_t plain_offset, Bytes& binary) {
+  [[nodiscard]] static Json compressed_view(const Section& part, std::size_t plain_offset, std::string& binary) {
     const Bytes packed = part.attribute.empty() ? packed_indices(part) : packed_vertices(part);
     Json view = view_of(part, 1, plain_offset);
     view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
@@ -240,7 +269,7 @@ class PackedGlb {
                                                      {"byteStride", part.stride},
                                                      {"count", part.count},
                                                      {"mode", part.attribute.empty() ? "TRIANGLES" : "ATTRIBUTES"}};
-    binary.insert(binary.end(), packed.begin(), packed.end());
+    binary.append(packed.begin(), packed.end());
     binary.resize((binary.size() + 3) / 4 * 4);
     return view;
   }
@@ -280,15 +309,8 @@ class PackedGlb {
       node["scale"] = {double{grid_.side_m}, double{grid_.side_m}, double{grid_.side_m}};
     }
     json["nodes"] = Json::array({node});
-    Json primitive = {{"attributes", Json::object()}, {"material", 0}, {"mode", 4}};
-    json["accessors"] = Json::array();
-    for (Section& part : sections_) {
-      const std::size_t i = json["accessors"].size();
-      part.accessor["bufferView"] = i;
-      json["accessors"].push_back(part.accessor);
-      (part.attribute.empty() ? primitive["indices"] : primitive["attributes"][part.attribute]) = i;
-    }
-    json["meshes"] = Json::array({{{"primitives", Json::array({primitive})}}});
+    json["accessors"] = std::move(accessors_);
+    json["meshes"] = Json::array({{{"primitives", std::move(primitives_)}}});
     Json material = {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}}};
     if (config_.material == Material::kUnlit) material["extensions"]["KHR_materials_unlit"] = Json::object();
     if (texture_ != nullptr) {
@@ -315,27 +337,31 @@ class PackedGlb {
   const Placement& placement_;
   const ExportConfig& config_;
   const MeshTexture* texture_;
-  std::vector<unsigned int> indices_;
-  std::vector<std::uint32_t> order_;  ///< the mesh's vertex at each place of the file
-  Eigen::Vector3f low_, high_;
   Grid grid_;
-  std::vector<Section> sections_;
+  Json accessors_ = Json::array(), primitives_ = Json::array();
+  std::vector<unsigned int> indices_;  ///< of the part that is being written, in order_
+  std::vector<std::uint32_t> order_;   ///< the mesh's vertex at each place of the part
 };
 
 }  // namespace
 
 Result<void> write_packed_glb(const Mesh& mesh, const Placement& placement, const ExportConfig& config,
-                              AtomicFile& file, const MeshTexture* texture, std::uint64_t max_bytes) {
-  // What viewers have in memory in the end counts, compressed or not.
-  const std::uint64_t plain_bytes = (config.quantize ? 20ull : 32ull) * mesh.positions_m.size() +
-                                    12ull * mesh.triangles.size() + (texture == nullptr ? 0u : texture->image.size());
-  if (plain_bytes > max_bytes) {
-    return Error{ErrorCode::kOutput, fmt::format("the GLB would unfold to {} bytes, more than the limit of {}: take a "
-                                                 "larger voxel size, or write PLY",
-                                                 plain_bytes, max_bytes)};
-  }
+                              AtomicFile& file, const MeshTexture* texture, const GlbLimits& limits) {
+  const auto fits = [&](std::size_t vertices) {
+    // What viewers have in memory in the end counts, compressed or not.
+    const std::uint64_t plain_bytes = (config.quantize ? 20ull : 32ull) * vertices + 12ull * mesh.triangles.size() +
+                                      (texture == nullptr ? 0u : texture->image.size());
+    return plain_bytes <= limits.max_bytes
+               ? Result<void>()
+               : Error{ErrorCode::kOutput, fmt::format("the GLB would unfold to {} bytes, more than the limit of {}: "
+                                                       "take a larger voxel size, or write PLY",
+                                                       plain_bytes, limits.max_bytes)};
+  };
+  if (auto whole = fits(mesh.positions_m.size()); !whole) return whole;
   try {
-    return file.write(PackedGlb(mesh, placement, config, texture).bytes());
+    GlbParts parts(mesh, limits.max_vertices_of_a_primitive);
+    if (auto in_parts = fits(parts.vertices()); !in_parts) return in_parts;
+    return file.write(PackedGlb(mesh, placement, config, texture).bytes(parts));
   } catch (const std::exception& problem) {  // bad_alloc
     return Error{ErrorCode::kOutput, std::string("the GLB could not be built: ") + problem.what()};
   }

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "export/glb_accessor.h"
 #include "export/glb_container.h"
@@ -13,6 +14,7 @@
 #include "export/mesh_builder.h"
 #include "export/mesh_readers.h"
 #include "export/srgb.h"
+#include "export/stitch_borders.h"
 
 namespace scanknit {
 namespace {
@@ -93,6 +95,8 @@ class SceneReader {
 
   [[nodiscard]] const std::vector<std::string>& warnings() const { return base_colours_.warnings(); }
 
+  [[nodiscard]] bool has_texture_coordinates() const { return has_texture_coordinates_; }
+
   Result<Mesh> read() {
     for (const int root : roots()) {
       if (auto read = read_node(root, Eigen::Affine3d::Identity(), 0); !read) return read.error();
@@ -135,14 +139,47 @@ class SceneReader {
       if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
         return input_error("the GLB names a mesh that is not there");
       }
-      for (const tinygltf::Primitive& primitive : model_.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-        if (auto read = read_primitive(primitive, T_scene_node); !read) return read;
+      if (auto read = read_primitives(model_.meshes[static_cast<std::size_t>(node.mesh)].primitives, T_scene_node);
+          !read) {
+        return read;
       }
     }
     for (const int child : node.children) {
       if (auto read = read_node(child, T_scene_node, depth + 1); !read) return read;
     }
     return {};
+  }
+
+  /// Those of one mesh: a large one of ours is in several, which are joined where they were cut.
+  Result<void> read_primitives(const std::vector<tinygltf::Primitive>& primitives,
+                               const Eigen::Affine3d& T_scene_node) {
+    AppendedParts parts;
+    parts.first_triangle = mesh_.triangles.size();
+    const std::size_t first_vertex = mesh_.positions_m.size();
+    const bool has_coordinates = std::any_of(primitives.begin(), primitives.end(), [](const auto& primitive) {
+      return primitive.attributes.count("TEXCOORD_0") != 0;
+    });
+    has_texture_coordinates_ = has_texture_coordinates_ || has_coordinates;
+    for (const tinygltf::Primitive& primitive : primitives) {
+      parts.first_vertex.push_back(mesh_.positions_m.size());
+      if (auto read = read_primitive(primitive, T_scene_node); !read) return read;
+      if (primitives.size() == 1 || !has_coordinates) continue;
+      parts.coordinates.resize(mesh_.positions_m.size() - first_vertex, Eigen::Vector2f::Zero());
+      read_coordinates(primitive, std::span(parts.coordinates).subspan(parts.first_vertex.back() - first_vertex));
+    }
+    stitch_parts(mesh_, parts);
+    return {};
+  }
+
+  /// Only to tell vertices apart: what cannot be read stays zero.
+  void read_coordinates(const tinygltf::Primitive& primitive, std::span<Eigen::Vector2f> coordinates) const {
+    const auto found = primitive.attributes.find("TEXCOORD_0");
+    if (found == primitive.attributes.end()) return;
+    const auto view = AccessorView::open(model_, found->second);
+    if (!view || view->components() != 2 || view->count() != coordinates.size()) return;
+    for (std::size_t i = 0; i < view->count(); ++i) {
+      coordinates[i] = Eigen::Vector2d(view->meant(i, 0), view->meant(i, 1)).cast<float>();
+    }
   }
 
   Result<void> read_primitive(const tinygltf::Primitive& primitive, const Eigen::Affine3d& T_scene_node) {
@@ -264,13 +301,14 @@ class SceneReader {
   std::vector<bool> is_visited_;
   bool may_be_quantised_;
   Mesh mesh_;
+  bool has_texture_coordinates_ = false;
   bool all_have_normals_ = true;
   bool all_have_colours_ = true;
 };
 
 }  // namespace
 
-Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, std::vector<std::string>* warnings) {
+Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   if (auto ok = check_glb_container(bytes); !ok) return ok.error();
   try {
     const auto unpacked = without_meshopt(bytes, limits);
@@ -280,7 +318,10 @@ Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, std::vector<
     if (!model) return model.error();
     SceneReader reader(*model, limits, bytes.size());
     auto mesh = reader.read();
-    if (warnings != nullptr) warnings->insert(warnings->end(), reader.warnings().begin(), reader.warnings().end());
+    if (notes != nullptr) {
+      notes->warnings.insert(notes->warnings.end(), reader.warnings().begin(), reader.warnings().end());
+      notes->has_texture_coordinates = reader.has_texture_coordinates();
+    }
     return mesh;
   } catch (const std::exception& problem) {  // what tinygltf and its JSON library may throw
     return input_error(std::string("the GLB cannot be understood: ") + problem.what());

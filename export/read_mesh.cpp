@@ -10,10 +10,9 @@
 namespace scanknit {
 namespace {
 
-Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& limits,
-                     std::vector<std::string>* warnings) {
+Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   switch (format) {
-    case MeshFormat::kGlb: return read_glb(bytes, limits, warnings);
+    case MeshFormat::kGlb: return read_glb(bytes, limits, notes);
     case MeshFormat::kPly: return read_ply(bytes, limits);
     case MeshFormat::kObj: return read_obj(bytes, limits);
     case MeshFormat::kStl: return read_stl(bytes, limits);
@@ -25,16 +24,15 @@ Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& li
 
 }  // namespace
 
-Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits& limits,
-                        std::vector<std::string>* warnings) {
+Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits& limits, MeshNotes* notes) {
   try {
-    return read_as(format, bytes, limits, warnings).and_then(finish_mesh);
+    return read_as(format, bytes, limits, notes).and_then(finish_mesh);
   } catch (const std::bad_alloc&) {
     return input_error("the mesh does not fit into memory");
   }
 }
 
-Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits, std::vector<std::string>* warnings) {
+Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits, MeshNotes* notes) {
   const std::optional<MeshFormat> format = mesh_format(path);
   if (!format) {
     return Error{
@@ -44,7 +42,7 @@ Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits, 
   }
   const auto bytes = read_text_file(path, limits.max_mesh_bytes);
   if (!bytes) return bytes.error();
-  auto mesh = parse_mesh(*bytes, *format, limits, warnings);
+  auto mesh = parse_mesh(*bytes, *format, limits, notes);
   if (!mesh) return Error{mesh.error().code, mesh.error().message, path.string()};
   return mesh;
 }

@@ -2,21 +2,20 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "core/limits.h"
 #include "core/mesh.h"
 #include "core/result.h"
+#include "export/mesh_notes.h"
 
 namespace scanknit {
 
 /// The mesh in the file's own coordinates and unit (STL: what the numbers say). Vertices of an STL that are bit-equal
-/// are welded. GLB colours are turned from linear to sRGB; node transforms are applied; a textured vertex has the
-/// colour of its texel. `warnings` gets what was left out, such as a texture that cannot be decoded. Errors (kInput):
-/// unreadable, not the format, counts beyond `limits`, an index out of range, a position that is not finite, truncated.
-/// A normal that is not finite becomes zero: unknown.
+/// are welded. GLB colours are turned from linear to sRGB; node transforms are applied; primitives of a
+/// mesh are joined where they were cut (stitch_borders.h); a textured vertex has the colour of its texel. `notes` are
+/// added to. Errors (kInput): unreadable, not the format, counts beyond `limits`, an index out of range, a position
+/// that is not finite, truncated. A normal that is not finite becomes zero: unknown.
 [[nodiscard]] Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits = {},
-                                     std::vector<std::string>* warnings = nullptr);
+                                     MeshNotes* notes = nullptr);
 
 }  // namespace scanknit

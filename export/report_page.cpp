@@ -1,5 +1,7 @@
 #include "export/report_page.h"
 
+#include <fmt/format.h>
+
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -154,6 +156,31 @@ Result<std::string> report_page(std::string_view report_json, std::string_view t
   const auto report = parse(report_json);
   if (!report) return report.error();
   return page_of(PageJson(&*report), trajectory, uris_of(pictures));
+}
+
+Result<void> check_report(std::string_view report_json) {
+  const auto report = parse(report_json);
+  if (!report) return report.error();
+  const auto wrong = [](const char* key, const char* type) {
+    return Error{ErrorCode::kInput, fmt::format("is no report of scanknit: `{}` is no {}", key, type)};
+  };
+  for (const char* key : {"version", "status", "exit_code"}) {
+    if (!report->contains(key)) return Error{ErrorCode::kInput, fmt::format("is no report of scanknit: no `{}`", key)};
+  }
+  if (!(*report)["exit_code"].is_number_integer()) return wrong("exit_code", "whole number");
+  for (const char* key : {"version", "status", "input"}) {
+    if (report->contains(key) && !(*report)[key].is_string()) return wrong(key, "text");
+  }
+  const auto is_missing = [&](const char* key) { return !report->contains(key) || (*report)[key].is_null(); };
+  for (const char* key : {"total_ms", "peak_rss_mib"}) {
+    if (!is_missing(key) && !(*report)[key].is_number()) return wrong(key, "number");
+  }
+  if (!is_missing("warnings") && !(*report)["warnings"].is_array()) return wrong("warnings", "list");
+  for (const char* key : {"frames", "losses", "tracking", "turntable", "alignment", "stages", "volume", "mesh", "holes",
+                          "fit", "extract", "finish", "texture", "files", "config"}) {
+    if (!is_missing(key) && !(*report)[key].is_object()) return wrong(key, "object");
+  }
+  return {};
 }
 
 Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,

@@ -24,6 +24,10 @@ struct PagePicture {
 [[nodiscard]] Result<std::string> report_page(std::string_view report_json, std::string_view trajectory,
                                               std::span<const PagePicture> pictures);
 
+/// Whether it is a report, of this version or an earlier one: has `version`, `status` and `exit_code`, and none of the
+/// keys that a report may have is of another type (null is none). Errors: kInput, naming the first that is wrong.
+[[nodiscard]] Result<void> check_report(std::string_view report_json);
+
 /// Draws it with the pictures that lie in `page`'s folder, by the names that the report has for them, and the poses of
 /// `trajectory` (empty: of the file there that the report names), and writes it all or nothing. Errors: kInput,
 /// kOutput.

@@ -51,9 +51,13 @@ Result<void> check_texture(const Mesh& mesh, const MeshTexture* texture) {
 Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config,
                       const MeshTexture* texture, AtomicFile& file) {
   switch (plan.format) {
-    case MeshFormat::kGlb:
-      if (config.quantize || config.compress) return write_packed_glb(mesh, plan.placement, config, file, texture);
-      return write_glb(mesh, plan.placement, config.material, file, texture);
+    case MeshFormat::kGlb: {
+      const GlbLimits limits{.max_vertices_of_a_primitive = config.max_vertices_of_a_primitive};
+      if (config.quantize || config.compress) {
+        return write_packed_glb(mesh, plan.placement, config, file, texture, limits);
+      }
+      return write_glb(mesh, plan.placement, config.material, file, texture, limits);
+    }
     case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);

@@ -68,6 +68,8 @@ TEST_F(Finish, ForPrintingItIsCutFromTheTableClosedAndStandsOnTheOrigin) {
   EXPECT_NEAR(size_m(told, 1), 0.22 - 0.008, 0.006);  // the vase, without the two voxels above the table
   EXPECT_NEAR(told["mesh"]["bounds_m"][0][0].get<double>(), -told["mesh"]["bounds_m"][1][0].get<double>(), 1e-6);
   EXPECT_NE(outcome.out.find("Finish"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find(" mm2, invented "), std::string::npos) << outcome.out;  // words, and no keys
+  EXPECT_EQ(outcome.out.find("_mm2"), std::string::npos) << outcome.out;
   EXPECT_TRUE(fs::exists(fs::path(place("print")) / "model.stl"));
 }
 
@@ -213,6 +215,12 @@ TEST_F(Finish, KeysOfStepsThatAreOffAreWarnedOf) {
       "(finish.watertight): of no effect, since the key in brackets is off";
   EXPECT_NE(off.err.find(warning), std::string::npos) << off.err;
   EXPECT_EQ(report("off")["warnings"], Json::array({warning}));
+  std::vector<std::string> full = keys;
+  full.insert(full.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=full"});
+  const Outcome closed = run("closed_whatever", full);
+  ASSERT_EQ(closed.exit_code, 0) << closed.err;
+  EXPECT_EQ(report("closed_whatever")["warnings"],
+            Json::array({"finish.max_hole: of no effect with finish.watertight: full, which closes every hole"}));
   std::vector<std::string> wish = keys;
   wish.insert(wish.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=small"});
   const Outcome on = run("on", wish);

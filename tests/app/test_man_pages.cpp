@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "app/exit_codes.h"
+#include "core/version.h"
 #include "tests/app/command_help.h"
 #include "tests/app/program.h"
 
@@ -79,6 +80,19 @@ TEST_F(ManPages, NameTheExitCodesEnvironmentAndFiles) {
   }
   EXPECT_NE(text.find("NO_COLOR"), std::string::npos);
   EXPECT_NE(text.find("60\\-scanknit.rules"), std::string::npos);
+}
+
+/// The same for the same sources, whenever they are built: the changelog's.
+TEST_F(ManPages, HaveTheDateOfTheRelease) {
+  const std::string changes = read_text(SCANKNIT_SOURCE_DIR "/CHANGELOG.md");
+  const std::string head = std::string("\n## [") + kVersion + "] - ";
+  const std::size_t at = changes.find(head);
+  const std::string date = at == std::string::npos ? "unreleased" : changes.substr(at + head.size(), 10);
+  for (const std::string& name : pages()) {
+    std::string first_line = page(name).substr(0, page(name).find('\n'));
+    std::erase(first_line, '\\');
+    EXPECT_NE(first_line.find(" 1 \"" + date + "\" \"scanknit"), std::string::npos) << first_line;
+  }
 }
 
 TEST_F(ManPages, ManHasNoWarning) {

@@ -118,6 +118,10 @@ TEST(Report, OfAFolderWithoutOneSaysWhatWasExpected) {
   }
   std::ofstream(scan / "recording" / "report.json") << "{broken";
   EXPECT_EQ(scanknit_command({"report", scan.recording().string()}).exit_code, 4);
+  std::ofstream(scan / "recording" / "report.json") << "{}";
+  const Outcome empty = scanknit_command({"report", scan.recording().string()});
+  EXPECT_EQ(empty.exit_code, 4);
+  EXPECT_NE(empty.err.find("no report"), std::string::npos) << empty.err;
   EXPECT_FALSE(fs::exists(scan.recording() / "report.html"));
 }
 

@@ -164,6 +164,22 @@ TEST_F(Texture, TheProgramReadsItsColours) {
   EXPECT_EQ(Json::parse(info.out)["warnings"], Json::array());
 }
 
+TEST_F(Texture, InfoLooksAwayFromItsSeams) {
+  const auto told = [](const fs::path& file) {
+    const Outcome info = scanknit_command({"info", file.string(), "--json"});
+    EXPECT_EQ(info.exit_code, 0) << info.err;
+    return Json::parse(info.out);
+  };
+  const Json textured = told(glb("textured")), plain = told(glb("plain"));
+  for (const char* key : {"triangles", "components", "boundary_edges", "non_manifold_edges", "non_manifold_vertices",
+                          "misoriented_edges", "euler", "is_closed", "is_manifold"}) {
+    EXPECT_EQ(textured[key], plain[key]) << key;
+  }
+  EXPECT_GT(textured["seam_vertices"].get<int>(), 0);
+  EXPECT_EQ(plain["seam_vertices"], 0);
+  EXPECT_EQ(textured["vertices"].get<int>() - textured["seam_vertices"].get<int>(), plain["vertices"].get<int>());
+}
+
 TEST_F(Texture, OneThatIsDamagedIsToldByInfo) {
   std::string bytes = read_text(glb("textured"));
   char& inside = bytes.at(bytes.rfind("IDAT") + 8);

@@ -71,11 +71,11 @@ INSTANTIATE_TEST_SUITE_P(EveryPacking, ReadTexturedGlb, ::testing::Range(0, 4));
 
 TEST_P(ReadTexturedGlb, GivesEachVertexTheExactColourOfItsTexel) {
   const Textured made = squares(1, true);
-  std::vector<std::string> warnings;
-  const auto read = parse_mesh(glb_of(made, config()), MeshFormat::kGlb, {}, &warnings);
+  MeshNotes notes;
+  const auto read = parse_mesh(glb_of(made, config()), MeshFormat::kGlb, {}, &notes);
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ(worst_difference(*read, made.mesh), 0);
-  EXPECT_TRUE(warnings.empty());
+  EXPECT_TRUE(notes.warnings.empty());
 }
 
 TEST_P(ReadTexturedGlb, ReadsJpeg) {
@@ -135,12 +135,12 @@ std::vector<Rgb8> colours_of(const Scene& scene) {
 
 /// What is said of a texture that is left out; the triangle must be there, grey.
 std::string warning_of(const Scene& scene, const Limits& limits = {}) {
-  std::vector<std::string> warnings;
-  const auto read = parse_mesh(scene.glb(), MeshFormat::kGlb, limits, &warnings);
+  MeshNotes notes;
+  const auto read = parse_mesh(scene.glb(), MeshFormat::kGlb, limits, &notes);
   EXPECT_TRUE(read) << (read ? "" : read.error().text());
   EXPECT_TRUE(read && read->colours.empty() && read->triangles.size() == 1);
-  EXPECT_EQ(warnings.size(), 1u);
-  return warnings.empty() ? "" : warnings.front();
+  EXPECT_EQ(notes.warnings.size(), 1u);
+  return notes.warnings.empty() ? "" : notes.warnings.front();
 }
 
 std::string refusal_of(const Scene& scene) {
@@ -247,12 +247,12 @@ TEST(GlbTexture, AllPicturesTogetherStayWithinTheLimit) {
   Limits limits;
   limits.max_image_pixels = 30'000;
   ASSERT_LT(16 * glb.size(), 30'000u);
-  std::vector<std::string> warnings;
-  const auto read = parse_mesh(glb, MeshFormat::kGlb, limits, &warnings);
+  MeshNotes notes;
+  const auto read = parse_mesh(glb, MeshFormat::kGlb, limits, &notes);
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_TRUE(read->colours.empty());
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("pixels"), std::string::npos) << warnings[0];
+  ASSERT_EQ(notes.warnings.size(), 1u);
+  EXPECT_NE(notes.warnings[0].find("pixels"), std::string::npos) << notes.warnings[0];
 }
 
 TEST(GlbTexture, PicturesThatAreNotInTheFileAreToldAndNotOpened) {

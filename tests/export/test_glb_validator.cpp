@@ -105,6 +105,24 @@ TEST(GlbValidator, FindsNothingWrongInATexturedMesh) {
   }
 }
 
+TEST(GlbValidator, FindsNothingWrongInAMeshOfSeveralPrimitives) {
+  const Mesh sphere = test::marked_sphere();
+  const test::OwnTexels texels = test::own_texels(sphere);
+  Mesh uncoloured = sphere;
+  uncoloured.colours.clear();
+  for (int packing = 0; packing < 4; ++packing) {
+    ExportConfig config;
+    config.max_vertices_of_a_primitive = 500;
+    config.quantize = (packing & 1) != 0;
+    config.compress = (packing & 2) != 0;
+    std::vector<std::string> remarks;
+    if (config.compress) remarks = {"UNSUPPORTED_EXTENSION", "UNUSED_OBJECT (severity 2)"};
+    expect_valid(sphere, config, remarks);
+    remarks.emplace_back("IMAGE_NPOT_DIMENSIONS");
+    expect_valid(uncoloured, config, remarks, &texels.texture);
+  }
+}
+
 TEST(GlbValidator, FindsNothingInALitMesh) {
   expect_valid(test::marked_sphere(), Material::kLit);
 }

@@ -143,7 +143,7 @@ TEST(GlbWriter, TooLargeAMeshIsRefusedWithAWayOut) {
   const TemporaryFolder folder;
   auto file = AtomicFile::create(folder / "m.glb");
   ASSERT_TRUE(file);
-  const auto refused = write_glb(test::cube(), {}, Material::kLit, *file, /*texture=*/nullptr, /*max_bytes=*/100);
+  const auto refused = write_glb(test::cube(), {}, Material::kLit, *file, /*texture=*/nullptr, {.max_bytes = 100});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kOutput);
   EXPECT_NE(refused.error().message.find("write PLY"), std::string::npos);

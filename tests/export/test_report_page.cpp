@@ -197,6 +197,28 @@ TEST(ReportPage, WhatIsNoReportIsRefused) {
   }
 }
 
+TEST(CheckReport, OursIsOneAndSoIsAnOlderOneThatHasLess) {
+  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  EXPECT_TRUE(check_report(report.dump()));
+  for (const char* key : {"alignment", "finish", "texture", "losses", "fit"}) report.erase(key);
+  EXPECT_TRUE(check_report(report.dump()));
+}
+
+TEST(CheckReport, WhatLacksTheFirstThingsOrHasAnotherTypeIsNamed) {
+  const auto said = [](const nlohmann::json& report) {
+    const auto checked = check_report(report.dump());
+    return checked ? std::string() : checked.error().message;
+  };
+  const nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  EXPECT_NE(said(nlohmann::json::object()).find("version"), std::string::npos);
+  EXPECT_NE(said(nlohmann::json::array()), "");
+  for (const auto& [key, value] : report.items()) {
+    nlohmann::json changed = report;
+    changed[key] = value.is_string() ? nlohmann::json(1) : nlohmann::json("text");
+    EXPECT_NE(said(changed).find("`" + key + "`"), std::string::npos) << key << ": " << said(changed);
+  }
+}
+
 TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
   for (const char* text : {"nonsense", "1 2\n3 4\n", "0 nan 0 0\n1 inf 0 0\n", "0 1 2 3 0 0 0 1"}) {
     EXPECT_EQ(page_of(sample(), text).find("Camera path"), std::string::npos) << text;

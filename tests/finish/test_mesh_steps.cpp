@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <iostream>
 #include <random>
+#include <stop_token>
 
 #include "finish/mesh_edges.h"
 #include "finish/pieces.h"
@@ -104,6 +106,49 @@ TEST(SmoothMesh, EvensOutNoiseAndKeepsTheVolume) {
   EXPECT_NEAR(signed_volume_m3(mesh) / volume, 1, 0.005);
   EXPECT_GT(moved.mean_m, 0);
   EXPECT_GE(moved.max_m, moved.mean_m);
+}
+
+/// One of them ten times as large.
+Mesh two_rough_balls() {
+  Mesh mesh;
+  add(rough_ball(), 1, {0, 0, 0}, mesh);
+  add(rough_ball(), 10, {50, 0, 0}, mesh);
+  return mesh;
+}
+
+/// Of the first and of the second half of its triangles.
+std::array<double, 2> volumes_of_halves(const Mesh& mesh) {
+  std::array<double, 2> volumes{};
+  const auto half = static_cast<std::ptrdiff_t>(mesh.triangles.size() / 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    Mesh part = mesh;
+    part.triangles.assign(mesh.triangles.begin() + (i == 0 ? 0 : half),
+                          i == 0 ? mesh.triangles.begin() + half : mesh.triangles.end());
+    volumes[i] = signed_volume_m3(part);
+  }
+  return volumes;
+}
+
+TEST(SmoothMesh, KeepsTheVolumeOfEachPieceOverHundredsOfSteps) {
+  for (const std::size_t steps : {1, 15, 300, 1000}) {
+    Mesh mesh = two_rough_balls();
+    const auto before = volumes_of_halves(mesh);
+    smooth_mesh(steps, mesh);
+    const auto after = volumes_of_halves(mesh);
+    constexpr double kOfFloats = 1e-5;
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(after[i] / before[i], 1, kOfFloats) << steps;
+    EXPECT_TRUE(check_mesh(mesh).is_closed());
+  }
+}
+
+TEST(SmoothMesh, StoppedItLeavesTheMeshAsItWas) {
+  std::stop_source source;
+  source.request_stop();
+  Mesh mesh = rough_ball();
+  const Mesh before = mesh;
+  EXPECT_TRUE(smooth_mesh(1000, mesh, source.get_token()).is_stopped);
+  EXPECT_TRUE(mesh.positions_m == before.positions_m);
+  EXPECT_FALSE(smooth_mesh(1, mesh).is_stopped);
 }
 
 TEST(SmoothMesh, LeavesBoundariesWhereTheyAre) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,7 @@ struct Expected {
   ToldColour colour = ToldColour::kSrgb;
   ToldVertices vertices = ToldVertices::kShared;
   double tolerance_m = 1e-6;  ///< floats of a metre in millimetres, and the decimals that an OBJ has
+  std::optional<std::size_t> count = std::nullopt;  ///< how many vertices, where `vertices` does not say it
 };
 
 /// What is wrong with it: the counts, where it lies, each triangle with its corners and their order, each colour.

@@ -64,14 +64,28 @@ void add_node(const json& scene, const json& node, const Eigen::Matrix4d& T_scen
   for (const auto& child : node.value("children", json::array())) add_node(scene, child, T_scene_node, told, picture);
 }
 
-std::string seen_by_assimp(const std::string& name, Expected expected) {
+std::string seen_by_assimp(const std::string& name, Expected expected, const ExportConfig& config = {}) {
   const Mesh mesh = jack();
-  const WrittenMesh file(mesh, name);
+  const WrittenMesh file(mesh, name, config);
   const Said exported = run("assimp export '" + file.path() + "' '" + file.json() + "' -fassjson");
   if (exported.exit_code != 0) return exported.text;
   const json scene = json::parse(std::ifstream(file.json()));
   ToldMesh told;
   add_node(scene, scene.at("rootnode"), Eigen::Matrix4d::Identity(), told);
+  expected.tolerance_m = kSixDigitsM;
+  return differences(told, mesh, expected);
+}
+
+std::string texture_seen_by_assimp(const TexturedFile& textured, const Mesh& mesh, Expected expected) {
+  const WrittenMesh& file = textured.file();
+  const Said exported = run("assimp export '" + file.path() + "' '" + file.json() + "' -fassjson");
+  if (exported.exit_code != 0) return exported.text;
+  const json scene = json::parse(std::ifstream(file.json()));
+  EXPECT_EQ(base_colour_file(scene.at("materials").at(0)), "*0");
+  ToldMesh told;
+  add_node(scene, scene.at("rootnode"), Eigen::Matrix4d::Identity(), told, &textured.image());
+  expected.R_told_world = y_up();
+  expected.colour = ToldColour::kSrgb;
   expected.tolerance_m = kSixDigitsM;
   return differences(told, mesh, expected);
 }
@@ -93,19 +107,22 @@ TEST_F(Assimp, ReadsGlbUprightInMetresWithLinearColours) {
   EXPECT_EQ(seen_by_assimp("m.glb", {.R_told_world = y_up(), .colour = ToldColour::kLinear}), "");
 }
 
+TEST_F(Assimp, ReadsEveryPrimitive) {
+  const Mesh mesh = jack();
+  const std::size_t count = vertices_in_primitives(mesh);
+  EXPECT_EQ(
+      seen_by_assimp("m.glb", {.R_told_world = y_up(), .colour = ToldColour::kLinear, .count = count}, in_primitives()),
+      "");
+  const TexturedFile textured(mesh, in_primitives());
+  EXPECT_EQ(texture_seen_by_assimp(textured, mesh, {.count = count}), "");
+}
+
 TEST_F(Assimp, ReadsTheTextureAndItsCoordinates) {
   const Mesh mesh = jack();
   const TexturedFile textured(mesh);
-  const WrittenMesh& file = textured.file();
-  const Said exported = run("assimp export '" + file.path() + "' '" + file.json() + "' -fassjson");
-  ASSERT_EQ(exported.exit_code, 0) << exported.text;
-  const json scene = json::parse(std::ifstream(file.json()));
-  EXPECT_EQ(base_colour_file(scene.at("materials").at(0)), "*0");
-  ToldMesh told;
-  add_node(scene, scene.at("rootnode"), Eigen::Matrix4d::Identity(), told, &textured.image());
-  EXPECT_EQ(differences(told, mesh, {.R_told_world = y_up(), .colour = ToldColour::kSrgb, .tolerance_m = kSixDigitsM}),
-            "");
+  EXPECT_EQ(texture_seen_by_assimp(textured, mesh, {}), "");
 
+  const WrittenMesh& file = textured.file();
   const std::string stem = file.json();  // without its extension, and with _img0
   const Said extracted = run("assimp extract '" + file.path() + "' '" + stem + ".png'");
   ASSERT_EQ(extracted.exit_code, 0) << extracted.text;

@@ -67,6 +67,14 @@ TEST_F(Blender, ReadsTheTextureOfAQuantizedGlb) {
   EXPECT_EQ(textured_in_blender({.colour = ToldColour::kSrgb, .tolerance_m = kLongestSideM / 65535}, config), "");
 }
 
+TEST_F(Blender, ReadsEveryPrimitiveIntoOneMesh) {
+  const std::size_t count = vertices_in_primitives(jack());
+  EXPECT_EQ(seen_by_blender("m.glb", {.R_told_world = z_up(), .colour = ToldColour::kLinear, .count = count},
+                            in_primitives()),
+            "");
+  EXPECT_EQ(textured_in_blender({.colour = ToldColour::kSrgb, .count = count}, in_primitives()), "");
+}
+
 TEST_F(Blender, RefusesACompressedGlbAndSaysWhy) {
   ExportConfig config;
   config.compress = true;

@@ -11,9 +11,9 @@ Said read_in_open3d(const WrittenMesh& file) {
              file.json() + "'");
 }
 
-std::string seen_by_open3d(const std::string& name, const Expected& expected) {
+std::string seen_by_open3d(const std::string& name, const Expected& expected, const ExportConfig& config = {}) {
   const Mesh mesh = jack();
-  const WrittenMesh file(mesh, name);
+  const WrittenMesh file(mesh, name, config);
   const Said said = read_in_open3d(file);
   if (said.exit_code != 0) return said.text;
   return differences(told_in_json(file.json()), mesh, expected);
@@ -40,6 +40,20 @@ TEST_F(Open3d, ReadsTheTextureAndItsCoordinates) {
   EXPECT_EQ(
       differences(told_in_json(textured.file().json()), mesh, {.R_told_world = y_up(), .colour = ToldColour::kSrgb}),
       "");
+}
+
+TEST_F(Open3d, ReadsEveryPrimitive) {
+  const Mesh mesh = jack();
+  const std::size_t count = vertices_in_primitives(mesh);
+  EXPECT_EQ(
+      seen_by_open3d("m.glb", {.R_told_world = y_up(), .colour = ToldColour::kLinear, .count = count}, in_primitives()),
+      "");
+  const TexturedFile textured(mesh, in_primitives());
+  const Said said = read_in_open3d(textured.file());
+  ASSERT_EQ(said.exit_code, 0) << said.text;
+  EXPECT_EQ(differences(told_in_json(textured.file().json()), mesh,
+                        {.R_told_world = y_up(), .colour = ToldColour::kSrgb, .count = count}),
+            "");
 }
 
 TEST_F(Open3d, ReadsPlyAsTheRecordingsWorldWithTheCamerasBytes) {

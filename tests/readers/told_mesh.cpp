@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/split_mesh.h"
 #include "export/write_mesh.h"
 
 namespace scanknit::test {
@@ -51,12 +52,26 @@ WrittenMesh::WrittenMesh(const Mesh& mesh, const std::string& name, const Export
 
 namespace {
 
+constexpr std::size_t kVerticesOfAPrimitive = 300;
+
 Mesh without_colours(Mesh mesh) {
   mesh.colours.clear();
   return mesh;
 }
 
 }  // namespace
+
+ExportConfig in_primitives() {
+  ExportConfig config;
+  config.max_vertices_of_a_primitive = kVerticesOfAPrimitive;
+  return config;
+}
+
+std::size_t vertices_in_primitives(const Mesh& mesh) {
+  MeshSplit split(mesh, {.vertices = kVerticesOfAPrimitive});
+  EXPECT_GT(split.parts(), 3u);
+  return split.vertices();
+}
 
 TexturedFile::TexturedFile(const Mesh& mesh, const ExportConfig& config)
     : texels_(own_texels(mesh)), file_(without_colours(mesh), "m.glb", config, &texels_.texture) {}

@@ -42,6 +42,10 @@ class WrittenMesh {
   std::string file_;
 };
 
+/// Of a GLB in several primitives: what each reader is to see, and how many vertices they have together.
+[[nodiscard]] ExportConfig in_primitives();
+[[nodiscard]] std::size_t vertices_in_primitives(const Mesh& mesh);
+
 /// A GLB whose colours are in a texture, one texel a vertex.
 class TexturedFile {
  public:

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "view/split_mesh.h"
+#include "core/split_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -72,6 +72,41 @@ TEST(SplitMesh, TrianglesAtOnePlaceAreStillSplit) {
   mesh.positions_m.assign(3, {0, 0, 0});
   mesh.triangles.assign(50, {0, 1, 2});
   EXPECT_EQ(split_mesh(mesh, 1).size(), 50u);
+}
+
+TEST(SplitMesh, PartsNameTheMeshsVertices) {
+  const Mesh mesh = square();
+  MeshSplit split(mesh, {.vertices = 100});
+  ASSERT_GT(split.parts(), 1u);
+  std::vector<Triangle> all;
+  std::size_t vertices = 0;
+  for (std::size_t i = 0; i < split.parts(); ++i) {
+    const MeshPart part = split.part(i);
+    EXPECT_LE(part.vertices.size(), 100u);
+    vertices += part.vertices.size();
+    for (const auto& [a, b, c] : part.triangles) {
+      all.emplace_back(part.vertices.at(a), part.vertices.at(b), part.vertices.at(c));
+    }
+  }
+  EXPECT_EQ(split.vertices(), vertices);
+  std::vector<Triangle> expected = mesh.triangles;
+  std::sort(all.begin(), all.end());
+  std::sort(expected.begin(), expected.end());
+  EXPECT_TRUE(all == expected);
+}
+
+TEST(SplitMesh, APartIsCompact) {
+  const Mesh mesh = square();
+  MeshSplit split(mesh, {.vertices = 100});
+  for (std::size_t i = 0; i < split.parts(); ++i) {
+    Eigen::AlignedBox3f box;
+    for (const std::uint32_t vertex : split.part(i).vertices) box.extend(mesh.positions_m[vertex]);
+    EXPECT_LE(box.sizes().maxCoeff(), kSide / 2);
+  }
+}
+
+TEST(SplitMesh, ATriangleIsNotCut) {
+  EXPECT_EQ(MeshSplit(square(), {.vertices = 2}).parts(), square().triangles.size());
 }
 
 }  // namespace

@@ -1,0 +1,260 @@
+#include "export/stitch_borders.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "core/disjoint_sets.h"
+
+namespace scanknit {
+namespace {
+
+// A vertex has about six triangles; in a file made to waste time it has as many as it likes, each in its own part.
+constexpr std::size_t kMostPartsOfAVertex = 32;
+// Likewise, of borders that lie on one edge.
+constexpr std::size_t kMostBordersTried = 16;
+
+using Index = std::uint32_t;
+
+/// An edge of one triangle, which is on its left.
+struct BorderEdge {
+  Index from, to;
+  [[nodiscard]] std::pair<Index, Index> ends() const { return {std::min(from, to), std::max(from, to)}; }
+};
+
+struct Border {
+  std::vector<Index> vertices;    ///< the mesh's numbers, ascending
+  std::vector<BorderEdge> edges;  ///< between `vertices`, in the order of the triangles
+};
+
+/// SplitMix64's last step (Steele, Lea and Flood 2014): neighbours become numbers that have nothing in common.
+std::uint64_t scrambled(std::uint64_t x) {
+  x += 0x9E3779B97F4A7C15u;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+  return x ^ (x >> 31);
+}
+
+/// Which of the vertices from `first_vertex` on are on a border, in one pass. An edge to a vertex and one from it add
+/// up to nothing; by chance, in one of 2^64 cases, so does a border, which is then not joined.
+std::vector<bool> are_on_border(const Mesh& mesh, std::size_t first_vertex, std::span<const Triangle> triangles) {
+  std::vector<std::uint64_t> balance(mesh.positions_m.size() - first_vertex, 0);
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t from = t[i] - first_vertex, to = t[(i + 1) % 3] - first_vertex;
+      balance[from] += scrambled(to);
+      balance[to] -= scrambled(from);
+    }
+  }
+  std::vector<bool> is_on_border(balance.size());
+  for (std::size_t i = 0; i < balance.size(); ++i) is_on_border[i] = balance[i] != 0;
+  return is_on_border;
+}
+
+/// Those that are alone between their two vertices.
+std::vector<BorderEdge> without_pairs(const std::vector<BorderEdge>& edges) {
+  std::vector<Index> order(edges.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return edges[a].ends() < edges[b].ends(); });
+  std::vector<bool> is_alone(edges.size(), false);
+  for (std::size_t i = 0, next = 0; i < order.size(); i = next) {
+    for (next = i + 1; next < order.size() && edges[order[next]].ends() == edges[order[i]].ends();) ++next;
+    is_alone[order[i]] = next == i + 1;
+  }
+  std::vector<BorderEdge> alone;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (is_alone[e]) alone.push_back(edges[e]);
+  }
+  return alone;
+}
+
+Border border_of(const Mesh& mesh, std::size_t first_vertex, std::size_t first_triangle) {
+  const auto triangles = std::span(mesh.triangles).subspan(first_triangle);
+  const std::vector<bool> is_on_border = are_on_border(mesh, first_vertex, triangles);
+  std::vector<BorderEdge> candidates;
+  for (const Triangle& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index from = t[i], to = t[(i + 1) % 3];
+      if (is_on_border[from - first_vertex] && is_on_border[to - first_vertex]) candidates.push_back({from, to});
+    }
+  }
+  Border border;
+  border.edges = without_pairs(candidates);
+  std::vector<Index>& vertices = border.vertices;
+  for (const BorderEdge& edge : border.edges) vertices.insert(vertices.end(), {edge.from, edge.to});
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  const auto place = [&](Index vertex) {
+    return static_cast<Index>(std::lower_bound(vertices.begin(), vertices.end(), vertex) - vertices.begin());
+  };
+  for (BorderEdge& edge : border.edges) edge = {place(edge.from), place(edge.to)};
+  return border;
+}
+
+/// What must be equal, bit by bit; but a zero has no sign.
+using Attributes = std::array<Index, 9>;
+
+template <typename Vector>
+void put(const Vector& values, std::size_t at, Attributes& attributes) {
+  for (const float value : values) attributes[at++] = std::bit_cast<Index>(value + 0.0f);
+}
+
+Attributes position_of(const Mesh& mesh, Index vertex) {
+  Attributes attributes{};
+  put(mesh.positions_m[vertex], 0, attributes);
+  return attributes;
+}
+
+Attributes all_of(const Mesh& mesh, const AppendedParts& parts, Index vertex) {
+  Attributes attributes = position_of(mesh, vertex);
+  const std::size_t n = mesh.positions_m.size();
+  if (mesh.normals.size() == n) put(mesh.normals[vertex], 3, attributes);
+  if (mesh.colours.size() == n) {
+    const Rgb8 c = mesh.colours[vertex];
+    attributes[6] = static_cast<Index>(c.r << 16 | c.g << 8 | c.b);
+  }
+  if (!parts.coordinates.empty()) put(parts.coordinates[vertex - parts.first_vertex.front()], 7, attributes);
+  return attributes;
+}
+
+/// A number for each of `attributes`, the same for equal ones.
+std::vector<Index> kinds_of(const std::vector<Attributes>& attributes) {
+  std::vector<Index> order(attributes.size()), kinds(attributes.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return attributes[a] < attributes[b]; });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i == 0 || attributes[order[i]] != attributes[order[i - 1]];
+    kinds[order[i]] = is_new ? static_cast<Index>(i) : kinds[order[i - 1]];
+  }
+  return kinds;
+}
+
+/// Vertices of the border that become one.
+class Joints {
+ public:
+  explicit Joints(std::size_t vertices) : sets_(vertices) {}
+  /// Only vertices of different parts may become one; `part` is each vertex's.
+  explicit Joints(std::vector<Index> part) : sets_(part.size()), part_(std::move(part)), next_(part_.size()) {
+    std::iota(next_.begin(), next_.end(), 0u);
+  }
+
+  /// Both ends or none.
+  bool join(const BorderEdge& a, const BorderEdge& b) {
+    if (!may_join(a.from, b.to) || !may_join(a.to, b.from)) return false;
+    join(a.from, b.to);
+    join(a.to, b.from);
+    return true;
+  }
+  [[nodiscard]] Index root(Index vertex) { return sets_.root(vertex); }
+
+ private:
+  void join(Index a, Index b) {
+    if (sets_.root(a) == sets_.root(b)) return;
+    sets_.join(a, b);
+    if (!part_.empty()) std::swap(next_[a], next_[b]);  // two rings become one
+  }
+
+  [[nodiscard]] std::vector<Index> parts_in_ring(Index vertex) const {
+    std::vector<Index> parts = {part_[vertex]};
+    for (Index at = next_[vertex]; at != vertex; at = next_[at]) parts.push_back(part_[at]);
+    return parts;
+  }
+
+  [[nodiscard]] bool may_join(Index a, Index b) {
+    if (part_.empty() || sets_.root(a) == sets_.root(b)) return true;
+    std::vector<Index> parts = parts_in_ring(a);
+    const std::vector<Index> others = parts_in_ring(b);
+    parts.insert(parts.end(), others.begin(), others.end());
+    std::sort(parts.begin(), parts.end());
+    return parts.size() <= kMostPartsOfAVertex && std::adjacent_find(parts.begin(), parts.end()) == parts.end();
+  }
+
+  DisjointSets sets_;
+  std::vector<Index> part_;
+  std::vector<Index> next_;  ///< rings of the vertices that are one
+};
+
+/// Each edge with one of the same kinds that runs the other way; where several could, in their order.
+void join_edges(const Border& border, const std::vector<Index>& kinds, Joints& joints) {
+  std::vector<BorderEdge> kind_of;
+  for (const BorderEdge& edge : border.edges) kind_of.push_back({kinds[edge.from], kinds[edge.to]});
+  std::vector<Index> order(border.edges.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return kind_of[a].ends() < kind_of[b].ends(); });
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    std::vector<Index> ways[2];
+    for (end = begin; end < order.size() && kind_of[order[end]].ends() == kind_of[order[begin]].ends(); ++end) {
+      const BorderEdge& kind = kind_of[order[end]];
+      if (kind.from != kind.to) ways[kind.from < kind.to ? 0 : 1].push_back(order[end]);
+    }
+    std::vector<Index>& open = ways[1];
+    for (const Index edge : ways[0]) {
+      const auto tried = open.begin() + static_cast<std::ptrdiff_t>(std::min(open.size(), kMostBordersTried));
+      const auto fits = [&](Index other) { return joints.join(border.edges[edge], border.edges[other]); };
+      if (const auto found = std::find_if(open.begin(), tried, fits); found != tried) open.erase(found);
+    }
+  }
+}
+
+/// Keeps the first of those that are one.
+std::size_t remove_joined(const Border& border, Joints& joints, std::size_t first_vertex, std::size_t first_triangle,
+                          Mesh& mesh) {
+  const std::size_t n = mesh.positions_m.size();
+  const bool has_normals = mesh.normals.size() == n, has_colours = mesh.colours.size() == n;
+  std::vector<Index> number(n - first_vertex);
+  std::size_t kept = first_vertex, place = 0;
+  for (std::size_t v = first_vertex; v < n; ++v) {
+    if (place < border.vertices.size() && border.vertices[place] == v) {
+      const Index first = border.vertices[joints.root(static_cast<Index>(place++))];
+      if (first != v) {
+        number[v - first_vertex] = number[first - first_vertex];
+        continue;
+      }
+    }
+    number[v - first_vertex] = static_cast<Index>(kept);
+    mesh.positions_m[kept] = mesh.positions_m[v];
+    if (has_normals) mesh.normals[kept] = mesh.normals[v];
+    if (has_colours) mesh.colours[kept] = mesh.colours[v];
+    ++kept;
+  }
+  for (Triangle& t : std::span(mesh.triangles).subspan(first_triangle)) {
+    for (Index& corner : t) corner = number[corner - first_vertex];
+  }
+  mesh.positions_m.resize(kept);
+  if (has_normals) mesh.normals.resize(kept);
+  if (has_colours) mesh.colours.resize(kept);
+  return n - kept;
+}
+
+}  // namespace
+
+std::size_t stitch_parts(Mesh& mesh, const AppendedParts& parts) {
+  if (parts.first_vertex.size() < 2) return 0;
+  const Border border = border_of(mesh, parts.first_vertex.front(), parts.first_triangle);
+  std::vector<Attributes> attributes;
+  std::vector<Index> part;
+  for (const Index vertex : border.vertices) {
+    attributes.push_back(all_of(mesh, parts, vertex));
+    const auto after = std::upper_bound(parts.first_vertex.begin(), parts.first_vertex.end(), std::size_t{vertex});
+    part.push_back(static_cast<Index>(after - parts.first_vertex.begin()));
+  }
+  Joints joints(std::move(part));
+  join_edges(border, kinds_of(attributes), joints);
+  return remove_joined(border, joints, parts.first_vertex.front(), parts.first_triangle, mesh);
+}
+
+std::size_t stitch_seams(Mesh& mesh) {
+  const Border border = border_of(mesh, 0, 0);
+  std::vector<Attributes> attributes;
+  for (const Index vertex : border.vertices) attributes.push_back(position_of(mesh, vertex));
+  Joints joints(border.vertices.size());
+  join_edges(border, kinds_of(attributes), joints);
+  return remove_joined(border, joints, 0, 0, mesh);
+}
+
+}  // namespace scanknit
