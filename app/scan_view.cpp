@@ -77,7 +77,7 @@ ScanView::ScanView(const ViewArguments& arguments, const Job& job, std::string m
 Result<void> ScanView::open(UpAxis world_up) {
   if (!arguments_.is_wanted) return {};
   console_.watch_progress(
-      [this](std::string_view what, std::size_t done, std::size_t total) { note_end_of(what, done, total); });
+      [this](std::string_view what, std::size_t done, std::size_t total) { note_work(what, done, total); });
   ViewHello hello;
   hello.title = job_.input.empty() ? "scanner" : job_.input.filename().string();
   hello.mode = mode_;
@@ -101,6 +101,7 @@ Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info
   if (server_ == nullptr || has_ended_) return {};
   if (auto made = make_mesh(volume); !made) return made;
   server_->refuse_commands("");
+  state_.message.clear();
   frame_at_ = Clock::now();
   is_tracked_ = is_tracked(info.poses);
   state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
@@ -199,9 +200,10 @@ void ScanView::note_trouble(DropReason reason) {
   state_.reason = std::move(words);
 }
 
-/// After the last frame: what is worked on, while it is.
-void ScanView::note_end_of(std::string_view what, std::size_t done, std::size_t total) {
-  if (server_ == nullptr || state_.phase != ViewPhase::kExporting) return;
+/// Before the first frame and after the last: what is worked on, while it is.
+void ScanView::note_work(std::string_view what, std::size_t done, std::size_t total) {
+  const bool has_frames = state_.phase != ViewPhase::kExporting && !(state_.phase == ViewPhase::kWaiting && !mesh_);
+  if (server_ == nullptr || has_frames) return;
   state_.message = done < total ? fmt::format("{} {} of {}", what, done, total) : "";
   publish_state(/*is_urgent=*/done >= total);
 }

@@ -82,7 +82,7 @@ class ScanView {
   void note_counts(const RunReport& report);
   void note_trouble(DropReason reason);
   void note_tracking(const RunReport& report);
-  void note_end_of(std::string_view what, std::size_t done, std::size_t total);
+  void note_work(std::string_view what, std::size_t done, std::size_t total);
   void show_picture(const Frame& frame);
   void publish_state(bool is_urgent);
   void publish_news();

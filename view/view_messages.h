@@ -50,7 +50,7 @@ struct ViewState {
   bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write all of the mesh
   double memory_mib = 0;       ///< of the volume
   double view_share = 0;       ///< time spent on the view / time of the scan
-  std::string message = {};    ///< of kFinished and kFailed; of kExporting what is worked on
+  std::string message = {};    ///< of kFinished and kFailed; of kWaiting and kExporting what is worked on
 
   friend bool operator==(const ViewState&, const ViewState&) = default;
 };

@@ -13,7 +13,9 @@ test('the banner says in words, colour and sign how it goes and what to do', asy
   const page = await openPage(program.url);
   const cases = [
     [{ phase: 'waiting', frame: 3 }, { tone: 'quiet', head: 'Waiting for the first frame', advice: 'Of 3 so far none could be used.' }],
-    [{ phase: 'scanning', tracking: 'ok', reason: '', advice: '' }, { tone: 'good', head: 'Tracking well', advice: '' }],
+    [{ phase: 'waiting', frame: 0, message: 'learning what stands still 3 of 48' },
+      { tone: 'quiet', head: 'Getting ready', advice: 'Learning what stands still 3 of 48' }],
+    [{ phase: 'scanning', message: '', tracking: 'ok', reason: '', advice: '' }, { tone: 'good', head: 'Tracking well', advice: '' }],
     [{ silent_s: 5 }, { tone: 'warn', head: 'No frames come', advice: 'Nothing from the scanner for 5 s.' }],
     [{ silent_s: 0, tracking: 'weak', reason: 'flat scene', advice: 'let something with edges into view' },
       { tone: 'warn', head: 'Weak: flat scene', advice: 'Let something with edges into view' }],
@@ -31,7 +33,8 @@ test('the banner says in words, colour and sign how it goes and what to do', asy
   const signs = new Set();
   for (const [state, words] of cases) {
     program.sendText({ type: 'state', ...state });
-    await untilBanner(page, words.head);
+    await page.waitForFunction(({ head, advice }) => document.getElementById('banner-head').textContent === head
+      && document.getElementById('banner-advice').textContent === advice, words);
     assert.deepEqual(await banner(page), words);
     if (words.tone !== 'good') { signs.add(await page.locator('#banner-sign').textContent()); }
   }

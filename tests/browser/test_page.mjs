@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import {
-  colourAt, isWiderThanScreen, keepScreenshot, kPhone, look, openPage,
+  colourAt, command, isWiderThanScreen, keepScreenshot, kPhone, look, openPage,
   smallTargets, untilTriangles, useBrowser,
 } from './browser.mjs';
 import { kCorners, lookAtSquare, square, startMock } from './mock_page.mjs';
@@ -159,6 +159,49 @@ test('the depth picture is shown, and a broken one is not', async (context) => {
   assert.equal(await page.locator('#depth').isVisible(), true);
   await page.locator('#depth').click();
   assert.equal(await page.locator('#depth').getAttribute('aria-expanded'), 'true');
+});
+
+/// A picture of what a turntable's scanner is cut to.
+const jpegOf = (page, width, height) => page.evaluate(([w, h]) => {
+  const canvas = Object.assign(document.createElement('canvas'), { width: w, height: h });
+  canvas.getContext('2d').fillRect(0, 0, w, h);
+  return canvas.toDataURL('image/jpeg').split(',')[1];
+}, [width, height]).then((base64) => Buffer.from(base64, 'base64'));
+
+const isOnScreen = (page, selector) => page.locator(selector).evaluateAll((elements) => elements.length > 0 && elements.every((element) => {
+  const { left, top, right, bottom } = element.getBoundingClientRect();
+  const isInside = left >= 0 && top >= 0 && right <= window.innerWidth && bottom <= window.innerHeight;
+  const isPassedThrough = getComputedStyle(element).pointerEvents === 'none';
+  return isInside && (isPassedThrough || element.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2)));
+}));
+
+test('a tall depth picture leaves the ring, the files and the handles of the crop box on the screen', async (context) => {
+  const program = await startMock(context);
+  const vase = chunksOfVase(chunkBody);
+  for (const { number, body } of vase.revealed(1)) { program.sendBinary(binaryMessage(1, number, 1, body)); }
+  program.hello.is_orbit = true;
+  program.sendText({ type: 'state', phase: 'paused', fused: 9, triangles: 347608, is_behind: true });
+  program.sendText({ type: 'trail', points: Array.from({ length: 9 }, (_, i) => orbitPose(i / 9).slice(12, 15)) });
+  program.sendText({ type: 'files', files: [{ name: 'model.glb', bytes: 1712344 }, { name: 'model.stl', bytes: 343 }] });
+  const desk = (width, height) => ({ viewport: { width, height } });
+  for (const size of [desk(1280, 800), desk(1024, 768), desk(1366, 650), kPhone]) {
+    const page = await openPage(program.url, { size });
+    const { width, height } = size.viewport;
+    await untilTriangles(page, vase.triangles(1));
+    program.sendBinary(binaryMessage(3, 0, 1, new Uint8Array(await jpegOf(page, 150, 360))));
+    await page.waitForFunction(() => window.scanknit.depthPictures > 0);
+    await keepScreenshot(page, `tall_picture_${width}_${height}`);
+    assert.ok(await isOnScreen(page, '#depth'), `the depth picture, ${width} x ${height}`);
+    if (size !== kPhone) { assert.ok(await isOnScreen(page, '#ring-text'), `the ring, ${width} x ${height}`); }
+    await page.locator('#files-open').dispatchEvent('click');  // does not scroll to it
+    assert.ok(await isOnScreen(page, '#file-list a'), `the files, ${width} x ${height}`);
+    await page.locator('#files-close').click();
+    assert.equal(await page.locator('#triangles').evaluate((figure) => figure.getClientRects().length), 1);
+    await command(page, 'crop').click();
+    await page.waitForFunction(() => document.getElementById('crop').checkVisibility());
+    assert.equal(await page.locator('#depth').isVisible(), size !== kPhone, 'it would cover a handle');
+    await keepScreenshot(page, `tall_picture_crop_${width}_${height}`);
+  }
 });
 
 test('on a phone everything fits and every button can be hit', async (context) => {

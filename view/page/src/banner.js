@@ -27,6 +27,7 @@ export function wordsFor(link, state, hello) {
 function wordsForPhase({ phase, message, frame, silent_s: silentS }, link, hello) {
   switch (phase) {
     case 'waiting':
+      if (message) { return { tone: 'quiet', sign: '…', head: 'Getting ready', advice: sentence(message) }; }
       return { tone: 'quiet', sign: '…', head: 'Waiting for the first frame', advice: frame > 0 ? `Of ${count(frame)} so far none could be used.` : silence(silentS) };
     case 'scanning':
       return silentS > 0 ? { tone: 'warn', sign: '!', head: 'No frames come', advice: silence(silentS) } : null;

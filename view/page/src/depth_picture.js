@@ -31,6 +31,7 @@ export class DepthPicture {
       this.image.src = address;
       try {
         await this.image.decode();
+        this.button.style.setProperty('--aspect', this.image.naturalWidth / this.image.naturalHeight);
         ++this.count;
         this.button.hidden = false;
       } catch {
