@@ -99,14 +99,21 @@ Result<Json> volume_json(SliceReader& reader) {
 /// The topology is that of the surface: the seams of a texture split vertices, and nothing else.
 Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   const std::size_t vertices = mesh.positions_m.size();
-  const std::size_t seam_vertices = notes.has_texture_coordinates ? stitch_seams(mesh) : 0;
+  const StitchedSeams seams = notes.has_texture_coordinates ? stitch_seams(mesh) : StitchedSeams{};
+  std::vector<std::string> warnings = notes.warnings;
+  if (seams.guesses > 0) {
+    warnings.push_back(fmt::format(
+        "{} edges of the texture's seams lie on others, as where --quantize rounds small triangles to a point: which "
+        "belong together is a guess, and the topology may be better than is told; a file without --quantize tells it",
+        seams.guesses));
+  }
   Json json = {{"kind", "mesh"},
                {"has_normals", !mesh.normals.empty()},
                {"has_colours", !mesh.colours.empty()},
-               {"warnings", notes.warnings}};
+               {"warnings", warnings}};
   json.update(Json::parse(mesh_check_json(check_mesh(mesh))));
   json["vertices"] = vertices;
-  json["seam_vertices"] = seam_vertices;
+  json["seam_vertices"] = seams.vertices;
   return json;
 }
 

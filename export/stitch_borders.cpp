@@ -179,27 +179,119 @@ class Joints {
   std::vector<Index> next_;  ///< rings of the vertices that are one
 };
 
-/// Each edge with one of the same kinds that runs the other way; where several could, in their order.
-void join_edges(const Border& border, const std::vector<Index>& kinds, Joints& joints) {
-  std::vector<BorderEdge> kind_of;
-  for (const BorderEdge& edge : border.edges) kind_of.push_back({kinds[edge.from], kinds[edge.to]});
-  std::vector<Index> order(border.edges.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return kind_of[a].ends() < kind_of[b].ends(); });
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    std::vector<Index> ways[2];
-    for (end = begin; end < order.size() && kind_of[order[end]].ends() == kind_of[order[begin]].ends(); ++end) {
-      const BorderEdge& kind = kind_of[order[end]];
-      if (kind.from != kind.to) ways[kind.from < kind.to ? 0 : 1].push_back(order[end]);
-    }
-    std::vector<Index>& open = ways[1];
-    for (const Index edge : ways[0]) {
-      const auto tried = open.begin() + static_cast<std::ptrdiff_t>(std::min(open.size(), kMostBordersTried));
-      const auto fits = [&](Index other) { return joints.join(border.edges[edge], border.edges[other]); };
-      if (const auto found = std::find_if(open.begin(), tried, fits); found != tried) open.erase(found);
+/// Finds each edge one of the same kinds that runs the other way. Those come first of which there is but one; from them
+/// on both borders are followed like a zip, which also tells apart what lies on one point or edge (a file that rounds
+/// positions has much of that). What is left after that is joined in its order.
+class Zip {
+ public:
+  /// `kinds`: of each vertex, the same for those that may be one. All references outlive it.
+  Zip(const Border& border, const std::vector<Index>& kinds, Joints& joints)
+      : edges_(border.edges),
+        kinds_(kinds),
+        joints_(joints),
+        is_joined_(edges_.size(), false),
+        out_(border.vertices.size(), kNone),
+        in_(border.vertices.size(), kNone) {
+    for (Index e = 0; e < edges_.size(); ++e) {
+      out_[edges_[e].from] = out_[edges_[e].from] == kNone ? e : kSeveral;
+      in_[edges_[e].to] = in_[edges_[e].to] == kNone ? e : kSeveral;
     }
   }
-}
+
+  void close() {
+    std::vector<Index> order(edges_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return kind_of(a).ends() < kind_of(b).ends(); });
+    for (const bool are_single : {true, false}) {
+      if (!are_single) join_points();
+      for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+        end = begin;
+        while (end < order.size() && kind_of(order[end]).ends() == kind_of(order[begin]).ends()) ++end;
+        join_group(std::span(order).subspan(begin, end - begin), are_single);
+      }
+    }
+  }
+
+  /// Edges that were joined with one of several that they could be joined with.
+  [[nodiscard]] std::size_t guesses() const { return guesses_; }
+
+ private:
+  static constexpr Index kNone = ~0u, kSeveral = ~0u - 1;
+
+  [[nodiscard]] BorderEdge kind_of(Index edge) const { return {kinds_[edges_[edge].from], kinds_[edges_[edge].to]}; }
+
+  /// Edges between the same two kinds.
+  void join_group(std::span<const Index> group, bool are_single) {
+    std::vector<Index> ways[2];
+    for (const Index edge : group) {
+      const BorderEdge kind = kind_of(edge);
+      if (!is_joined_[edge] && kind.from != kind.to) ways[kind.from < kind.to ? 0 : 1].push_back(edge);
+    }
+    std::vector<Index>& open = ways[1];
+    if (are_single && (ways[0].size() != 1 || open.size() != 1)) return;
+    for (const Index edge : ways[0]) {
+      const auto tried = open.begin() + static_cast<std::ptrdiff_t>(std::min(open.size(), kMostBordersTried));
+      const auto found = std::find_if(open.begin(), tried, [&](Index other) { return join(edge, other); });
+      if (found == tried) continue;
+      open.erase(found);
+      if (!are_single) ++guesses_;
+      follow();
+    }
+  }
+
+  [[nodiscard]] bool join(Index edge, Index other) {
+    if (edge == other || is_joined_[edge] || is_joined_[other] || !joints_.join(edges_[edge], edges_[other]))
+      return false;
+    is_joined_[edge] = is_joined_[other] = true;
+    joined_.emplace_back(edge, other);
+    return true;
+  }
+
+  /// From what was joined, to both sides.
+  void follow() {
+    while (!joined_.empty()) {
+      const auto [edge, other] = joined_.back();
+      joined_.pop_back();
+      join_next(out_[edges_[edge].to], in_[edges_[other].from]);
+      join_next(out_[edges_[other].to], in_[edges_[edge].from]);
+    }
+  }
+
+  void join_next(Index out, Index in) {
+    if (out >= kSeveral || in >= kSeveral) return;
+    const BorderEdge a = kind_of(out), b = kind_of(in);
+    if (a.from != b.to || a.to != b.from) return;
+    if (a.from == a.to) {
+      points_.emplace_back(out, in);
+    } else {
+      (void)join(out, in);
+    }
+  }
+
+  /// Edges whose ends are of one kind lie on many others, where several borders meet: first those that are joined at
+  /// both ends already.
+  void join_points() {
+    for (const bool are_sure : {true, false}) {
+      for (std::size_t i = 0; i < points_.size(); ++i) {  // more are found on the way
+        const auto [edge, other] = points_[i];
+        const bool is_sure = joints_.root(edges_[edge].from) == joints_.root(edges_[other].to) &&
+                             joints_.root(edges_[edge].to) == joints_.root(edges_[other].from);
+        if ((!is_sure && are_sure) || !join(edge, other)) continue;
+        if (!is_sure) ++guesses_;
+        follow();
+      }
+    }
+  }
+
+  const std::vector<BorderEdge>& edges_;
+  const std::vector<Index>& kinds_;
+  Joints& joints_;
+  std::vector<bool> is_joined_;
+  std::vector<Index> out_, in_;  ///< the border edge from and to a vertex
+  std::vector<std::pair<Index, Index>> joined_, points_;
+  std::size_t guesses_ = 0;
+};
 
 /// Keeps the first of those that are one.
 std::size_t remove_joined(const Border& border, Joints& joints, std::size_t first_vertex, std::size_t first_triangle,
@@ -244,17 +336,20 @@ std::size_t stitch_parts(Mesh& mesh, const AppendedParts& parts) {
     part.push_back(static_cast<Index>(after - parts.first_vertex.begin()));
   }
   Joints joints(std::move(part));
-  join_edges(border, kinds_of(attributes), joints);
+  const std::vector<Index> kinds = kinds_of(attributes);
+  Zip(border, kinds, joints).close();
   return remove_joined(border, joints, parts.first_vertex.front(), parts.first_triangle, mesh);
 }
 
-std::size_t stitch_seams(Mesh& mesh) {
+StitchedSeams stitch_seams(Mesh& mesh) {
   const Border border = border_of(mesh, 0, 0);
   std::vector<Attributes> attributes;
   for (const Index vertex : border.vertices) attributes.push_back(position_of(mesh, vertex));
   Joints joints(border.vertices.size());
-  join_edges(border, kinds_of(attributes), joints);
-  return remove_joined(border, joints, 0, 0, mesh);
+  const std::vector<Index> kinds = kinds_of(attributes);
+  Zip zip(border, kinds, joints);
+  zip.close();
+  return {remove_joined(border, joints, 0, 0, mesh), zip.guesses()};
 }
 
 }  // namespace scanknit

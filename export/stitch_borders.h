@@ -23,9 +23,14 @@ struct AppendedParts {
 /// count. O(n), and O(b log b) in the border edges. Returns the number of vertices that went.
 std::size_t stitch_parts(Mesh& mesh, const AppendedParts& parts);
 
+struct StitchedSeams {
+  std::size_t vertices = 0;  ///< that went
+  std::size_t guesses = 0;   ///< edges that were joined with one of several
+};
+
 /// Joins borders that lie on each other, whatever the normals and colours of their vertices: what is left of the
 /// surface's topology when the seams of a texture are looked away from. A cut of no width is closed too; any other hole
-/// stays open.
-std::size_t stitch_seams(Mesh& mesh);
+/// stays open. Where rounding put several edges of seams onto one another, which belong together is a guess.
+StitchedSeams stitch_seams(Mesh& mesh);
 
 }  // namespace scanknit
