@@ -160,8 +160,10 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
   });
   report.extract.isovalue = job.config.extract.isovalue;
   report.extract.isovalue_source = "config";
+  const std::size_t told = report.warnings.size();
   const auto finished =
       finished_surface(field_of(*volume, has_colours), job.config, inputs.inputs[0].world_up, report, stop);
+  say_warnings(report, told, console);
   if (!finished) return finished.error();
   return write_surface(finished->surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);
 }

@@ -101,7 +101,9 @@ Result<void> extract_vdb(Job job, const VolumeRequest& request, const std::stop_
   view.is_signed_distance = volume->is_signed_distance;
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
   const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
+  const std::size_t told = report.warnings.size();
   const auto finished = finished_surface(view, job.config, world_up, report, stop);
+  say_warnings(report, told, console);
   if (!finished) return finished.error();
   return with_values(write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job, report), values);
 }
@@ -192,12 +194,14 @@ Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame, const Jo
 }
 
 Result<void> extract_whole(const DenseVolume& volume, const MeshFrame& frame, const Job& job,
-                           const std::stop_token& stop, RunReport& report) {
+                           const std::stop_token& stop, Console& console, RunReport& report) {
   const DenseView view{volume.samples.data(), volume.header.dims, volume.header.T_file_index};
   auto surface = timed(report, "extract", [&] { return extract_surface(view, job.config.extract); });
   if (!surface) return surface.error();
+  const std::size_t told = report.warnings.size();
   const auto finished =
       finished_mesh(*std::move(surface), volume.header.metres_per_unit, job.config, frame.world_up, report, stop);
+  say_warnings(report, told, console);
   if (!finished) return finished.error();
   return write_surface(finished->surface, frame, job, report);
 }
@@ -222,7 +226,7 @@ Result<void> extract_file(Job job, const VolumeRequest& request, const std::stop
   reader->reset();  // a format that is decoded whole would else be in memory twice
   const ValueSource values = values_of(*volume);
   if (auto chosen = choose_isovalue(request.isovalue, values, false, job, console, report); !chosen) return chosen;
-  return with_values(extract_whole(*volume, frame, job, stop, report), values);
+  return with_values(extract_whole(*volume, frame, job, stop, console, report), values);
 }
 
 }  // namespace

@@ -391,6 +391,10 @@ Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, c
   return SurfaceFinisher(config, world_up, report, stop).from_mesh(std::move(surface), metres_per_unit);
 }
 
+void say_warnings(const RunReport& report, std::size_t first, Console& console) {
+  for (std::size_t i = first; i < report.warnings.size(); ++i) console.warn(report.warnings[i]);
+}
+
 Result<void> refuse_to_finish_streamed(const FinishConfig& config) {
   if (!config.is_anything()) return {};
   return Error{ErrorCode::kConfig,

@@ -1,10 +1,12 @@
 // From a volume to the surface that is written: extraction, and what `finish:` asks for before and after it.
 #pragma once
 
+#include <cstddef>
 #include <stop_token>
 #include <string>
 
 #include "app/config.h"
+#include "app/console.h"
 #include "core/axes.h"
 #include "core/pose.h"
 #include "core/result.h"
@@ -35,6 +37,9 @@ void forget_finish(RunReport& report);
 [[nodiscard]] Result<FinishedSurface> finished_mesh(Surface surface, double metres_per_unit, const Config& config,
                                                     UpAxis world_up, RunReport& report,
                                                     const std::stop_token& stop = {});
+
+/// Says the warnings that `report` has from `first` on, such as those of finishing.
+void say_warnings(const RunReport& report, std::size_t first, Console& console);
 
 /// kConfig if anything is to be finished: the mesh never is in memory as a whole.
 [[nodiscard]] Result<void> refuse_to_finish_streamed(const FinishConfig& config);

@@ -8,7 +8,8 @@ namespace scanknit {
 
 /// A twenty-fifth of the time between frames is earned: what single updates take too long keeps within a twentieth. A
 /// pause or a silent scanner earns next to nothing, and no more is saved up than one update of the mesh takes, so that
-/// the share holds for any second of the scan on a computer that has nothing else to do. What an update took too long is paid back by the next frames.
+/// the share holds for any second of the scan on a computer that has nothing else to do. What an update took too long
+/// is paid back by the next frames.
 class ViewBudget {
  public:
   using Clock = std::chrono::steady_clock;

@@ -192,7 +192,8 @@ std::string finish_section(const PageJson& report) {
     const std::string refused = text_at(steps[i], "/refused");
     std::string done = refused.empty() ? "" : "not done: " + escaped(refused);
     const PageJson figures = steps[i].at("/figures");
-    for (const auto& [name, value] : flattened(figures, kMostRows)) {
+    const std::size_t most = figures.empty() ? 0 : kMostRows;
+    for (const auto& [name, value] : flattened(figures, most)) {
       const auto figure = number_at(figures, "/" + name);
       done += (done.empty() ? "" : "<br>") + escaped(figure ? figure_words(name, *figure) : name + " " + value);
     }

@@ -238,6 +238,9 @@ TEST(ReportPage, TheCamerasWayIsWhereFinishingPutTheMesh) {
   };
   EXPECT_NE(path(moved), path(as_it_was));
   expect_all(moved, {"<td>watertight</td><td>invented area 20 mm2</td>"});
+  report["finish"]["steps"][0] = {
+      {"name", "smooth"}, {"refused", "interrupted"}, {"figures", nlohmann::json::object()}};
+  expect_all(*report_page(report.dump(), kTrajectory, {}), {"<td>smooth</td><td>not done: interrupted</td>"});
   report["finish"]["T_mesh_world"][1] = "no row";
   EXPECT_EQ(path(*report_page(report.dump(), kTrajectory, {})), path(as_it_was));
 }
