@@ -70,22 +70,6 @@ void expect_same_surface(const Mesh& mesh, const Mesh& expected) {
   EXPECT_TRUE(facets(mesh) == facets(expected));
 }
 
-/// A texture over a closed mesh, which has seams then.
-struct Textured {
-  Mesh mesh;
-  MeshTexture texture;
-};
-
-Textured textured_sphere() {
-  const Mesh sphere = test::sphere();
-  const TextureAtlas atlas = test::atlas_of(sphere, 0.02);
-  Textured made{atlas.unfolded(sphere), {}};
-  for (std::size_t v = 0; v < atlas.source.size(); ++v) made.texture.coordinates.push_back(atlas.coordinate(v));
-  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}), PngEffort::kFast);
-  made.texture.mime = "image/png";
-  return made;
-}
-
 class GlbParts : public test::EveryPacking {};
 
 TEST_P(GlbParts, NoneHasMoreVerticesThanItMay) {
@@ -114,7 +98,7 @@ TEST_P(GlbParts, AreReadAsTheOneSurfaceTheyWere) {
 }
 
 TEST_P(GlbParts, ShareOnePictureAndKeepItsSeams) {
-  const Textured made = textured_sphere();
+  const test::Textured made = test::textured(test::sphere());
   const std::string glb = glb_of(made.mesh, config(), kMostVertices, &made.texture);
   EXPECT_EQ(json_of(glb)["images"].size(), 1u);
   EXPECT_GT(json_of(glb)["meshes"][0]["primitives"].size(), 1u);

@@ -17,21 +17,6 @@ namespace {
 
 using test::TemporaryFolder;
 
-struct Textured {
-  Mesh mesh;
-  MeshTexture texture;
-};
-
-Textured textured_sphere() {
-  const Mesh sphere = test::marked_sphere();
-  const TextureAtlas atlas = test::atlas_of(sphere, 0.02);
-  Textured made{atlas.unfolded(sphere), {}};
-  for (std::size_t v = 0; v < atlas.source.size(); ++v) made.texture.coordinates.push_back(atlas.coordinate(v));
-  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}), PngEffort::kFast);
-  made.texture.mime = "image/png";
-  return made;
-}
-
 struct Chunks {
   nlohmann::json json;
   std::string binary;
@@ -48,7 +33,7 @@ class TexturedGlb : public test::EveryPacking {};
 
 TEST_P(TexturedGlb, HoldsThePictureAndItsCoordinates) {
   const TemporaryFolder folder;
-  const Textured made = textured_sphere();
+  const test::Textured made = test::textured(test::marked_sphere());
   const auto written = write_mesh(made.mesh, folder / "m.glb", config(), UpAxis::kY, std::nullopt, &made.texture);
   ASSERT_TRUE(written) << written.error().text();
   const std::string glb = test::read_text(folder / "m.glb");
@@ -73,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(EveryPacking, TexturedGlb, ::testing::Range(0, 4));
 
 TEST(TexturedGlbLimits, ATextureThatDoesNotFitTheMeshIsRefused) {
   const TemporaryFolder folder;
-  Textured made = textured_sphere();
+  test::Textured made = test::textured(test::marked_sphere());
   const auto error_of = [&] {
     const auto written = write_mesh(made.mesh, folder / "m.glb", {}, UpAxis::kY, std::nullopt, &made.texture);
     return written ? std::string() : written.error().message;
@@ -81,10 +66,10 @@ TEST(TexturedGlbLimits, ATextureThatDoesNotFitTheMeshIsRefused) {
   EXPECT_EQ(error_of(), "");
   made.texture.coordinates[3].x() = std::nanf("");
   EXPECT_NE(error_of(), "");
-  made = textured_sphere();
+  made = test::textured(test::marked_sphere());
   made.texture.coordinates.pop_back();
   EXPECT_NE(error_of(), "");
-  made = textured_sphere();
+  made = test::textured(test::marked_sphere());
   made.mesh.colours.resize(made.mesh.positions_m.size());  // viewers would multiply
   EXPECT_NE(error_of(), "");
 }

@@ -112,4 +112,19 @@ inline Image<int> coverage(const TextureAtlas& atlas) {
   return count;
 }
 
+struct Textured {
+  Mesh mesh;
+  MeshTexture texture;
+};
+
+/// `mesh` under one colour: closed or not, it has seams then.
+inline Textured textured(const Mesh& mesh) {
+  const TextureAtlas atlas = atlas_of(mesh, 0.02);
+  Textured made{atlas.unfolded(mesh), {}};
+  for (std::size_t v = 0; v < atlas.source.size(); ++v) made.texture.coordinates.push_back(atlas.coordinate(v));
+  made.texture.image = *encode_png(ColourImage(atlas.width, atlas.height, Rgb8{10, 200, 30}), PngEffort::kFast);
+  made.texture.mime = "image/png";
+  return made;
+}
+
 }  // namespace scanknit::test
