@@ -331,9 +331,10 @@ class SurfaceFinisher {
                       {"pieces_lost", static_cast<double>(done.pieces_lost)},
                       {"error_mm", done.error_m * metres_per_unit * kMillimetres}});
     if (!done.is_held_back) return;
-    report_.warnings.push_back(
-        fmt::format("{}the mesh was simplified to {} triangles only: no attempt at fewer kept it manifold",
-                    kFinishWarning, done.triangles));
+    report_.warnings.push_back(fmt::format(
+        "{}the mesh was simplified to {} triangles only: where fewer would break what is manifold or closed, "
+        "its triangles are kept",
+        kFinishWarning, done.triangles));
   }
 
   [[nodiscard]] Pose place(double metres_per_unit, Mesh& mesh) {

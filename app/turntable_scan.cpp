@@ -94,9 +94,10 @@ Result<void> TurntableScan::learn() {
   const std::size_t frames = job_.frames ? std::min(selected, job_.frames->size()) : selected;
   const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
   const auto begun = timed(report_, "refine", [&] {
+    const std::size_t to_read = (frames + every - 1) / every;
     std::size_t read_so_far = 0;
     auto read = read_frames(every, [&](Frame& frame) {
-      console_.progress("learning what stands still", ++read_so_far, (frames + every - 1) / every);
+      console_.progress("learning what stands still", std::min(++read_so_far, to_read), to_read);
       if (!samples_.empty() && !(frame.intrinsics == camera_)) return;
       camera_ = frame.intrinsics;
       const AcquireConfig& filter = job_.config.acquire;

@@ -178,7 +178,7 @@ class Simplifier {
   std::vector<std::uint8_t> is_kept_;
 };
 
-/// A tenth more than was wished is as good as it.
+/// No more steps are taken for the last tenth: each takes as long, and takes away less.
 bool is_near(std::size_t triangles, std::size_t wished) {
   return 10 * triangles <= 11 * wished + 20;
 }
@@ -257,7 +257,7 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
   result.triangles = best->mesh.triangles.size();
   result.pieces_lost = before.components - best->components;
   result.error_m = best->error_m;
-  const bool is_done = wish.triangles && result.triangles <= target + target / 100;
+  const bool is_done = wish.triangles && result.triangles <= target + target / 100;  // nobody counts single ones
   const bool is_error_spent = wish.max_error_m && result.error_m > kErrorSpent * max_error_m;
   const bool is_as_far_as_goes = !wish.triangles && is_sound_at_once;
   result.is_held_back = !is_done && !is_error_spent && !is_as_far_as_goes;

@@ -16,8 +16,9 @@ struct SimplifyWish {
 struct MeshSimplified {
   std::size_t triangles_before = 0, triangles = 0;
   std::size_t pieces_lost = 0;
-  double error_m = 0;         ///< of the quadrics; an estimate of how far the surface moved
-  bool is_held_back = false;  ///< the wish would have broken the topology: there are more triangles than asked for
+  double error_m = 0;  ///< of the quadrics; an estimate of how far the surface moved
+  bool is_held_back =
+      false;  ///< the wish would have broken the topology: there is a hundredth more triangles than asked for, or more
 };
 
 /// meshoptimizer's edge collapses onto vertices that are there, so that each vertex keeps its place, normal and colour.
