@@ -40,14 +40,10 @@ struct BlockTask {
 class BlockUpdate {
  public:
   BlockUpdate(const Observation& observation, const Pose& T_world_camera, TsdfVolume& volume)
-      : view_(observation.planes(), observation.intrinsics(), volume.config()),
-        T_camera_world_(T_world_camera.inverse()),
-        voxel_size_m_(volume.config().voxel_size_m),
+      : view_(observation.planes(), observation.intrinsics(), T_world_camera.inverse(), volume.config()),
         volume_(volume) {
     view_.colour = observation.colours(volume.frames);
     if (!observation.clear_m().empty()) view_.clear_m = observation.clear_m().pixels().data();
-    for (int axis = 0; axis < 3; ++axis)
-      step_[static_cast<std::size_t>(axis)] = array((T_camera_world_.linear().col(axis) * voxel_size_m_).eval());
   }
 
   /// Blocks lie far apart, behind two pointers: the memory is asked for each some blocks ahead.
@@ -97,16 +93,11 @@ class BlockUpdate {
       __builtin_prefetch(static_cast<const char*>(first) + byte, /*for writing*/ 1);
     }
   }
-  static std::array<float, 3> array(const Eigen::Vector3d& v) {
-    return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-  }
-
   /// True if the frame said something of it.
   [[nodiscard]] bool apply(VolumeBlock& block, float far_m) const {
-    const Eigen::Vector3d first = Eigen::Vector3d(block.origin.x(), block.origin.y(), block.origin.z()) * voxel_size_m_;
-    const BlockPlace place{array(T_camera_world_ * first), step_, far_m};
+    const Eigen::Vector3d first(block.origin.x(), block.origin.y(), block.origin.z());
     BlockChange change;
-    update_block(view_, place,
+    update_block(view_, view_.place(first, far_m),
                  {block.tsdf->buffer().data(), block.weight->buffer().data(), block.colour->buffer().data()}, change);
     block.is_free = change.is_free;
     block.has_matter = block.has_matter || change.has_matter;
@@ -124,9 +115,6 @@ class BlockUpdate {
   }
 
   FrameView view_;
-  Pose T_camera_world_;
-  double voxel_size_m_;
-  std::array<std::array<float, 3>, 3> step_;
   TsdfVolume& volume_;
 };
 

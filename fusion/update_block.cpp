@@ -4,8 +4,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <cstring>
-#include <tuple>
+#include <algorithm>
 #include <type_traits>
 
 #include "fusion/update_block.h"
@@ -14,7 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, kBlockSide>;
+using Floats = hn::CappedTag<float, 2 * kBlockSide>;
 using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
 
@@ -28,14 +27,28 @@ HWY_INLINE VF set(float value) {
 }
 
 // Loaded: hn::Iota is a loop of stores on some targets.
-alignas(32) constexpr std::array<float, kBlockSide> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
-alignas(32) constexpr std::array<std::uint32_t, kBlockSide> kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7};
+alignas(64) constexpr std::array<std::uint32_t, 2 * kBlockSide> kLaneNumbers{0, 1, 2,  3,  4,  5,  6,  7,
+                                                                             8, 9, 10, 11, 12, 13, 14, 15};
 
 HWY_INLINE std::uint64_t bits(MF mask) {
   alignas(8) std::array<std::uint8_t, 8> bytes{};
   hn::StoreMaskBits(Floats(), mask, bytes.data());
-  return bytes[0];
+  return static_cast<std::uint64_t>(bytes[0]) | static_cast<std::uint64_t>(bytes[1]) << 8;
 }
+
+#if HWY_TARGET != HWY_SCALAR
+/// part(from), part(from + 1) ... kParts of them in one vector, the first in its lowest lanes.
+template <std::size_t kParts, typename Part>
+HWY_INLINE auto joined(const Part& part, std::size_t from = 0) {
+  if constexpr (kParts == 1) {
+    return part(from);
+  } else {
+    const auto low = joined<kParts / 2>(part, from);
+    const auto high = joined<kParts / 2>(part, from + kParts / 2);
+    return hn::Combine(hn::Twice<hn::DFromV<decltype(low)>>(), high, low);
+  }
+}
+#endif
 
 /// Voxels in camera coordinates.
 struct Points {
@@ -52,7 +65,8 @@ class ColourUpdate {
     const Floats f;
     const Ints i;
     const Codes32 c;
-    const auto& [R, t] = std::tie(view_.R, view_.t);
+    const auto& R = view_.R;
+    const auto& t = view_.t;
     const auto turned = [&](std::size_t row) {
       return hn::Add(hn::Add(hn::Add(hn::Mul(set(R[3 * row]), p.x), hn::Mul(set(R[3 * row + 1]), p.y)),
                              hn::Mul(set(R[3 * row + 2]), p.z)),
@@ -110,13 +124,21 @@ class ColourUpdate {
 
   /// Each pixel and the one to its right: two gathers take three times as long.
   static HWY_INLINE void pairs_at(VI pixel, const ColourCode* pixels, hn::Vec<Codes32>& left, hn::Vec<Codes32>& right) {
-    alignas(32) std::array<std::int32_t, kBlockSide> numbers;
-    alignas(32) std::array<ColourCode, 2 * kBlockSide> pairs;
+    constexpr std::size_t kLanes = hn::MaxLanes(Codes32());
+    alignas(64) std::array<std::int32_t, kLanes> numbers;
     hn::Store(pixel, Ints(), numbers.data());
-    for (std::size_t lane = 0; lane < hn::Lanes(Ints()); ++lane) {
-      std::memcpy(pairs.data() + 2 * lane, pixels + numbers[lane], 2 * sizeof(ColourCode));
-    }
-    hn::LoadInterleaved2(Codes32(), pairs.data(), left, right);
+#if HWY_TARGET == HWY_SCALAR
+    left = hn::LoadU(Codes32(), pixels + numbers[0]);
+    right = hn::LoadU(Codes32(), pixels + numbers[0] + 1);
+#else
+    const auto pair = [&](std::size_t lane) {
+      return hn::LoadU(hn::CappedTag<ColourCode, 2>(), pixels + numbers[lane]);
+    };
+    const auto low = joined<kLanes / 2>(pair);
+    const auto high = joined<kLanes / 2>(pair, kLanes / 2);
+    left = hn::ConcatEven(Codes32(), high, low);
+    right = hn::ConcatOdd(Codes32(), high, low);
+#endif
   }
 
   /// From 0 to below 1, as if at random.
@@ -132,91 +154,67 @@ class ColourUpdate {
   const ColourView& view_;
 };
 
-/// The 64 voxels of one x, in vectors along z. Step by step for all vectors, since each step waits long for its own
-/// results and the processor fills the time with the vectors that come next; those that a step finds to be of no
-/// further interest are left out of the next.
-class SlabUpdate {
+/// The voxels of one block, in vectors along z (of two rows where they are that long). Step by step for all vectors,
+/// since each step waits long for its own results and the processor fills the time with the vectors that come next;
+/// those that a step finds to be of no further interest are left out of the next.
+class VoxelUpdate {
  public:
-  HWY_INLINE SlabUpdate(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels)
-      : frame_(frame), place_(place), voxels_(voxels), colours_(frame.colour), first_(in_pixels(place.first)) {
-    for (std::size_t axis = 0; axis < 3; ++axis) steps_[axis] = in_pixels(place.step[axis]);
-  }
+  HWY_INLINE VoxelUpdate(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels)
+      : frame_(frame), place_(place), voxels_(voxels), colours_(frame.colour) {}
 
-  struct Done {
-    std::uint64_t observed = 0;  ///< the voxels that the frame says something of: bit 8 y + z
-    std::uint64_t free = 0;      ///< those of them that are in free space by now
-    bool has_matter = false;     ///< some of them are behind a surface by now
-  };
-  HWY_INLINE Done apply(int x) {
-    first_voxel_ = static_cast<std::size_t>(kBlockSide * kBlockSide * x);
-    project(x);
-    Done done;
-    measure(done);
-    move(done);
+  HWY_INLINE void apply(BlockChange& change) {
+    change = {};
+    project();
+    measure(change);
+    move(change);
     if (frame_.colour.pixels != nullptr) paint();
-    return done;
   }
 
  private:
-  static constexpr std::size_t kVoxels = kBlockSide * kBlockSide;
-  using Numbers = std::array<float, kVoxels>;
-
-  /// Camera coordinates as (z u, z v, z).
-  [[nodiscard]] std::array<float, 3> in_pixels(const std::array<float, 3>& p) const {
-    return {frame_.fx * p[0] + frame_.cx * p[2], frame_.fy * p[1] + frame_.cy * p[2], p[2]};
-  }
+  using Numbers = std::array<float, kBlockVoxels>;
 
   /// Where vectors begin.
   class Vectors {
    public:
     HWY_INLINE void add_if(bool is_wanted, std::size_t first) {
-      first_[count_] = static_cast<std::uint8_t>(first);
+      first_[count_] = static_cast<std::uint16_t>(first);
       count_ += is_wanted ? 1 : 0;
     }
-    HWY_INLINE void clear() { count_ = 0; }
-    [[nodiscard]] const std::uint8_t* begin() const { return first_.data(); }
-    [[nodiscard]] const std::uint8_t* end() const { return first_.data() + count_; }
+    [[nodiscard]] const std::uint16_t* begin() const { return first_.data(); }
+    [[nodiscard]] const std::uint16_t* end() const { return first_.data() + count_; }
 
    private:
-    std::array<std::uint8_t, kVoxels + 1> first_;
+    std::array<std::uint16_t, kBlockVoxels + 1> first_;
     std::size_t count_ = 0;
   };
 
   /// To homogeneous pixel coordinates and pixels.
-  HWY_INLINE void project(int slab) {
+  HWY_INLINE void project() {
     const Floats f;
     const Ints i;
-    const auto& [along_x, along_y, along_z] = steps_;
-    const float nearest = std::min(0.0f, along_z[2] * (kBlockSide - 1));
     const auto least = set(-0.5f);
-    in_picture_.clear();
-    for (int row = 0; row < kBlockSide; ++row) {
-      std::array<float, 3> start;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        start[axis] = first_[axis] + static_cast<float>(slab) * along_x[axis] + static_cast<float>(row) * along_y[axis];
-      }
-      if (start[2] + nearest > place_.far_m) continue;
-      for (std::size_t lane = 0; lane < kBlockSide; lane += hn::Lanes(f)) {
-        const std::size_t at = static_cast<std::size_t>(kBlockSide * row) + lane;
-        const auto lanes = hn::LoadU(f, kLanes.data() + lane);
-        const auto along = [&](std::size_t axis) {
-          return hn::Add(set(start[axis]), hn::Mul(lanes, set(along_z[axis])));
-        };
-        const VF zu = along(0), zv = along(1), z = along(2);
-        const auto per_z = hn::Div(set(1), z);
-        const auto u = hn::Mul(zu, per_z);
-        const auto v = hn::Mul(zv, per_z);
-        const auto in_u = hn::And(hn::Ge(u, least), hn::Lt(u, set(static_cast<float>(frame_.width) - 0.5f)));
-        const auto in_v = hn::And(hn::Ge(v, least), hn::Lt(v, set(static_cast<float>(frame_.height) - 0.5f)));
-        const auto is_in = hn::And(hn::And(in_u, in_v), hn::Gt(z, hn::Zero(f)));
-        const auto number = hn::Add(hn::Mul(rounded(v), hn::Set(i, frame_.width)), rounded(u));
-        hn::StoreU(hn::IfThenElseZero(hn::RebindMask(i, is_in), number), i, pixel_.data() + at);
-        hn::StoreU(zu, f, zu_.data() + at);
-        hn::StoreU(zv, f, zv_.data() + at);
-        hn::StoreU(z, f, z_.data() + at);
-        hn::StoreU(hn::IfThenElseZero(is_in, per_z), f, per_z_.data() + at);
-        in_picture_.add_if(!hn::AllFalse(f, is_in), at);
-      }
+    for (std::size_t at = 0; at < kBlockVoxels; at += hn::Lanes(f)) {
+      const auto along = [&](std::size_t axis) {
+        const VoxelSteps& steps = frame_.steps[axis];
+        const float start = place_.first[axis] + steps.slab[at / kSlabVoxels];
+        return hn::Add(set(start), hn::LoadU(f, steps.in_slab.data() + at % kSlabVoxels));
+      };
+      const VF z = along(2);
+      if (hn::AllFalse(f, hn::Le(z, set(place_.far_m)))) continue;
+      const VF zu = along(0), zv = along(1);
+      const auto per_z = hn::Div(set(1), z);
+      const auto u = hn::Mul(zu, per_z);
+      const auto v = hn::Mul(zv, per_z);
+      const auto in_u = hn::And(hn::Ge(u, least), hn::Lt(u, set(static_cast<float>(frame_.width) - 0.5f)));
+      const auto in_v = hn::And(hn::Ge(v, least), hn::Lt(v, set(static_cast<float>(frame_.height) - 0.5f)));
+      const auto is_in = hn::And(hn::And(in_u, in_v), hn::Gt(z, hn::Zero(f)));
+      const auto number = hn::Add(hn::Mul(rounded(v), hn::Set(i, frame_.width)), rounded(u));
+      hn::StoreU(hn::IfThenElseZero(hn::RebindMask(i, is_in), number), i, pixel_.data() + at);
+      hn::StoreU(zu, f, zu_.data() + at);
+      hn::StoreU(zv, f, zv_.data() + at);
+      hn::StoreU(z, f, z_.data() + at);
+      hn::StoreU(hn::IfThenElseZero(is_in, per_z), f, per_z_.data() + at);
+      in_picture_.add_if(!hn::AllFalse(f, is_in), at);
     }
   }
 
@@ -227,12 +225,10 @@ class SlabUpdate {
 
   /// Distances to the pixels' planes, and what they weigh: as much as the pixel, times the larger of
   /// (1 - |distance| / truncation)^3 and the share of free space; behind the plane there is no such share.
-  HWY_INLINE void measure(Done& done) {
+  HWY_INLINE void measure(BlockChange& change) {
     const Floats f;
     const auto zero = hn::Zero(f);
     const auto one = set(1);
-    observed_.clear();
-    coloured_.clear();
     for (const std::size_t at : in_picture_) {
       const VF z = load(z_, at);
       const auto is_in = hn::Gt(load(per_z_, at), zero);
@@ -255,7 +251,7 @@ class SlabUpdate {
       hn::StoreU(hn::Min(distance, truncation), f, distance_.data() + at);
       hn::StoreU(hn::IfThenElseZero(is_inner, along_normal), f, along_normal_.data() + at);
       const std::uint64_t observed = bits(is_observed);
-      done.observed |= observed << at;
+      change.observed[at / kSlabVoxels] |= observed << at % kSlabVoxels;
       observed_.add_if(observed != 0, at);
       coloured_.add_if(!hn::AllFalse(f, is_inner), at);
     }
@@ -266,9 +262,9 @@ class SlabUpdate {
   /// is left to the other views, so that it does not grow heavy: something may yet come to stand there.
   HWY_INLINE VF carving(std::size_t at, MF is_before, VF z, VF weight) const {
     const Floats f;
-    const auto has_matter = hn::And(is_before, hn::Lt(hn::LoadU(f, voxels_.tsdf + first_voxel_ + at), hn::Zero(f)));
+    const auto has_matter = hn::And(is_before, hn::Lt(hn::LoadU(f, voxels_.tsdf + at), hn::Zero(f)));
     if (hn::AllFalse(f, has_matter)) return weight;
-    alignas(32) std::array<float, kBlockSide> clear;
+    alignas(64) std::array<float, hn::MaxLanes(Floats())> clear;
     for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) clear[lane] = frame_.clear_m[pixel_[at + lane]];
     const auto is_clear = hn::And(has_matter, hn::Lt(z, hn::Load(f, clear.data())));
     const auto beyond = hn::Sub(z, set(frame_.noise.from_m));
@@ -279,12 +275,13 @@ class SlabUpdate {
   }
 
   /// The weighted running mean.
-  HWY_INLINE void move(Done& done) const {
+  HWY_INLINE void move(BlockChange& change) const {
     const Floats f;
     const auto zero = hn::Zero(f);
+    std::array<std::uint64_t, kBlockSide> free{};
     for (const std::size_t at : observed_) {
-      float* const tsdf = voxels_.tsdf + first_voxel_ + at;
-      WeightCode* const weights = voxels_.weight + first_voxel_ + at;
+      float* const tsdf = voxels_.tsdf + at;
+      WeightCode* const weights = voxels_.weight + at;
       const VF weight = load(weight_, at);
       const auto is_observed = hn::Gt(weight, zero);
       const auto old_weight = decoded(weights);
@@ -294,9 +291,10 @@ class SlabUpdate {
       const auto moved = hn::IfThenElse(is_observed, hn::Add(mean, step), mean);
       hn::StoreU(moved, f, tsdf);
       store_encoded(hn::IfThenElse(is_observed, hn::Min(sum, set(frame_.max_weight)), old_weight), weights);
-      done.free |= bits(hn::And(is_observed, hn::Ge(moved, set(frame_.band_m)))) << at;
-      done.has_matter |= !hn::AllFalse(f, hn::And(is_observed, hn::Lt(moved, zero)));
+      free[at / kSlabVoxels] |= bits(hn::And(is_observed, hn::Ge(moved, set(frame_.band_m)))) << at % kSlabVoxels;
+      change.has_matter |= !hn::AllFalse(f, hn::And(is_observed, hn::Lt(moved, zero)));
     }
+    change.is_free = std::all_of(free.begin(), free.end(), [](std::uint64_t slab) { return slab == ~std::uint64_t{0}; });
   }
 
   HWY_INLINE void paint() const {
@@ -311,8 +309,7 @@ class SlabUpdate {
       const auto squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
       const auto cosine_squared = hn::Div(hn::Mul(along_normal, along_normal), squared);
       const auto goodness = hn::Min(hn::Mul(cosine_squared, hn::Mul(per_range, per_range)), set(1));
-      const std::size_t voxel = first_voxel_ + at;
-      colours_.apply({x, y, z}, takes, goodness, static_cast<std::uint32_t>(voxel), voxels_.colour + voxel);
+      colours_.apply({x, y, z}, takes, goodness, static_cast<std::uint32_t>(at), voxels_.colour + at);
     }
   }
 
@@ -331,16 +328,12 @@ class SlabUpdate {
     c = hn::LoadU(f, numbers + 2);
     d = hn::LoadU(f, numbers + 3);
 #else
-    static_assert(hn::MaxLanes(Floats()) == 4 || hn::MaxLanes(Floats()) == 8);
     const hn::RepartitionToWide<Floats> wide;
-    // Four numbers of pixel n and, in the upper half if there is one, of pixel n + 4.
+    // Four numbers of each fourth pixel from n on.
     const auto quarter = [&](std::size_t n) {
-      if constexpr (hn::MaxLanes(Floats()) == 8) {
-        const hn::Half<Floats> half;
-        return hn::Combine(f, hn::LoadU(half, numbers_of(n + 4)), hn::LoadU(half, numbers_of(n)));
-      } else {
-        return hn::LoadU(f, numbers_of(n));
-      }
+      return joined<hn::MaxLanes(Floats()) / 4>([&](std::size_t k) {
+        return hn::LoadU(hn::CappedTag<float, 4>(), numbers_of(n + 4 * k));
+      });
     };
     const VF p0 = quarter(0), p1 = quarter(1), p2 = quarter(2), p3 = quarter(3);
     const auto ab01 = hn::BitCast(wide, hn::InterleaveLower(f, p0, p1));
@@ -371,28 +364,16 @@ class SlabUpdate {
   const BlockPlace& place_;
   const BlockVoxels& voxels_;
   ColourUpdate colours_;
-  std::array<float, 3> first_;
-  std::array<std::array<float, 3>, 3> steps_;
-  std::size_t first_voxel_ = 0;
   Vectors in_picture_, observed_, coloured_;
-  alignas(32) Numbers zu_, zv_, z_;  ///< z times the pixel coordinates (u, v), and z
-  alignas(32) Numbers per_z_;        ///< 0 outside the picture
-  alignas(32) Numbers weight_, distance_;
-  alignas(32) Numbers along_normal_;  ///< 0 where no colour is taken
-  alignas(32) std::array<std::int32_t, kVoxels> pixel_;
+  alignas(64) Numbers zu_, zv_, z_;  ///< z times the pixel coordinates (u, v), and z
+  alignas(64) Numbers per_z_;        ///< 0 outside the picture
+  alignas(64) Numbers weight_, distance_;
+  alignas(64) Numbers along_normal_;  ///< 0 where no colour is taken
+  alignas(64) std::array<std::int32_t, kBlockVoxels> pixel_;
 };
 
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change) {
-  SlabUpdate update(frame, place, voxels);
-  std::uint64_t free = ~std::uint64_t{0};
-  change.has_matter = false;
-  for (int x = 0; x < kBlockSide; ++x) {
-    const auto done = update.apply(x);
-    change.observed[static_cast<std::size_t>(x)] = done.observed;
-    change.has_matter = change.has_matter || done.has_matter;
-    free &= done.free;
-  }
-  change.is_free = free == ~std::uint64_t{0};
+  VoxelUpdate(frame, place, voxels).apply(change);
 }
 
 }  // namespace scanknit::HWY_NAMESPACE
@@ -407,7 +388,8 @@ void update_block(const FrameView& frame, const BlockPlace& place, const BlockVo
   HWY_DYNAMIC_DISPATCH(update_block)(frame, place, voxels, change);
 }
 
-FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const FusionConfig& config)
+FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const Pose& T_camera_world,
+                     const FusionConfig& config)
     : planes(pixels.pixels().data()),
       width(camera.width),
       height(camera.height),
@@ -420,7 +402,26 @@ FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& ca
       band_m(static_cast<float>(config.truncation_voxels * config.voxel_size_m)),
       max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)),
       noise(config.noise),
-      best_variance(noise.sigma_m(noise.from_m) * noise.sigma_m(noise.from_m)) {}
+      best_variance(noise.sigma_m(noise.from_m) * noise.sigma_m(noise.from_m)) {
+  Eigen::Matrix3d K;
+  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  index_to_pixels_ = K * T_camera_world.linear() * config.voxel_size_m;
+  origin_in_pixels_ = K * T_camera_world.translation();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    VoxelSteps& along = steps[static_cast<std::size_t>(axis)];
+    const Eigen::RowVector3d step = index_to_pixels_.row(axis);
+    for (std::size_t n = 0; n < kBlockSide; ++n) along.slab[n] = static_cast<float>(step.x() * static_cast<double>(n));
+    for (std::size_t n = 0; n < kSlabVoxels; ++n) {
+      along.in_slab[n] = static_cast<float>(step.y() * static_cast<double>(n / kBlockSide) +
+                                            step.z() * static_cast<double>(n % kBlockSide));
+    }
+  }
+}
+
+BlockPlace FrameView::place(const Eigen::Vector3d& first, float far_m) const {
+  const Eigen::Vector3f p = (index_to_pixels_ * first + origin_in_pixels_).cast<float>();
+  return {{p.x(), p.y(), p.z()}, far_m};
+}
 
 }  // namespace scanknit
 #endif

@@ -8,6 +8,7 @@
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/pixel_rows.h"
+#include "core/pose.h"
 #include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"
 
@@ -15,6 +16,7 @@ namespace scanknit {
 
 inline constexpr int kBlockSide = 8;
 inline constexpr std::size_t kBlockVoxels = 512;
+inline constexpr std::size_t kSlabVoxels = 64;  ///< of one x
 
 /// The inner part of the band, where the surface will come to lie whatever the noise: there colour is taken.
 inline constexpr float kInnerBand = 0.5f;
@@ -48,10 +50,30 @@ struct PixelPlane {
   std::array<float, kNumbers> numbers;
 };
 
+/// Homogeneous pixel coordinates: (z u, z v, z) of a point that projects to (u, v), metres.
+using InPixels = std::array<float, 3>;
+
+/// Where a block's first voxel is.
+struct BlockPlace {
+  InPixels first;
+  float far_m;  ///< no pixel says anything of what lies behind this z
+};
+
+/// From a block's first voxel to the others, along one homogeneous pixel coordinate.
+struct VoxelSteps {
+  std::array<float, kBlockSide> slab;  ///< to the first of each x
+  alignas(64) std::array<float, kSlabVoxels> in_slab;
+};
+
 /// What is the same for all blocks of a frame, as the inner loop wants it.
 struct FrameView {
-  FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const FusionConfig& config);
+  FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& camera, const Pose& T_camera_world,
+            const FusionConfig& config);
 
+  /// `first`: the index of a block's first voxel.
+  [[nodiscard]] BlockPlace place(const Eigen::Vector3d& first, float far_m) const;
+
+  std::array<VoxelSteps, 3> steps;
   const PixelPlane* planes;
   int width, height;
   float fx, fy, cx, cy;
@@ -63,13 +85,10 @@ struct FrameView {
   FloatNoise noise;
   float best_variance;  ///< as in Band
   ColourView colour;
-};
 
-/// Camera coordinates of a block's voxels: `first` + x step[0] + y step[1] + z step[2].
-struct BlockPlace {
-  std::array<float, 3> first;
-  std::array<std::array<float, 3>, 3> step;
-  float far_m;  ///< no pixel says anything of what lies behind this z
+ private:
+  Eigen::Matrix3d index_to_pixels_;
+  Eigen::Vector3d origin_in_pixels_;
 };
 
 /// Voxel n = 64 x + 8 y + z, as in a leaf of OpenVDB.
@@ -81,9 +100,9 @@ struct BlockVoxels {
 
 /// What a frame did to a block.
 struct BlockChange {
-  std::array<std::uint64_t, kBlockSide> observed;  ///< voxels that the frame says something of: word x, bit 8 y + z
-  bool is_free;                                    ///< all of them, and each is free space by now
-  bool has_matter;                                 ///< one of them is behind a surface by now
+  std::array<std::uint64_t, kBlockSide> observed{};  ///< voxels that the frame says something of: word x, bit 8 y + z
+  bool is_free = false;                              ///< all of them, and each is free space by now
+  bool has_matter = false;                           ///< one of them is behind a surface by now
 };
 
 /// Updates the weighted running mean of signed distances (Curless & Levoy 1996). A voxel that projects to a pixel is
