@@ -20,6 +20,7 @@ using VF = hn::Vec<Floats>;
 using Codes16 = hn::Rebind<WeightCode, Floats>;
 using Codes32 = hn::RebindToUnsigned<Floats>;
 using VI = hn::Vec<Ints>;
+using VC = hn::Vec<Codes32>;
 using MF = hn::Mask<Floats>;
 
 HWY_INLINE VF set(float value) {
@@ -50,21 +51,56 @@ HWY_INLINE auto joined(const Part& part, std::size_t from = 0) {
 }
 #endif
 
+/// Two numbers of 16 bits in each lane, multiplied one by one.
+#if HWY_TARGET == HWY_SCALAR
+template <int kShift>
+HWY_INLINE VC halves_times(VC a, VC b) {
+  const auto times = [](std::uint32_t x, std::uint32_t y) { return (x * y >> kShift) & 0xFFFF; };
+  const std::uint32_t x = hn::GetLane(a), y = hn::GetLane(b);
+  return hn::Set(Codes32(), times(x & 0xFFFF, y & 0xFFFF) | times(x >> 16, y >> 16) << 16);
+}
+HWY_INLINE VC low_times(VC a, VC b) {
+  return halves_times<0>(a, b);
+}
+HWY_INLINE VC high_times(VC a, VC b) {
+  return halves_times<16>(a, b);
+}
+#else
+using Halves = hn::Repartition<std::uint16_t, Codes32>;
+HWY_INLINE VC low_times(VC a, VC b) {
+  return hn::BitCast(Codes32(), hn::Mul(hn::BitCast(Halves(), a), hn::BitCast(Halves(), b)));
+}
+HWY_INLINE VC high_times(VC a, VC b) {
+  return hn::BitCast(Codes32(), hn::MulHigh(hn::BitCast(Halves(), a), hn::BitCast(Halves(), b)));
+}
+#endif
+HWY_INLINE VC in_both_halves(VC number) {
+  return hn::Or(number, hn::ShiftLeft<16>(number));
+}
+/// From a (`share` 0) to b (65536) in both halves. The same if they are the same.
+HWY_INLINE VC mixed(VC a, VC b, VC share) {
+  return hn::Add(hn::Sub(a, high_times(a, share)), high_times(b, share));
+}
+
+/// To the nearest, for numbers from -0.5 to below 2^22: floats from 2^23 to 2^24 are integers.
+HWY_INLINE VI rounded(VF number) {
+  return hn::And(hn::BitCast(Ints(), hn::Add(number, set(0x1.8p23f))), hn::Set(Ints(), 0x3FFFFF));
+}
+
 /// Voxels in camera coordinates.
 struct Points {
   VF x, y, z;
 };
 
-/// A frame's colours.
+/// A frame's colours. Channels are handled in pairs, red with blue and green with what is no channel, as 16-bit numbers
+/// of 1/256 of a step.
 class ColourUpdate {
  public:
   explicit ColourUpdate(const ColourView& view) : view_(view) {}
 
-  /// `goodness`: (cos(incidence) / z)^2 against the best that can be. `noise`: any number, another for every voxel.
-  HWY_INLINE void apply(const Points& p, MF takes, VF goodness, std::uint32_t noise, ColourCode* codes) const {
+  /// Pixel coordinates in the frame's colours, in 1/256 pixel. Returns those of `takes` that are within the picture.
+  HWY_INLINE MF aim(const Points& p, MF takes, VI& u_256, VI& v_256) const {
     const Floats f;
-    const Ints i;
-    const Codes32 c;
     const auto& R = view_.R;
     const auto& t = view_.t;
     const auto turned = [&](std::size_t row) {
@@ -81,56 +117,66 @@ class ColourUpdate {
     };
     const auto seen =
         hn::And(hn::And(takes, hn::Gt(z, hn::Zero(f))), hn::And(inside(u, view_.width), inside(v, view_.height)));
-    if (hn::AllFalse(f, seen)) return;
-
-    const auto pixel_x = hn::ConvertTo(i, hn::IfThenElseZero(seen, u));
-    const auto pixel_y = hn::ConvertTo(i, hn::IfThenElseZero(seen, v));
-    const auto share_x = hn::Sub(u, hn::ConvertTo(f, pixel_x));
-    const auto share_y = hn::Sub(v, hn::ConvertTo(f, pixel_y));
-    const auto pixel = hn::Add(hn::Mul(pixel_y, hn::Set(i, view_.width)), pixel_x);
-    hn::Vec<Codes32> p00, p10, p01, p11;
-    pairs_at(pixel, view_.pixels, p00, p10);
-    pairs_at(pixel, view_.pixels + view_.width, p01, p11);
-
-    const auto old = hn::LoadU(c, codes);
-    const auto byte = hn::Set(c, 0xFF);
-    const auto best = hn::Mul(hn::ConvertTo(f, hn::BitCast(i, hn::ShiftRight<24>(old))), set(1.0f / 255));
-    const auto good = hn::Mul(goodness, goodness);
-    const auto best_squared = hn::Mul(best, best);
-    const auto others = hn::Mul(set(kColourViews - 1), hn::Mul(best_squared, best_squared));
-    const auto share = hn::Div(good, hn::Add(good, others));
-    const auto dither = dither_of(noise);
-    const auto mixed = [&](auto shift) {
-      constexpr int kShift = decltype(shift)::value;
-      const auto channel = [&](auto code) {
-        return hn::ConvertTo(f, hn::BitCast(i, hn::And(hn::ShiftRight<kShift>(code), byte)));
-      };
-      const auto mix = [&](VF a, VF b, VF part) { return hn::Add(a, hn::Mul(hn::Sub(b, a), part)); };
-      const auto now = mix(mix(channel(p00), channel(p10), share_x), mix(channel(p01), channel(p11), share_x), share_y);
-      const auto mean = mix(channel(old), now, share);
-      const auto rounded = hn::ConvertTo(i, hn::Min(hn::Add(mean, dither), set(255)));
-      return hn::ShiftLeft<kShift>(hn::And(hn::BitCast(c, rounded), byte));
+    const auto in_256ths = [&](VF at, int size) {  // not rounded up to the last pixel, which has no neighbour
+      const auto number = rounded(hn::IfThenElseZero(seen, hn::Mul(at, set(256))));
+      return hn::Min(number, hn::Set(Ints(), 256 * (size - 1) - 1));
     };
-    const auto quality = hn::Min(hn::Max(best, hn::Sqrt(goodness)), set(1));
-    const auto quality_code = hn::ConvertTo(i, hn::Max(hn::Add(hn::Mul(quality, set(255)), set(0.5f)), set(1)));
-    const auto colour = hn::Or(hn::Or(mixed(Shift<0>()), mixed(Shift<8>())),
-                               hn::Or(mixed(Shift<16>()), hn::ShiftLeft<24>(hn::BitCast(c, quality_code))));
-    hn::StoreU(hn::IfThenElse(hn::RebindMask(c, seen), colour, old), c, codes);
+    u_256 = in_256ths(u, view_.width);
+    v_256 = in_256ths(v, view_.height);
+    return seen;
+  }
+
+  [[nodiscard]] HWY_INLINE VI pixel(VI u_256, VI v_256) const {
+    return hn::Add(hn::Mul(hn::ShiftRight<8>(v_256), hn::Set(Ints(), view_.width)), hn::ShiftRight<8>(u_256));
+  }
+
+  /// `pixels`: numbers of as many pixels as there are lanes. `goodness`: (cos(incidence) / z)^2 against the best that
+  /// can be. `noise`: any number, another for every voxel.
+  HWY_INLINE VC mean(const std::int32_t* pixels, VI u_256, VI v_256, VF goodness, std::uint32_t noise, VC old) const {
+    const Codes32 c;
+    VC p00, p10, p01, p11;
+    pairs_at(pixels, view_.pixels, p00, p10);
+    pairs_at(pixels, view_.pixels + view_.width, p01, p11);
+    const auto fraction = [&](VI at_256) { return hn::And(hn::BitCast(c, at_256), hn::Set(c, 0xFF)); };
+    const auto right = in_both_halves(fraction(u_256));
+    const auto left = hn::Sub(hn::Set(c, 0x01000100), right);
+    const auto down = in_both_halves(hn::ShiftLeft<8>(fraction(v_256)));
+    const auto best = hn::ShiftRight<24>(old);
+    const auto share = in_both_halves(share_of(goodness, best));
+    const auto dither = dither_of(noise);
+    const auto channels = [&](auto channel) {
+      const auto above = hn::Add(low_times(channel(p00), left), low_times(channel(p10), right));
+      const auto below = hn::Add(low_times(channel(p01), left), low_times(channel(p11), right));
+      const auto now = mixed(above, below, down);
+      return hn::Add(mixed(hn::ShiftLeft<8>(channel(old)), now, share), dither);
+    };
+    const auto both = hn::Set(c, 0x00FF00FF);
+    const auto red_blue = channels([&](VC code) { return hn::And(code, both); });
+    const auto green = channels([&](VC code) { return hn::And(hn::ShiftRight<8>(code), hn::Set(c, 0xFF)); });
+    const auto quality = hn::BitCast(c, rounded(hn::Mul(hn::Sqrt(goodness), set(255))));
+    const auto rgb = hn::Or(hn::And(hn::ShiftRight<8>(red_blue), both), hn::And(green, hn::Set(c, 0xFF00)));
+    return hn::Or(rgb, hn::ShiftLeft<24>(hn::Max(hn::Max(quality, best), hn::Set(c, 1))));
   }
 
  private:
-  template <int kBits>
-  using Shift = std::integral_constant<int, kBits>;
+  /// Of a new view in the mean, in 1/65536 and a little less than all of it.
+  static HWY_INLINE VC share_of(VF goodness, VC best_code) {
+    const auto best = hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), best_code)), set(1.0f / 255));
+    const auto good = hn::Mul(goodness, goodness);
+    const auto best_squared = hn::Mul(best, best);
+    const auto others = hn::Mul(set(kColourViews - 1), hn::Mul(best_squared, best_squared));
+    constexpr float kLeast = 1e-30f;  // something to divide by
+    const auto share = hn::Div(good, hn::Max(hn::Add(good, others), set(kLeast)));
+    return hn::BitCast(Codes32(), rounded(hn::Min(hn::Mul(share, set(65536)), set(65535))));
+  }
 
   /// Each pixel and the one to its right: two gathers take three times as long.
-  static HWY_INLINE void pairs_at(VI pixel, const ColourCode* pixels, hn::Vec<Codes32>& left, hn::Vec<Codes32>& right) {
-    constexpr std::size_t kLanes = hn::MaxLanes(Codes32());
-    alignas(64) std::array<std::int32_t, kLanes> numbers;
-    hn::Store(pixel, Ints(), numbers.data());
+  static HWY_INLINE void pairs_at(const std::int32_t* numbers, const ColourCode* pixels, VC& left, VC& right) {
 #if HWY_TARGET == HWY_SCALAR
     left = hn::LoadU(Codes32(), pixels + numbers[0]);
     right = hn::LoadU(Codes32(), pixels + numbers[0] + 1);
 #else
+    constexpr std::size_t kLanes = hn::MaxLanes(Codes32());
     const auto pair = [&](std::size_t lane) {
       return hn::LoadU(hn::CappedTag<ColourCode, 2>(), pixels + numbers[lane]);
     };
@@ -141,14 +187,14 @@ class ColourUpdate {
 #endif
   }
 
-  /// From 0 to below 1, as if at random.
-  HWY_INLINE VF dither_of(std::uint32_t noise) const {
+  /// From 0 to below 1 as if at random, in both halves, in 1/256: 1 (for what rounding took) to 255.
+  HWY_INLINE VC dither_of(std::uint32_t noise) const {
     const Codes32 c;
     const auto number = hn::Add(hn::Load(c, kLaneNumbers.data()), hn::Set(c, noise + view_.seed));
-    const auto mixed = hn::Mul(
+    const auto random = hn::Mul(
         hn::Xor(hn::Mul(number, hn::Set(c, 0x9E3779B1u)), hn::ShiftRight<15>(hn::Mul(number, hn::Set(c, 0x85EBCA77u)))),
         hn::Set(c, 0xC2B2AE3Du));
-    return hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), hn::ShiftRight<9>(mixed))), set(0x1p-23f));
+    return in_both_halves(hn::Or(hn::ShiftRight<24>(random), hn::Set(c, 1)));
   }
 
   const ColourView& view_;
@@ -167,11 +213,14 @@ class VoxelUpdate {
     project();
     measure(change);
     move(change);
-    if (frame_.colour.pixels != nullptr) paint();
+    if (frame_.colour.pixels == nullptr) return;
+    aim();
+    paint();
   }
 
  private:
   using Numbers = std::array<float, kBlockVoxels>;
+  using Integers = std::array<std::int32_t, kBlockVoxels>;
 
   /// Where vectors begin.
   class Vectors {
@@ -218,11 +267,6 @@ class VoxelUpdate {
     }
   }
 
-  /// To the nearest, for numbers from -0.5 to below 2^22: floats from 2^23 to 2^24 are integers.
-  static HWY_INLINE VI rounded(VF number) {
-    return hn::And(hn::BitCast(Ints(), hn::Add(number, set(0x1.8p23f))), hn::Set(Ints(), 0x3FFFFF));
-  }
-
   /// Distances to the pixels' planes, and what they weigh: as much as the pixel, times the larger of
   /// (1 - |distance| / truncation)^3 and the share of free space; behind the plane there is no such share.
   HWY_INLINE void measure(BlockChange& change) {
@@ -253,7 +297,7 @@ class VoxelUpdate {
       const std::uint64_t observed = bits(is_observed);
       change.observed[at / kSlabVoxels] |= observed << at % kSlabVoxels;
       observed_.add_if(observed != 0, at);
-      coloured_.add_if(!hn::AllFalse(f, is_inner), at);
+      inner_.add_if(!hn::AllFalse(f, is_inner), at);
     }
   }
 
@@ -297,23 +341,44 @@ class VoxelUpdate {
     change.is_free = std::all_of(free.begin(), free.end(), [](std::uint64_t slab) { return slab == ~std::uint64_t{0}; });
   }
 
-  HWY_INLINE void paint() const {
+  /// Finds the colours' pixels.
+  HWY_INLINE void aim() {
     const Floats f;
-    for (const std::size_t at : coloured_) {
+    const Ints i;
+    for (const std::size_t at : inner_) {
       const VF z = load(z_, at);
       const VF x = hn::Mul(hn::Sub(load(zu_, at), hn::Mul(set(frame_.cx), z)), set(frame_.per_fx));
       const VF y = hn::Mul(hn::Sub(load(zv_, at), hn::Mul(set(frame_.cy), z)), set(frame_.per_fy));
       const VF along_normal = load(along_normal_, at);
-      const auto takes = hn::Ne(along_normal, hn::Zero(f));
+      VI u_256, v_256;
+      const auto seen = colours_.aim({x, y, z}, hn::Ne(along_normal, hn::Zero(f)), u_256, v_256);
       const auto per_range = hn::Mul(load(per_z_, at), set(kBestColourRange));
       const auto squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
       const auto cosine_squared = hn::Div(hn::Mul(along_normal, along_normal), squared);
       const auto goodness = hn::Min(hn::Mul(cosine_squared, hn::Mul(per_range, per_range)), set(1));
-      colours_.apply({x, y, z}, takes, goodness, static_cast<std::uint32_t>(at), voxels_.colour + at);
+      hn::StoreU(hn::IfThenElseZero(seen, goodness), f, goodness_.data() + at);
+      hn::StoreU(u_256, i, u_256_.data() + at);
+      hn::StoreU(v_256, i, v_256_.data() + at);
+      hn::StoreU(colours_.pixel(u_256, v_256), i, pixel_.data() + at);
+      coloured_.add_if(!hn::AllFalse(f, seen), at);
+    }
+  }
+
+  HWY_INLINE void paint() const {
+    const Codes32 c;
+    for (const std::size_t at : coloured_) {
+      ColourCode* const codes = voxels_.colour + at;
+      const VC old = hn::LoadU(c, codes);
+      const VF goodness = load(goodness_, at);
+      const VC mean = colours_.mean(pixel_.data() + at, load(u_256_, at), load(v_256_, at), goodness,
+                                    static_cast<std::uint32_t>(at), old);
+      const auto takes = hn::RebindMask(c, hn::Gt(goodness, hn::Zero(Floats())));
+      hn::StoreU(hn::IfThenElse(takes, mean, old), c, codes);
     }
   }
 
   static HWY_INLINE VF load(const Numbers& numbers, std::size_t at) { return hn::LoadU(Floats(), numbers.data() + at); }
+  static HWY_INLINE VI load(const Integers& numbers, std::size_t at) { return hn::LoadU(Ints(), numbers.data() + at); }
 
   /// Numbers kFirst to kFirst + 3 of the planes that a vector of voxels projects to. Loaded one by one and transposed:
   /// a gather for each number takes several times as long.
@@ -364,12 +429,14 @@ class VoxelUpdate {
   const BlockPlace& place_;
   const BlockVoxels& voxels_;
   ColourUpdate colours_;
-  Vectors in_picture_, observed_, coloured_;
+  Vectors in_picture_, observed_, inner_, coloured_;
   alignas(64) Numbers zu_, zv_, z_;  ///< z times the pixel coordinates (u, v), and z
   alignas(64) Numbers per_z_;        ///< 0 outside the picture
   alignas(64) Numbers weight_, distance_;
   alignas(64) Numbers along_normal_;  ///< 0 where no colour is taken
-  alignas(64) std::array<std::int32_t, kBlockVoxels> pixel_;
+  alignas(64) Integers pixel_;        ///< of depth, then of colour
+  alignas(64) Numbers goodness_;      ///< 0 where no colour is taken
+  alignas(64) Integers u_256_, v_256_;
 };
 
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change) {
