@@ -38,14 +38,14 @@ HWY_INLINE std::uint64_t bits(MF mask) {
 }
 
 #if HWY_TARGET != HWY_SCALAR
-/// part(from), part(from + 1) ... kParts of them in one vector, the first in its lowest lanes.
-template <std::size_t kParts, typename Part>
-HWY_INLINE auto joined(const Part& part, std::size_t from = 0) {
+/// part(from), part(from + kStep) ... kParts of them in one vector, the first in its lowest lanes.
+template <std::size_t kParts, std::size_t kStep, typename Part>
+HWY_INLINE auto joined(const Part& part, std::size_t from) {
   if constexpr (kParts == 1) {
     return part(from);
   } else {
-    const auto low = joined<kParts / 2>(part, from);
-    const auto high = joined<kParts / 2>(part, from + kParts / 2);
+    const auto low = joined<kParts / 2, kStep>(part, from);
+    const auto high = joined<kParts / 2, kStep>(part, from + kStep * kParts / 2);
     return hn::Combine(hn::Twice<hn::DFromV<decltype(low)>>(), high, low);
   }
 }
@@ -180,8 +180,8 @@ class ColourUpdate {
     const auto pair = [&](std::size_t lane) {
       return hn::LoadU(hn::CappedTag<ColourCode, 2>(), pixels + numbers[lane]);
     };
-    const auto low = joined<kLanes / 2>(pair);
-    const auto high = joined<kLanes / 2>(pair, kLanes / 2);
+    const auto low = joined<kLanes / 2, 1>(pair, 0);
+    const auto high = joined<kLanes / 2, 1>(pair, kLanes / 2);
     left = hn::ConcatEven(Codes32(), high, low);
     right = hn::ConcatOdd(Codes32(), high, low);
 #endif
@@ -277,9 +277,10 @@ class VoxelUpdate {
       const VF z = load(z_, at);
       const auto is_in = hn::Gt(load(per_z_, at), zero);
       VF per_zu, per_zv, per_z, offset, far, truncation, per_truncation, pixel_weight;
-      four_numbers<0>(at, per_zu, per_zv, per_z, offset);
       four_numbers<4>(at, far, truncation, per_truncation, pixel_weight);
       const auto is_seen = hn::And(is_in, hn::Le(z, far));
+      if (hn::AllFalse(f, is_seen)) continue;
+      four_numbers<0>(at, per_zu, per_zv, per_z, offset);
       const auto along_normal =
           hn::Add(hn::Add(hn::Mul(per_zu, load(zu_, at)), hn::Mul(per_zv, load(zv_, at))), hn::Mul(per_z, z));
       const auto distance = hn::Sub(along_normal, offset);
@@ -385,7 +386,9 @@ class VoxelUpdate {
   template <std::size_t kFirst>
   HWY_INLINE void four_numbers(std::size_t at, VF& a, VF& b, VF& c, VF& d) const {
     const Floats f;
-    const auto numbers_of = [&](std::size_t lane) { return frame_.planes[pixel_[at + lane]].numbers.data() + kFirst; };
+    const std::int32_t* const pixels = pixel_.data() + at;
+    const float* const first = frame_.planes->numbers.data() + kFirst;
+    const auto numbers_of = [&](std::size_t lane) { return first + PixelPlane::kNumbers * static_cast<std::size_t>(pixels[lane]); };
 #if HWY_TARGET == HWY_SCALAR
     const float* numbers = numbers_of(0);
     a = hn::LoadU(f, numbers);
@@ -394,13 +397,11 @@ class VoxelUpdate {
     d = hn::LoadU(f, numbers + 3);
 #else
     const hn::RepartitionToWide<Floats> wide;
-    // Four numbers of each fourth pixel from n on.
-    const auto quarter = [&](std::size_t n) {
-      return joined<hn::MaxLanes(Floats()) / 4>([&](std::size_t k) {
-        return hn::LoadU(hn::CappedTag<float, 4>(), numbers_of(n + 4 * k));
-      });
-    };
-    const VF p0 = quarter(0), p1 = quarter(1), p2 = quarter(2), p3 = quarter(3);
+    const auto four = [&](std::size_t lane) { return hn::LoadU(hn::CappedTag<float, 4>(), numbers_of(lane)); };
+    // Four numbers of each fourth pixel from the first on, of each fourth from the second on, ...
+    constexpr std::size_t kParts = hn::MaxLanes(Floats()) / 4;
+    const VF p0 = joined<kParts, 4>(four, 0), p1 = joined<kParts, 4>(four, 1), p2 = joined<kParts, 4>(four, 2),
+             p3 = joined<kParts, 4>(four, 3);
     const auto ab01 = hn::BitCast(wide, hn::InterleaveLower(f, p0, p1));
     const auto ab23 = hn::BitCast(wide, hn::InterleaveLower(f, p2, p3));
     const auto cd01 = hn::BitCast(wide, hn::InterleaveUpper(f, p0, p1));
