@@ -115,7 +115,8 @@ std::optional<SampleProjector::View> SampleProjector::view(const Coord& origin, 
   const DepthRange z{cube.near_m, cube.far_m};
   if (cube.reaches_behind(0)) return View{{0, 0, width_ - 1, height_ - 1}, z};  // it may project anywhere
   const auto pixel = [](float v, int size) {
-    return static_cast<int>(std::floor(std::clamp(v, -2.0f, static_cast<float>(size) + 2.0f)));
+    const float near = std::clamp(v, -2.0f, static_cast<float>(size) + 2.0f);
+    return static_cast<int>(near + 2) - 2;  // floor, which is a call; rounding is within the rectangle's slack
   };
   return View{
       {pixel(cube.x0, width_), pixel(cube.y0, height_), pixel(cube.x1, width_) + 1, pixel(cube.y1, height_) + 1}, z};

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/camera.h"
@@ -29,15 +28,14 @@ class CubeProjector {
         fy_(static_cast<float>(k.fy)),
         cx_(static_cast<float>(k.cx)),
         cy_(static_cast<float>(k.cy)) {
-    for (std::size_t i = 0; i < 8; ++i) {
+    for (Eigen::Index i = 0; i < 8; ++i) {
       const Eigen::Vector3f corner = R_ * Eigen::Vector3f((i & 1) != 0, (i & 2) != 0, (i & 4) != 0);
       x_[i] = corner.x();
       y_[i] = corner.y();
       z_[i] = corner.z();
     }
-    const auto [least, greatest] = std::minmax_element(z_.begin(), z_.end());
-    least_z_ = *least;
-    greatest_z_ = *greatest;
+    least_z_ = z_.minCoeff();
+    greatest_z_ = z_.maxCoeff();
   }
 
   /// The cube from `low` + `offset` along each axis, `edge` voxels long.
@@ -46,15 +44,13 @@ class CubeProjector {
     const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
     CubeView view{1e30f, 1e30f, -1e30f, -1e30f, first.z() + edge * least_z_, first.z() + edge * greatest_z_};
     if (view.reaches_behind(0)) return view;
-    for (std::size_t i = 0; i < 8; ++i) {
-      const float per_z = 1 / (first.z() + edge * z_[i]);
-      const float x = (first.x() + edge * x_[i]) * per_z;
-      const float y = (first.y() + edge * y_[i]) * per_z;
-      view.x0 = std::min(view.x0, x);
-      view.x1 = std::max(view.x1, x);
-      view.y0 = std::min(view.y0, y);
-      view.y1 = std::max(view.y1, y);
-    }
+    const Corners per_z = (edge * z_ + first.z()).inverse();
+    const Corners x = (edge * x_ + first.x()) * per_z;
+    const Corners y = (edge * y_ + first.y()) * per_z;
+    view.x0 = x.minCoeff();
+    view.x1 = x.maxCoeff();
+    view.y0 = y.minCoeff();
+    view.y1 = y.maxCoeff();
     to_pixels(fx_, cx_, view.x0, view.x1);
     to_pixels(fy_, cy_, view.y0, view.y1);
     return view;
@@ -69,9 +65,11 @@ class CubeProjector {
     high = std::max(a, b) + kSlack;
   }
 
-  Eigen::Vector3d eye_;             ///< voxels
-  Eigen::Matrix3f R_;               ///< R_camera_world, and voxels to metres
-  std::array<float, 8> x_, y_, z_;  ///< corners of a cube of one voxel, from its lowest
+  using Corners = Eigen::Array<float, 8, 1>;
+
+  Eigen::Vector3d eye_;  ///< voxels
+  Eigen::Matrix3f R_;    ///< R_camera_world, and voxels to metres
+  Corners x_, y_, z_;    ///< of a cube of one voxel, from its lowest
   float least_z_, greatest_z_;
   float fx_, fy_, cx_, cy_;
 };

@@ -3,23 +3,15 @@
 
 #include <vector>
 
-#include "core/image.h"
-#include "fusion/picture_part.h"
+#include "fusion/depth_ranges.h"
 
 namespace scanknit {
 
-/// z from near_m to far_m along a pixel's ray. The default is the empty range, which meets nothing.
-struct DepthRange {
-  float near_m = 1e30f;
-  float far_m = -1e30f;
-
-  [[nodiscard]] bool meets(const DepthRange& other) const { return near_m <= other.far_m && far_m >= other.near_m; }
-};
 /// Level 0 holds one range a pixel; every further level the hull of 2 x 2 ranges of the one below, up to 1 x 1.
 class DepthPyramid {
  public:
   DepthPyramid() = default;
-  explicit DepthPyramid(Image<DepthRange> pixels);
+  explicit DepthPyramid(DepthRanges pixels);
 
   /// The hull of all pixels; empty when no pixel has a range.
   [[nodiscard]] DepthRange hull() const { return levels_.empty() ? DepthRange{} : levels_.back().at(0, 0); }
@@ -38,8 +30,9 @@ class DepthPyramid {
  private:
   [[nodiscard]] bool clip(PixelRect& rect) const;
   [[nodiscard]] int level_for(const PixelRect& rect) const;
+  [[nodiscard]] const DepthRanges& level(int number) const { return levels_[static_cast<std::size_t>(number)]; }
 
-  std::vector<Image<DepthRange>> levels_;
+  std::vector<DepthRanges> levels_;
 };
 
 }  // namespace scanknit

@@ -102,15 +102,18 @@ class BlockUpdate {
     block.is_free = change.is_free;
     block.has_matter = block.has_matter || change.has_matter;
 
-    TsdfLeaf::NodeMaskType observed = block.tsdf->getValueMask();
+    TsdfLeaf::NodeMaskType observed;
     std::uint64_t any = 0;
     for (std::size_t x = 0; x < change.observed.size(); ++x) {
-      observed.getWord<std::uint64_t>(static_cast<openvdb::Index>(x)) |= change.observed[x];
+      observed.getWord<std::uint64_t>(static_cast<openvdb::Index>(x)) = change.observed[x];
       any |= change.observed[x];
     }
-    block.tsdf->setValueMask(observed);
-    block.weight->setValueMask(observed);
-    block.colour->setValueMask(observed);
+    observed |= block.tsdf->getValueMask();
+    if (observed != block.tsdf->getValueMask()) {
+      block.tsdf->setValueMask(observed);
+      block.weight->setValueMask(observed);
+      block.colour->setValueMask(observed);
+    }
     return any != 0;
   }
 

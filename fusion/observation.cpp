@@ -39,16 +39,15 @@ void Observation::prepare_planes(const Frame& frame, const FusionConfig& config)
                   static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise),
                   static_cast<float>(least_sigma_m * least_sigma_m)};
   planes_ = Image<PixelPlane>(surface.z_m.width(), surface.z_m.height());
-  Image<DepthRange> bands(surface.z_m.width(), surface.z_m.height());
+  DepthRanges bands(surface.z_m.width(), surface.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
-    band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands.row(y).data(),
-             planes_.row(y).data());
+    band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands, planes_.row(y).data());
   });
   if (config.carve_free_space) prepare_clearance(surface.z_m, bands, config.noise);
   bands_ = DepthPyramid(std::move(bands));
 }
 
-void Observation::prepare_clearance(const Image<float>& z_m, const Image<DepthRange>& bands, const NoiseModel& noise) {
+void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& bands, const NoiseModel& noise) {
   static_assert(kOutlinePixels == 2);
   const FloatNoise sigma(noise);
   const int width = z_m.width();
@@ -58,10 +57,10 @@ void Observation::prepare_clearance(const Image<float>& z_m, const Image<DepthRa
     std::vector<float> own(static_cast<std::size_t>(width) + 2 * kOutlinePixels, DepthRange{}.near_m);
     for (int y = rows.begin(); y < rows.end(); ++y) {
       const auto z = z_m.row(y);
-      const auto band = bands.row(y);
+      const float* const near_m = bands.near_m(y);
       const auto row = along_rows.row(y);
       for (std::size_t x = 0; x < row.size(); ++x) {
-        const float clear = std::min(band[x].near_m, z[x] - kClearSigmas * sigma.sigma_m(z[x]));
+        const float clear = std::min(near_m[x], z[x] - kClearSigmas * sigma.sigma_m(z[x]));
         own[x + kOutlinePixels] = z[x] > 0 ? clear : 0;
       }
       for (std::size_t x = 0; x < row.size(); ++x)

@@ -34,7 +34,7 @@ class Observation {
 
  private:
   void prepare_planes(const Frame& frame, const FusionConfig& config);
-  void prepare_clearance(const Image<float>& z_m, const Image<DepthRange>& bands, const NoiseModel& noise);
+  void prepare_clearance(const Image<float>& z_m, const DepthRanges& bands, const NoiseModel& noise);
   void prepare_colour(const ColourFrame& colour);
 
   CameraIntrinsics intrinsics_;

@@ -93,7 +93,7 @@ void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise
 }
 
 void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges, PixelPlane* planes) {
+              float* near_m, float* far_m, PixelPlane* planes) {
   const Floats f;
   const VF ry = set((static_cast<float>(y) - rays.cy) * rays.per_fy);
   const DepthRange nothing;
@@ -110,7 +110,8 @@ void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y
     const auto is_seen = hn::Gt(z, hn::Zero(f));
     const VF near = hn::IfThenElse(is_seen, hn::Sub(z, before), set(nothing.near_m));
     const VF far = hn::IfThenElse(is_seen, hn::Add(z, truncation), set(nothing.far_m));
-    hn::StoreInterleaved2(near, far, f, &ranges[x].near_m);
+    hn::StoreU(near, f, near_m + x);
+    hn::StoreU(far, f, far_m + x);
 
     const VF ray = hn::Sqrt(hn::Add(hn::Add(hn::Mul(rx, rx), hn::Mul(ry, ry)), set(1)));
     const VF weight = hn::Div(hn::Mul(towards, set(band.best_variance)), hn::Mul(hn::Mul(sigma, sigma), ray));
@@ -149,22 +150,23 @@ void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise
 }
 
 void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges, PixelPlane* planes) {
+              DepthRanges& ranges, PixelPlane* planes) {
   const auto width = static_cast<int>(z_m.size());
   if (width >= kPixelGroup) {
-    HWY_DYNAMIC_DISPATCH(band_row)(z_m.data(), normals, width, y, rays, band, ranges, planes);
+    HWY_DYNAMIC_DISPATCH(band_row)
+    (z_m.data(), normals, width, y, rays, band, ranges.near_m(y), ranges.far_m(y), planes);
     return;
   }
   std::array<float, kPixelGroup> wide_z{};
   std::array<Eigen::Vector3f, kPixelGroup> wide_normals;
-  std::array<DepthRange, kPixelGroup> wide_ranges;
   std::array<PixelPlane, kPixelGroup> wide_planes;
   wide_normals.fill(Eigen::Vector3f::Zero());
   std::copy(z_m.begin(), z_m.end(), wide_z.begin());
   std::copy(normals, normals + width, wide_normals.begin());
+  static_assert(DepthRanges::kPadding >= kPixelGroup);  // what is no pixel gets empty ranges
   HWY_DYNAMIC_DISPATCH(band_row)
-  (wide_z.data(), wide_normals.data(), kPixelGroup, y, rays, band, wide_ranges.data(), wide_planes.data());
-  std::copy(wide_ranges.begin(), wide_ranges.begin() + width, ranges);
+  (wide_z.data(), wide_normals.data(), kPixelGroup, y, rays, band, ranges.near_m(y), ranges.far_m(y),
+   wide_planes.data());
   std::copy(wide_planes.begin(), wide_planes.begin() + width, planes);
 }
 

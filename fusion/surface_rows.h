@@ -58,6 +58,6 @@ struct Band {
 
 /// Fills row y of both: the z-range of the truncation band along each ray, and what integration reads.
 void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y, const Rays& rays, const Band& band,
-              DepthRange* ranges, PixelPlane* planes);
+              DepthRanges& ranges, PixelPlane* planes);
 
 }  // namespace scanknit

@@ -362,6 +362,7 @@ class VoxelUpdate {
       hn::StoreU(v_256, i, v_256_.data() + at);
       hn::StoreU(colours_.pixel(u_256, v_256), i, pixel_.data() + at);
       coloured_.add_if(!hn::AllFalse(f, seen), at);
+      __builtin_prefetch(voxels_.colour + at, /*for writing*/ 1);
     }
   }
 

@@ -7,40 +7,45 @@
 namespace scanknit {
 namespace {
 
-Image<DepthRange> random_ranges(int width, int height, std::uint32_t seed) {
+DepthRanges random_ranges(int width, int height, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> depth_m(0.5f, 4.0f);
-  Image<DepthRange> ranges(width, height);
-  for (DepthRange& range : ranges.pixels()) {
+  DepthRanges ranges(width, height);
+  for (int i = 0; i < width * height; ++i) {
     if (random() % 3 == 0) continue;  // no return
     const float centre_m = depth_m(random);
-    range = {centre_m - 0.02f, centre_m + 0.02f};
+    ranges.near_m(i / width)[i % width] = centre_m - 0.02f;
+    ranges.far_m(i / width)[i % width] = centre_m + 0.02f;
   }
   return ranges;
 }
 
-bool meets_by_looking_at_every_pixel(const Image<DepthRange>& ranges, const PixelRect& rect, const DepthRange& range) {
+bool contains(const DepthRanges& ranges, int x, int y) {
+  return x >= 0 && y >= 0 && x < ranges.width() && y < ranges.height();
+}
+
+bool meets_by_looking_at_every_pixel(const DepthRanges& ranges, const PixelRect& rect, const DepthRange& range) {
   for (int y = rect.y0; y <= rect.y1; ++y) {
     for (int x = rect.x0; x <= rect.x1; ++x) {
-      if (ranges.contains(x, y) && ranges.at(x, y).meets(range)) return true;
+      if (contains(ranges, x, y) && ranges.at(x, y).meets(range)) return true;
     }
   }
   return false;
 }
 
-float farthest_of_every_pixel(const Image<DepthRange>& ranges, const PixelRect& rect) {
+float farthest_of_every_pixel(const DepthRanges& ranges, const PixelRect& rect) {
   float far_m = DepthRange{}.far_m;
   for (int y = rect.y0; y <= rect.y1; ++y) {
     for (int x = rect.x0; x <= rect.x1; ++x) {
-      if (ranges.contains(x, y)) far_m = std::max(far_m, ranges.at(x, y).far_m);
+      if (contains(ranges, x, y)) far_m = std::max(far_m, ranges.at(x, y).far_m);
     }
   }
   return far_m;
 }
 
 TEST(DepthPyramid, MissesNothingThatAPixelShows) {
-  const Image<DepthRange> ranges = random_ranges(37, 23, 1);
-  const DepthPyramid pyramid{Image<DepthRange>(ranges)};
+  const DepthRanges ranges = random_ranges(37, 23, 1);
+  const DepthPyramid pyramid{DepthRanges(ranges)};
   std::mt19937 random(2);
   std::uniform_int_distribution<int> x(-5, 41);
   std::uniform_int_distribution<int> y(-5, 27);
@@ -63,8 +68,8 @@ TEST(DepthPyramid, MissesNothingThatAPixelShows) {
 }
 
 TEST(DepthPyramid, LooksAtEveryPixelOfASmallRectangle) {
-  const Image<DepthRange> ranges = random_ranges(37, 23, 1);
-  const DepthPyramid pyramid{Image<DepthRange>(ranges)};
+  const DepthRanges ranges = random_ranges(37, 23, 1);
+  const DepthPyramid pyramid{DepthRanges(ranges)};
   for (int y = 0; y + 5 < 23; ++y) {
     for (int x = 0; x + 5 < 37; ++x) {
       const PixelRect rect{x, y, x + 5, y + 5};
@@ -75,7 +80,7 @@ TEST(DepthPyramid, LooksAtEveryPixelOfASmallRectangle) {
 }
 
 TEST(DepthPyramid, MeetsNothingWithoutReturns) {
-  const DepthPyramid pyramid{Image<DepthRange>(16, 9)};
+  const DepthPyramid pyramid{DepthRanges(16, 9)};
   EXPECT_FALSE(pyramid.may_meet({0, 0, 15, 8}, {0.0f, 100.0f}));
   EXPECT_FALSE(DepthPyramid{}.may_meet({0, 0, 15, 8}, {0.0f, 100.0f}));
 }

@@ -381,14 +381,8 @@ TEST_P(OrderOfFrames, MattersLittle) {
 INSTANTIATE_TEST_SUITE_P(WithNoise, OrderOfFrames, ::testing::Bool());
 
 /// The distances that a frame gives the voxels of an empty block; NaN where it says nothing.
-std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Pose& T_camera_world, const Coord& block) {
-  const auto column = [](const Eigen::Vector3d& v) {
-    return std::array{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-  };
-  const Eigen::Matrix3d step = kVoxel * T_camera_world.linear();
-  const BlockPlace place{column(T_camera_world * (Eigen::Vector3d(block.x(), block.y(), block.z()) * kVoxel)),
-                         {column(step.col(0)), column(step.col(1)), column(step.col(2))},
-                         1e30f};
+std::array<float, kBlockVoxels> integrate_block(const FrameView& view, const Coord& block) {
+  const BlockPlace place = view.place(Eigen::Vector3d(block.x(), block.y(), block.z()), 1e30f);
   std::array<float, kBlockVoxels> tsdf{};
   std::array<WeightCode, kBlockVoxels> weight{};
   std::array<ColourCode, kBlockVoxels> colour{};
@@ -407,12 +401,12 @@ TEST(BandBlocks, FindEveryBlockWithAVoxelInTheBand) {
   const Observation observation(frame, config);
   const auto found = find_band_blocks(observation, pose, config.voxel_size_m);
   const std::set<Coord> found_set = origins_of(found);
-  const FrameView view(observation.planes(), frame.intrinsics, config);
   const Pose T_camera_world = pose.inverse();
+  const FrameView view(observation.planes(), frame.intrinsics, T_camera_world, config);
   const float band_m = static_cast<float>(config.truncation_voxels * config.voxel_size_m);
   std::size_t exhaustive = 0;
   for (const Coord& block : blocks_of_cube(-48, 48)) {
-    const auto changed = integrate_block(view, T_camera_world, block);
+    const auto changed = integrate_block(view, block);
     for (std::size_t n = 0; n < kBlockVoxels; ++n) {
       if (!(std::abs(changed[n]) < band_m)) continue;
       const auto x = static_cast<int>(n / 64), y = static_cast<int>(n / 8 % 8), z = static_cast<int>(n % 8);
