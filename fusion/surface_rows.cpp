@@ -28,6 +28,16 @@ HWY_INLINE VF ray_x(const Rays& rays, int x) {
   return hn::Mul(hn::Sub(at, set(rays.cx)), set(rays.per_fx));
 }
 
+using Words = hn::RebindToUnsigned<Floats>;
+
+/// The upper half of a float, rounded to the nearest; the lower half means nothing.
+HWY_INLINE hn::Vec<Words> rounded_half(VF number) {
+  const Words w;
+  const auto word = hn::BitCast(w, number);
+  const auto last = hn::And(hn::ShiftRight<16>(word), hn::Set(w, 1));
+  return hn::Add(word, hn::Add(last, hn::Set(w, 0x7FFF)));
+}
+
 HWY_INLINE VF sigma_of(const FloatNoise& noise, VF z) {
   const VF beyond = hn::Sub(z, set(noise.from_m));
   return hn::Add(set(noise.floor_m), hn::Mul(set(noise.growth_per_m), hn::Mul(beyond, beyond)));
@@ -115,23 +125,14 @@ void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y
 
     const VF ray = hn::Sqrt(hn::Add(hn::Add(hn::Mul(rx, rx), hn::Mul(ry, ry)), set(1)));
     const VF weight = hn::Div(hn::Mul(towards, set(band.best_variance)), hn::Mul(hn::Mul(sigma, sigma), ray));
-    alignas(32) std::array<std::array<float, kPixelGroup>, PixelPlane::kNumbers> fields;
-    const auto put = [&](std::size_t field, VF value) { hn::Store(value, f, fields[field].data()); };
-    const VF per_u = hn::Mul(nx, set(rays.per_fx));
-    const VF per_v = hn::Mul(ny, set(rays.per_fy));
-    put(0, per_u);
-    put(1, per_v);
-    put(2, hn::Sub(nz, hn::Add(hn::Mul(per_u, set(rays.cx)), hn::Mul(per_v, set(rays.cy)))));
-    put(3, hn::Mul(slope, z));
-    put(4, far);
-    put(5, truncation);
-    put(6, hn::Div(set(1), truncation));
-    put(7, weight);
-    for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) {
-      for (std::size_t field = 0; field < PixelPlane::kNumbers; ++field) {
-        planes[static_cast<std::size_t>(x) + lane].numbers[field] = fields[field][lane];
-      }
-    }
+    const auto word = [](VF upper, VF lower) {
+      return hn::Or(hn::And(rounded_half(upper), hn::Set(Words(), 0xFFFF0000)), hn::ShiftRight<16>(rounded_half(lower)));
+    };
+    hn::StoreInterleaved4(hn::BitCast(Words(), hn::IfThenElse(is_seen, z, set(nothing.far_m))),
+                          word(slope, hn::Mul(nx, set(rays.per_fx))),
+                          word(hn::Mul(ny, set(rays.per_fy)), hn::Sub(truncation, set(band.least_m))),
+                          word(hn::Div(set(1), truncation), weight), Words(),
+                          reinterpret_cast<std::uint32_t*>(planes + x));
   });
 }
 

@@ -259,8 +259,8 @@ class VoxelUpdate {
       const auto is_in = hn::And(hn::And(in_u, in_v), hn::Gt(z, hn::Zero(f)));
       const auto number = hn::Add(hn::Mul(rounded(v), hn::Set(i, frame_.width)), rounded(u));
       hn::StoreU(hn::IfThenElseZero(hn::RebindMask(i, is_in), number), i, pixel_.data() + at);
-      hn::StoreU(zu, f, zu_.data() + at);
-      hn::StoreU(zv, f, zv_.data() + at);
+      hn::StoreU(u, f, u_.data() + at);
+      hn::StoreU(v, f, v_.data() + at);
       hn::StoreU(z, f, z_.data() + at);
       hn::StoreU(hn::IfThenElseZero(is_in, per_z), f, per_z_.data() + at);
       in_picture_.add_if(!hn::AllFalse(f, is_in), at);
@@ -276,14 +276,20 @@ class VoxelUpdate {
     for (const std::size_t at : in_picture_) {
       const VF z = load(z_, at);
       const auto is_in = hn::Gt(load(per_z_, at), zero);
-      VF per_zu, per_zv, per_z, offset, far, truncation, per_truncation, pixel_weight;
-      four_numbers<4>(at, far, truncation, per_truncation, pixel_weight);
-      const auto is_seen = hn::And(is_in, hn::Le(z, far));
+      VC z_word, slope_word, wider_word, weight_word;
+      four_words(at, z_word, slope_word, wider_word, weight_word);
+      const auto z_there = hn::BitCast(f, z_word);
+      const auto truncation = hn::Add(set(frame_.band_m), lower_half(wider_word));
+      const auto is_seen = hn::And(is_in, hn::Le(z, hn::Add(z_there, truncation)));
       if (hn::AllFalse(f, is_seen)) continue;
-      four_numbers<0>(at, per_zu, per_zv, per_z, offset);
-      const auto along_normal =
-          hn::Add(hn::Add(hn::Mul(per_zu, load(zu_, at)), hn::Mul(per_zv, load(zv_, at))), hn::Mul(per_z, z));
-      const auto distance = hn::Sub(along_normal, offset);
+      const VF u = load(u_, at), v = load(v_, at);
+      const auto slope = upper_half(slope_word);
+      const auto beside = hn::Add(hn::Mul(lower_half(slope_word), off_pixel(u)),
+                                  hn::Mul(upper_half(wider_word), off_pixel(v)));
+      const auto distance = hn::Add(hn::Mul(slope, hn::Sub(z, z_there)), hn::Mul(beside, z));
+      const auto along_normal = hn::Add(distance, hn::Mul(slope, z_there));
+      const auto per_truncation = upper_half(weight_word);
+      const auto pixel_weight = lower_half(weight_word);
       const auto inside = hn::Max(zero, hn::Sub(one, hn::Mul(hn::Abs(distance), per_truncation)));
       const auto nearness = hn::Mul(hn::Mul(inside, inside), inside);
       const auto share = hn::IfThenElse(hn::Ge(distance, zero), hn::Max(nearness, set(kFreeSpaceShare)), nearness);
@@ -348,8 +354,8 @@ class VoxelUpdate {
     const Ints i;
     for (const std::size_t at : inner_) {
       const VF z = load(z_, at);
-      const VF x = hn::Mul(hn::Sub(load(zu_, at), hn::Mul(set(frame_.cx), z)), set(frame_.per_fx));
-      const VF y = hn::Mul(hn::Sub(load(zv_, at), hn::Mul(set(frame_.cy), z)), set(frame_.per_fy));
+      const VF x = hn::Mul(hn::Mul(hn::Sub(load(u_, at), set(frame_.cx)), set(frame_.per_fx)), z);
+      const VF y = hn::Mul(hn::Mul(hn::Sub(load(v_, at), set(frame_.cy)), set(frame_.per_fy)), z);
       const VF along_normal = load(along_normal_, at);
       VI u_256, v_256;
       const auto seen = colours_.aim({x, y, z}, hn::Ne(along_normal, hn::Zero(f)), u_256, v_256);
@@ -382,37 +388,44 @@ class VoxelUpdate {
   static HWY_INLINE VF load(const Numbers& numbers, std::size_t at) { return hn::LoadU(Floats(), numbers.data() + at); }
   static HWY_INLINE VI load(const Integers& numbers, std::size_t at) { return hn::LoadU(Ints(), numbers.data() + at); }
 
-  /// Numbers kFirst to kFirst + 3 of the planes that a vector of voxels projects to. Loaded one by one and transposed:
-  /// a gather for each number takes several times as long.
-  template <std::size_t kFirst>
-  HWY_INLINE void four_numbers(std::size_t at, VF& a, VF& b, VF& c, VF& d) const {
-    const Floats f;
+  /// The words of the planes that a vector of voxels projects to. Loaded one plane after the other and transposed: a
+  /// gather for each word takes several times as long.
+  HWY_INLINE void four_words(std::size_t at, VC& a, VC& b, VC& c, VC& d) const {
     const std::int32_t* const pixels = pixel_.data() + at;
-    const float* const first = frame_.planes->numbers.data() + kFirst;
-    const auto numbers_of = [&](std::size_t lane) { return first + PixelPlane::kNumbers * static_cast<std::size_t>(pixels[lane]); };
+    const auto words_of = [&](std::size_t lane) {
+      return reinterpret_cast<const std::uint32_t*>(frame_.planes + pixels[lane]);
+    };
+    const Codes32 words;
 #if HWY_TARGET == HWY_SCALAR
-    const float* numbers = numbers_of(0);
-    a = hn::LoadU(f, numbers);
-    b = hn::LoadU(f, numbers + 1);
-    c = hn::LoadU(f, numbers + 2);
-    d = hn::LoadU(f, numbers + 3);
+    a = hn::LoadU(words, words_of(0));
+    b = hn::LoadU(words, words_of(0) + 1);
+    c = hn::LoadU(words, words_of(0) + 2);
+    d = hn::LoadU(words, words_of(0) + 3);
 #else
-    const hn::RepartitionToWide<Floats> wide;
-    const auto four = [&](std::size_t lane) { return hn::LoadU(hn::CappedTag<float, 4>(), numbers_of(lane)); };
-    // Four numbers of each fourth pixel from the first on, of each fourth from the second on, ...
-    constexpr std::size_t kParts = hn::MaxLanes(Floats()) / 4;
-    const VF p0 = joined<kParts, 4>(four, 0), p1 = joined<kParts, 4>(four, 1), p2 = joined<kParts, 4>(four, 2),
+    const hn::RepartitionToWide<Codes32> wide;
+    const auto four = [&](std::size_t lane) { return hn::LoadU(hn::CappedTag<std::uint32_t, 4>(), words_of(lane)); };
+    // Each fourth plane from the first on, each fourth from the second on, ...
+    constexpr std::size_t kParts = hn::MaxLanes(words) / 4;
+    const VC p0 = joined<kParts, 4>(four, 0), p1 = joined<kParts, 4>(four, 1), p2 = joined<kParts, 4>(four, 2),
              p3 = joined<kParts, 4>(four, 3);
-    const auto ab01 = hn::BitCast(wide, hn::InterleaveLower(f, p0, p1));
-    const auto ab23 = hn::BitCast(wide, hn::InterleaveLower(f, p2, p3));
-    const auto cd01 = hn::BitCast(wide, hn::InterleaveUpper(f, p0, p1));
-    const auto cd23 = hn::BitCast(wide, hn::InterleaveUpper(f, p2, p3));
-    a = hn::BitCast(f, hn::InterleaveLower(wide, ab01, ab23));
-    b = hn::BitCast(f, hn::InterleaveUpper(wide, ab01, ab23));
-    c = hn::BitCast(f, hn::InterleaveLower(wide, cd01, cd23));
-    d = hn::BitCast(f, hn::InterleaveUpper(wide, cd01, cd23));
+    const auto ab01 = hn::BitCast(wide, hn::InterleaveLower(words, p0, p1));
+    const auto ab23 = hn::BitCast(wide, hn::InterleaveLower(words, p2, p3));
+    const auto cd01 = hn::BitCast(wide, hn::InterleaveUpper(words, p0, p1));
+    const auto cd23 = hn::BitCast(wide, hn::InterleaveUpper(words, p2, p3));
+    a = hn::BitCast(words, hn::InterleaveLower(wide, ab01, ab23));
+    b = hn::BitCast(words, hn::InterleaveUpper(wide, ab01, ab23));
+    c = hn::BitCast(words, hn::InterleaveLower(wide, cd01, cd23));
+    d = hn::BitCast(words, hn::InterleaveUpper(wide, cd01, cd23));
 #endif
   }
+
+  static HWY_INLINE VF upper_half(VC word) {
+    return hn::BitCast(Floats(), hn::And(word, hn::Set(Codes32(), 0xFFFF0000)));
+  }
+  static HWY_INLINE VF lower_half(VC word) { return hn::BitCast(Floats(), hn::ShiftLeft<16>(word)); }
+
+  /// From the middle of the pixel that rounded() gives.
+  static HWY_INLINE VF off_pixel(VF at) { return hn::Sub(at, hn::Sub(hn::Add(at, set(0x1.8p23f)), set(0x1.8p23f))); }
 
   static HWY_INLINE VF decoded(const WeightCode* codes) {
     const auto code = hn::PromoteTo(Ints(), hn::LoadU(Codes16(), codes));
@@ -432,7 +445,7 @@ class VoxelUpdate {
   const BlockVoxels& voxels_;
   ColourUpdate colours_;
   Vectors in_picture_, observed_, inner_, coloured_;
-  alignas(64) Numbers zu_, zv_, z_;  ///< z times the pixel coordinates (u, v), and z
+  alignas(64) Numbers u_, v_, z_;    ///< pixel coordinates, and z
   alignas(64) Numbers per_z_;        ///< 0 outside the picture
   alignas(64) Numbers weight_, distance_;
   alignas(64) Numbers along_normal_;  ///< 0 where no colour is taken
