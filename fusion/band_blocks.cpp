@@ -37,30 +37,30 @@ class BandSearch {
       tasks.push_back(node);
       return;
     }
-    for_each_child(node, [&](const Node& child) { divide(child, task_blocks, tasks); });
+    for (int child = 0; child < 8; ++child) divide({child_origin(node, child), node.blocks / 2}, task_blocks, tasks);
   }
 
-  /// Adds the blocks of `node` that meet the band to `found`, in a fixed order.
+  /// Adds the blocks of `node`, which may meet the band, that do to `found`, in a fixed order.
   void descend(const Node& node, std::vector<BandBlock>& found) const {
-    const auto view = projector_.view(node.origin, kBlock * node.blocks);
-    if (!view) return;
-    if (node.blocks == 1) {
-      const DepthPyramid::Sight sight = bands_.look(view->pixels, view->z);
-      if (sight.may_meet) found.push_back({node.origin, sight.far_m});
-    } else if (bands_.may_meet(view->pixels, view->z)) {
-      for_each_child(node, [&](const Node& child) { descend(child, found); });
+    const int half = node.blocks / 2;
+    const auto views = projector_.views(node.origin, kBlock * half);
+    for (int child = 0; child < 8; ++child) {
+      const auto& view = views[static_cast<std::size_t>(child)];
+      if (!view) continue;
+      const Coord origin = child_origin(node, child);
+      if (half == 1) {
+        const DepthPyramid::Sight sight = bands_.look(view->pixels, view->z);
+        if (sight.may_meet) found.push_back({origin, sight.far_m});
+      } else if (bands_.may_meet(view->pixels, view->z)) {
+        descend({origin, half}, found);
+      }
     }
   }
 
  private:
-  template <typename Visit>
-  static void for_each_child(const Node& node, const Visit& visit) {
-    const int half = node.blocks / 2;
-    const int step = kBlock * half;
-    for (int child = 0; child < 8; ++child) {
-      const Coord offset((child & 1) * step, ((child >> 1) & 1) * step, (child >> 2) * step);
-      visit(Node{node.origin + offset, half});
-    }
+  static Coord child_origin(const Node& node, int child) {
+    const int step = kBlock * node.blocks / 2;
+    return node.origin + Coord((child & 1) * step, ((child >> 1) & 1) * step, (child >> 2) * step);
   }
 
   const DepthPyramid& bands_;
@@ -110,7 +110,20 @@ bool is_indexable(const Observation& observation, const Pose& T_world_camera, do
 }
 
 std::optional<SampleProjector::View> SampleProjector::view(const Coord& origin, int side) const {
-  const CubeView cube = projector_.view(origin, 0, static_cast<float>(side - 1));
+  return view_of(projector_.view(origin, 0, static_cast<float>(side - 1)));
+}
+
+std::array<std::optional<SampleProjector::View>, 8> SampleProjector::views(const Coord& origin, int side) const {
+  const CubeViews cubes = projector_.views(origin, 0, static_cast<float>(side - 1), static_cast<float>(side));
+  std::array<std::optional<View>, 8> views;
+  for (Eigen::Index n = 0; n < 8; ++n) {
+    views[static_cast<std::size_t>(n)] =
+        view_of({cubes.x0[n], cubes.y0[n], cubes.x1[n], cubes.y1[n], cubes.near_m[n], cubes.far_m[n]});
+  }
+  return views;
+}
+
+std::optional<SampleProjector::View> SampleProjector::view_of(const CubeView& cube) const {
   if (!(cube.far_m > 0)) return std::nullopt;
   const DepthRange z{cube.near_m, cube.far_m};
   if (cube.reaches_behind(0)) return View{{0, 0, width_ - 1, height_ - 1}, z};  // it may project anywhere

@@ -3,6 +3,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -24,8 +25,12 @@ class SampleProjector {
   };
   /// Nothing when no sample is in front of the camera.
   [[nodiscard]] std::optional<View> view(const openvdb::Coord& origin, int side) const;
+  /// Of the eight halves of a cube, of which each has `side` samples along an edge; see CubeViews.
+  [[nodiscard]] std::array<std::optional<View>, 8> views(const openvdb::Coord& origin, int side) const;
 
  private:
+  [[nodiscard]] std::optional<View> view_of(const CubeView& cube) const;
+
   CubeProjector projector_;
   int width_, height_;
 };

@@ -19,6 +19,12 @@ struct CubeView {
   [[nodiscard]] bool reaches_behind(float z_m) const { return near_m <= z_m; }
 };
 
+/// As CubeView, of the eight halves of a cube: child 1 is the next along x, 2 along y, 4 along z.
+struct CubeViews {
+  using Numbers = Eigen::Array<float, 8, 1>;
+  Numbers x0, y0, x1, y1, near_m, far_m;
+};
+
 class CubeProjector {
  public:
   CubeProjector(const CameraIntrinsics& k, const Pose& T_world_camera, double voxel_size_m)
@@ -56,17 +62,46 @@ class CubeProjector {
     return view;
   }
 
+  /// Eight cubes, `edge` voxels long, the lowest at `low` + `offset` along each axis, the others `step` voxels further.
+  [[nodiscard]] CubeViews views(const openvdb::Coord& low, float offset, float edge, float step) const {
+    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
+    const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+    const Corners x = step * x_ + first.x(), y = step * y_ + first.y(), z = step * z_ + first.z();
+    CubeViews views;
+    views.x0 = views.y0 = Corners::Constant(1e30f);
+    views.x1 = views.y1 = Corners::Constant(-1e30f);
+    views.near_m = z + edge * least_z_;
+    views.far_m = z + edge * greatest_z_;
+    for (Eigen::Index corner = 0; corner < 8; ++corner) {
+      const Corners per_z = (z + edge * z_[corner]).inverse();
+      const Corners px = (x + edge * x_[corner]) * per_z, py = (y + edge * y_[corner]) * per_z;
+      views.x0 = views.x0.min(px);
+      views.x1 = views.x1.max(px);
+      views.y0 = views.y0.min(py);
+      views.y1 = views.y1.max(py);
+    }
+    to_pixels(fx_, cx_, views.x0, views.x1);
+    to_pixels(fy_, cy_, views.y0, views.y1);
+    return views;
+  }
+
  private:
+  using Corners = CubeViews::Numbers;
+
+  static void to_pixels(float focal, float centre, Corners& low, Corners& high) {
+    const Corners a = focal * low + centre;
+    const Corners b = focal * high + centre;
+    low = a.min(b) - kSlack;
+    high = a.max(b) + kSlack;
+  }
   static void to_pixels(float focal, float centre, float& low, float& high) {
-    constexpr float kSlack = 0.01f;
     const float a = focal * low + centre;
     const float b = focal * high + centre;
     low = std::min(a, b) - kSlack;
     high = std::max(a, b) + kSlack;
   }
 
-  using Corners = Eigen::Array<float, 8, 1>;
-
+  static constexpr float kSlack = 0.01f;
   Eigen::Vector3d eye_;  ///< voxels
   Eigen::Matrix3f R_;    ///< R_camera_world, and voxels to metres
   Corners x_, y_, z_;    ///< of a cube of one voxel, from its lowest

@@ -128,9 +128,8 @@ void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y
     const auto word = [](VF upper, VF lower) {
       return hn::Or(hn::And(rounded_half(upper), hn::Set(Words(), 0xFFFF0000)), hn::ShiftRight<16>(rounded_half(lower)));
     };
-    hn::StoreInterleaved4(hn::BitCast(Words(), hn::IfThenElse(is_seen, z, set(nothing.far_m))),
-                          word(slope, hn::Mul(nx, set(rays.per_fx))),
-                          word(hn::Mul(ny, set(rays.per_fy)), hn::Sub(truncation, set(band.least_m))),
+    hn::StoreInterleaved4(hn::BitCast(Words(), hn::IfThenElseZero(is_seen, z)), hn::BitCast(Words(), slope),
+                          word(hn::Mul(nx, set(rays.per_fx)), hn::Mul(ny, set(rays.per_fy))),
                           word(hn::Div(set(1), truncation), weight), Words(),
                           reinterpret_cast<std::uint32_t*>(planes + x));
   });

@@ -276,16 +276,17 @@ class VoxelUpdate {
     for (const std::size_t at : in_picture_) {
       const VF z = load(z_, at);
       const auto is_in = hn::Gt(load(per_z_, at), zero);
-      VC z_word, slope_word, wider_word, weight_word;
-      four_words(at, z_word, slope_word, wider_word, weight_word);
+      VC z_word, slope_word, turn_word, weight_word;
+      four_words(at, z_word, slope_word, turn_word, weight_word);
       const auto z_there = hn::BitCast(f, z_word);
-      const auto truncation = hn::Add(set(frame_.band_m), lower_half(wider_word));
-      const auto is_seen = hn::And(is_in, hn::Le(z, hn::Add(z_there, truncation)));
+      const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.truncation_sigmas), sigma_of(z_there)));
+      const auto is_seen =
+          hn::And(hn::And(is_in, hn::Gt(z_there, zero)), hn::Le(z, hn::Add(z_there, truncation)));
       if (hn::AllFalse(f, is_seen)) continue;
       const VF u = load(u_, at), v = load(v_, at);
-      const auto slope = upper_half(slope_word);
-      const auto beside = hn::Add(hn::Mul(lower_half(slope_word), off_pixel(u)),
-                                  hn::Mul(upper_half(wider_word), off_pixel(v)));
+      const auto slope = hn::BitCast(f, slope_word);
+      const auto beside = hn::Add(hn::Mul(upper_half(turn_word), off_pixel(u)),
+                                  hn::Mul(lower_half(turn_word), off_pixel(v)));
       const auto distance = hn::Add(hn::Mul(slope, hn::Sub(z, z_there)), hn::Mul(beside, z));
       const auto along_normal = hn::Add(distance, hn::Mul(slope, z_there));
       const auto per_truncation = upper_half(weight_word);
@@ -318,9 +319,7 @@ class VoxelUpdate {
     alignas(64) std::array<float, hn::MaxLanes(Floats())> clear;
     for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) clear[lane] = frame_.clear_m[pixel_[at + lane]];
     const auto is_clear = hn::And(has_matter, hn::Lt(z, hn::Load(f, clear.data())));
-    const auto beyond = hn::Sub(z, set(frame_.noise.from_m));
-    const auto sigma =
-        hn::Add(set(frame_.noise.floor_m), hn::Mul(set(frame_.noise.growth_per_m), hn::Mul(beyond, beyond)));
+    const auto sigma = sigma_of(z);
     const auto here = hn::Div(set(kFreeSpaceShare * frame_.best_variance), hn::Mul(sigma, sigma));
     return hn::IfThenElse(is_clear, hn::Max(weight, here), weight);
   }
@@ -419,6 +418,11 @@ class VoxelUpdate {
 #endif
   }
 
+  HWY_INLINE VF sigma_of(VF z) const {
+    const auto beyond = hn::Sub(z, set(frame_.noise.from_m));
+    return hn::Add(set(frame_.noise.floor_m), hn::Mul(set(frame_.noise.growth_per_m), hn::Mul(beyond, beyond)));
+  }
+
   static HWY_INLINE VF upper_half(VC word) {
     return hn::BitCast(Floats(), hn::And(word, hn::Set(Codes32(), 0xFFFF0000)));
   }
@@ -482,6 +486,7 @@ FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& ca
       per_fx(static_cast<float>(1 / camera.fx)),
       per_fy(static_cast<float>(1 / camera.fy)),
       band_m(static_cast<float>(config.truncation_voxels * config.voxel_size_m)),
+      truncation_sigmas(static_cast<float>(config.truncation_sigmas)),
       max_weight(std::min(static_cast<float>(config.max_weight), kMaxCodedWeight)),
       noise(config.noise),
       best_variance(noise.sigma_m(noise.from_m) * noise.sigma_m(noise.from_m)) {

@@ -45,13 +45,10 @@ struct ColourView {
 /// Sixteen bytes, which are read at once; what needs no more has the upper half of a float (a relative error of 1/512),
 /// two in a word.
 struct PixelPlane {
-  float z_m;  ///< where the pixel's ray meets the plane; where nothing is seen before any voxel
-  /// The normal times the ray, negative; in the lower half what that grows by with each pixel along u.
-  std::uint32_t slope_and_per_u;
-  /// The same along v; the truncation, metres, less FrameView::band_m.
-  std::uint32_t per_v_and_wider_m;
-  /// 1 / truncation; the weight, cos(incidence) best_variance / sigma^2(z).
-  std::uint32_t per_truncation_and_weight;
+  float z_m;    ///< where the pixel's ray meets the plane; 0: nothing seen
+  float slope;  ///< the normal times the ray, negative
+  std::uint32_t per_u_and_per_v;            ///< what the slope grows by with each pixel; along u in the upper half
+  std::uint32_t per_truncation_and_weight;  ///< 1 / truncation; cos(incidence) best_variance / sigma^2(z)
 };
 static_assert(sizeof(PixelPlane) == 16);
 
@@ -83,7 +80,8 @@ struct FrameView {
   int width, height;
   float fx, fy, cx, cy;
   float per_fx, per_fy;
-  float band_m;  ///< the band's least half-width
+  float band_m;              ///< the band's least half-width
+  float truncation_sigmas;   ///< and in standard deviations of the noise
   float max_weight;
   /// Known voxels nearer than this are free, whatever the surface behind them weighs: see Observation. Null: not asked.
   const float* clear_m = nullptr;
