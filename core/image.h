@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/check.h"
@@ -16,6 +19,23 @@ struct Rgb8 {
   friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
+/// std::allocator, but a vector's new elements that get no value keep what is in the memory.
+template <typename T>
+struct UninitialisedAllocator : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = UninitialisedAllocator<U>;
+  };
+  template <typename U>
+  void construct(U* element) {
+    ::new (static_cast<void*>(element)) U;
+  }
+  template <typename U, typename... Values>
+  void construct(U* element, Values&&... values) {
+    ::new (static_cast<void*>(element)) U(std::forward<Values>(values)...);
+  }
+};
+
 /// `width` x `height` pixels, row 0 at the top, no padding between rows. Empty when default-constructed.
 template <typename T>
 class Image {
@@ -26,6 +46,14 @@ class Image {
         height_(height),
         pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), fill) {
     SCANKNIT_CHECK(width >= 0 && height >= 0);
+  }
+  /// For pixels that are all written before one is read: the others need not be filled first.
+  [[nodiscard]] static Image uninitialised(int width, int height) {
+    Image image;
+    image.width_ = width;
+    image.height_ = height;
+    image.pixels_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    return image;
   }
 
   [[nodiscard]] int width() const { return width_; }
@@ -53,7 +81,7 @@ class Image {
   }
   int width_ = 0;
   int height_ = 0;
-  std::vector<T> pixels_;
+  std::vector<T, UninitialisedAllocator<T>> pixels_;
 };
 
 /// Depth along the optical axis, metres. > 0 is a measurement; 0 is "no return". Never NaN, never negative.

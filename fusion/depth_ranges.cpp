@@ -86,8 +86,13 @@ DepthRanges::DepthRanges(int width, int height)
     : width_(width),
       height_(height),
       stride_((static_cast<std::size_t>(width) / kPadding + 2) * kPadding),
-      near_m_(stride_ * static_cast<std::size_t>(height) + kPadding, DepthRange{}.near_m),
-      far_m_(near_m_.size(), DepthRange{}.far_m) {}
+      near_m_(stride_ * static_cast<std::size_t>(height)),
+      far_m_(near_m_.size()) {
+  tbb::parallel_for(0, height, [&](int y) {
+    std::fill_n(near_m(y), stride_, DepthRange{}.near_m);
+    std::fill_n(far_m(y), stride_, DepthRange{}.far_m);
+  });
+}
 
 DepthRanges DepthRanges::halved() const {
   DepthRanges half((width_ + 1) / 2, (height_ + 1) / 2);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/image.h"
 #include "fusion/picture_part.h"
 
 namespace scanknit {
@@ -50,7 +51,7 @@ class DepthRanges {
   int width_ = 0;
   int height_ = 0;
   std::size_t stride_ = 0;
-  std::vector<float> near_m_, far_m_;
+  std::vector<float, UninitialisedAllocator<float>> near_m_, far_m_;
 };
 
 }  // namespace scanknit

@@ -123,23 +123,25 @@ class BlockUpdate {
 
 /// The blocks of the band, without new ones that the budget does not allow.
 std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolume& volume, IntegrateStats& stats) {
+  std::vector<BlockTask> tasks(blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      tasks[i] = {blocks[i].origin, blocks[i].far_m, volume.index().find(blocks[i].origin)};
+  });
   const std::size_t budget = volume.config().memory_budget_mib << 20;
   VolumeMemory memory = volume.memory();
-  std::vector<BlockTask> tasks;
-  tasks.reserve(blocks.size());
-  for (const auto& [origin, far_m] : blocks) {
-    const BlockIndex::Number known = volume.index().find(origin);
-    if (known == BlockIndex::kNone && memory.bytes_with(origin) > budget) {
+  std::erase_if(tasks, [&](const BlockTask& task) {
+    if (task.known != BlockIndex::kNone) {
+      volume.index().blocks()[task.known].last_frame = volume.frames;
+      return false;
+    }
+    if (memory.bytes_with(task.origin) > budget) {
       stats.is_budget_reached = true;
-      continue;
+      return true;
     }
-    if (known == BlockIndex::kNone) {
-      memory.add(origin);
-    } else {
-      volume.index().blocks()[known].last_frame = volume.frames;
-    }
-    tasks.push_back({origin, far_m, known});
-  }
+    memory.add(task.origin);
+    return false;
+  });
   return tasks;
 }
 

@@ -38,7 +38,7 @@ void Observation::prepare_planes(const Frame& frame, const FusionConfig& config)
   const Band band{static_cast<float>(config.truncation_voxels * config.voxel_size_m),
                   static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise),
                   static_cast<float>(least_sigma_m * least_sigma_m)};
-  planes_ = Image<PixelPlane>(surface.z_m.width(), surface.z_m.height());
+  planes_ = Image<PixelPlane>::uninitialised(surface.z_m.width(), surface.z_m.height());
   DepthRanges bands(surface.z_m.width(), surface.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
     band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands, planes_.row(y).data());
@@ -52,7 +52,7 @@ void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& 
   const FloatNoise sigma(noise);
   const int width = z_m.width();
   const int height = z_m.height();
-  Image<float> along_rows(width, height);
+  auto along_rows = Image<float>::uninitialised(width, height);
   tbb::parallel_for(tbb::blocked_range<int>(0, height), [&](const auto& rows) {
     std::vector<float> own(static_cast<std::size_t>(width) + 2 * kOutlinePixels, DepthRange{}.near_m);
     for (int y = rows.begin(); y < rows.end(); ++y) {
@@ -67,7 +67,7 @@ void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& 
         row[x] = least_of_five(own[x], own[x + 1], own[x + 2], own[x + 3], own[x + 4]);
     }
   });
-  clear_m_ = Image<float>(width, height);
+  clear_m_ = Image<float>::uninitialised(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     const auto row = [&](int off) { return std::as_const(along_rows).row(std::clamp(y + off, 0, height - 1)); };
     const auto a = row(-2), b = row(-1), c = row(0), d = row(1), e = row(2);
@@ -79,7 +79,7 @@ void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& 
 void Observation::prepare_colour(const ColourFrame& colour) {
   colour_camera_ = colour.intrinsics;
   T_colour_depth_ = colour.T_colour_depth;
-  colours_ = Image<ColourCode>(colour.image.width(), colour.image.height());
+  colours_ = Image<ColourCode>::uninitialised(colour.image.width(), colour.image.height());
   tbb::parallel_for(0, colours_.height(), [&](int y) {
     const auto from = colour.image.row(y);
     std::transform(from.begin(), from.end(), colours_.row(y).begin(),

@@ -85,8 +85,8 @@ class Planes {
 }  // namespace
 
 SurfaceImage::SurfaceImage(const Frame& frame, const NoiseModel& noise)
-    : z_m(frame.depth_m.width(), frame.depth_m.height()),
-      normals(frame.depth_m.width(), frame.depth_m.height(), Eigen::Vector3f::Zero()) {
+    : z_m(Image<float>::uninitialised(frame.depth_m.width(), frame.depth_m.height())),
+      normals(Image<Eigen::Vector3f>::uninitialised(frame.depth_m.width(), frame.depth_m.height())) {
   const Planes planes(frame, noise);
   const Rays rays(frame.intrinsics);
   const FloatNoise noise_in_float(noise);
@@ -94,6 +94,8 @@ SurfaceImage::SurfaceImage(const Frame& frame, const NoiseModel& noise)
   const int height = z_m.height();
   constexpr int kLeastWidth = 10;  // of smooth_row
   tbb::parallel_for(0, height, [&](int y) {
+    std::ranges::fill(z_m.row(y), 0.0f);
+    std::ranges::fill(normals.row(y), Eigen::Vector3f::Zero());
     const bool is_inner = y > 0 && y + 1 < height && width >= kLeastWidth;
     if (is_inner) {
       const DepthRows rows{&frame.depth_m.at(0, y - 1), &frame.depth_m.at(0, y), &frame.depth_m.at(0, y + 1),
