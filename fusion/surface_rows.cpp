@@ -126,7 +126,8 @@ void band_row(const float* z_m, const Eigen::Vector3f* normals, int width, int y
     const VF ray = hn::Sqrt(hn::Add(hn::Add(hn::Mul(rx, rx), hn::Mul(ry, ry)), set(1)));
     const VF weight = hn::Div(hn::Mul(towards, set(band.best_variance)), hn::Mul(hn::Mul(sigma, sigma), ray));
     const auto word = [](VF upper, VF lower) {
-      return hn::Or(hn::And(rounded_half(upper), hn::Set(Words(), 0xFFFF0000)), hn::ShiftRight<16>(rounded_half(lower)));
+      return hn::Or(hn::And(rounded_half(upper), hn::Set(Words(), 0xFFFF0000)),
+                    hn::ShiftRight<16>(rounded_half(lower)));
     };
     hn::StoreInterleaved4(hn::BitCast(Words(), hn::IfThenElseZero(is_seen, z)), hn::BitCast(Words(), slope),
                           word(hn::Mul(nx, set(rays.per_fx)), hn::Mul(ny, set(rays.per_fy))),

@@ -45,8 +45,8 @@ struct ColourView {
 /// Sixteen bytes, which are read at once; what needs no more has the upper half of a float (a relative error of 1/512),
 /// two in a word.
 struct PixelPlane {
-  float z_m;    ///< where the pixel's ray meets the plane; 0: nothing seen
-  float slope;  ///< the normal times the ray, negative
+  float z_m;                                ///< where the pixel's ray meets the plane; 0: nothing seen
+  float slope;                              ///< the normal times the ray, negative
   std::uint32_t per_u_and_per_v;            ///< what the slope grows by with each pixel; along u in the upper half
   std::uint32_t per_truncation_and_weight;  ///< 1 / truncation; cos(incidence) best_variance / sigma^2(z)
 };
@@ -80,8 +80,8 @@ struct FrameView {
   int width, height;
   float fx, fy, cx, cy;
   float per_fx, per_fy;
-  float band_m;              ///< the band's least half-width
-  float truncation_sigmas;   ///< and in standard deviations of the noise
+  float band_m;             ///< the band's least half-width
+  float truncation_sigmas;  ///< and in standard deviations of the noise
   float max_weight;
   /// Known voxels nearer than this are free, whatever the surface behind them weighs: see Observation. Null: not asked.
   const float* clear_m = nullptr;
