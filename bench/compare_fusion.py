@@ -2,8 +2,9 @@
 """Times ScanKnit's frames against Open3D's on a synthetic desk: 640 x 480 depth and colour, Kinect noise, 4 mm voxels.
 
 Prints a table in Markdown: milliseconds a frame by stage, ratios against Open3D's tensor VoxelBlockGrid and its legacy
-ScalableTSDFVolume in the same run, peak memory of each process before it fuses and while it does. Needs a built
-`scanknit` and Debian's python3-open3d and python3-numpy.
+ScalableTSDFVolume in the same run, peak memory of each process before it fuses and while it does. Decoding pictures is
+counted for neither: `time_frames`, beside the command, has them all in memory first, Open3D reads each before its clock
+starts. Needs a built `scanknit` and Debian's python3-open3d and python3-numpy.
 """
 
 import argparse
@@ -15,7 +16,7 @@ from pathlib import Path
 
 from compare import HERE, make_recording, run
 
-STAGES = ("filter", "raycast", "track", "integrate")
+STAGES = ("filter", "raycast", "track", "integrate", "frame")
 
 
 def parse_arguments():
@@ -32,9 +33,8 @@ def parse_arguments():
 
 
 def scanknit(arguments, recording, *options):
-    out = recording / "speed"
-    run(arguments.scanknit, "run", recording, "-o", out, "--set", f"fusion.voxel_size={arguments.voxel_mm}mm", *options)
-    return json.loads((out / "report.json").read_text())
+    return json.loads(run(Path(arguments.scanknit).with_name("time_frames"), recording,
+                          "--voxel-mm", arguments.voxel_mm, *options))
 
 
 def open3d(arguments, recording, *options):
@@ -61,7 +61,7 @@ def scanknit_memory(arguments, recording, *options):
 
 
 def medians(reports, stage):
-    times = [report["stages"][stage] for report in reports if stage in report["stages"]]
+    times = [report[stage] for report in reports if stage in report]
     if not times:
         return None
     return tuple(statistics.median(time[key] for time in times) for key in ("median_ms", "p95_ms"))
@@ -71,12 +71,9 @@ def main():
     arguments = parse_arguments()
     arguments.work.mkdir(parents=True, exist_ok=True)
     recording = make_recording(arguments, arguments.scene, True)
-    runs = {
-        "ScanKnit, fixed band of 4 voxels, true poses": ("--set", "fusion.truncation_sigmas=0"),
-        "ScanKnit, defaults, true poses": (),
-        "ScanKnit, fixed band of 4 voxels, tracked": ("--set", "fusion.truncation_sigmas=0", "--poses", "track"),
-        "ScanKnit, defaults, tracked": ("--poses", "track"),
-    }
+    bands = {"fixed band of 4 voxels": ("--fixed-band",), "defaults": ()}
+    runs = {f"ScanKnit, {band}, {poses}": (*options, *tracked) for poses, tracked in
+            {"true poses": (), "tracked": ("--tracked",)}.items() for band, options in bands.items()}
     ours = {name: [] for name in runs}
     theirs = {"tensor": [], "legacy": []}
     for _ in range(arguments.rounds):
@@ -99,12 +96,13 @@ def main():
         cells.append(f"{peer['tensor'] / integrate:.1f} / {peer['legacy'] / integrate:.1f}")
         print(f"| {name} | " + " | ".join(cells) + " |")
     for name, median_ms in peer.items():
-        print(f"| Open3D {theirs[name][0]['open3d']}, {name} | | | | {median_ms:.1f} | |")
+        print(f"| Open3D {theirs[name][0]['open3d']}, {name} | | | | {median_ms:.1f} | | |")
     print("\nPeak resident memory of the process, MiB, without meshing.\n")
     print("| program | before fusing | while fusing | growth |")
     print("|---|---|---|---|")
-    for name in runs:
-        print_memory(name, *scanknit_memory(arguments, recording, *runs[name]))
+    print_memory("ScanKnit, fixed band of 4 voxels",
+                 *scanknit_memory(arguments, recording, "--set", "fusion.truncation_sigmas=0"))
+    print_memory("ScanKnit, defaults", *scanknit_memory(arguments, recording))
     for name, results in theirs.items():
         print_memory(f"Open3D {results[0]['open3d']}, {name}",
                      *(statistics.median(result[key] for result in results) for key in ("before_mib", "peak_mib")))
