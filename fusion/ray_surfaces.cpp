@@ -4,8 +4,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <limits>
-
 #include "fusion/luma.h"
 #include "fusion/ray_surfaces.h"
 
@@ -13,11 +11,13 @@ HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, kPixelGroup>;
+using Floats = hn::CappedTag<float, kPatchRays>;
 using Ints = hn::RebindToSigned<Floats>;
 using Codes = hn::RebindToUnsigned<Floats>;
 using VF = hn::Vec<Floats>;
+using VI = hn::Vec<Ints>;
 using MF = hn::Mask<Floats>;
+using MI = hn::Mask<Ints>;
 
 constexpr float kAgreement = 0.5f;  // voxels: Newton's last step is no longer than this
 
@@ -28,15 +28,70 @@ HWY_INLINE VF mix(VF a, VF b, VF share) {
   return hn::Add(a, hn::Mul(hn::Sub(b, a), share));
 }
 
-/// Cells of eight samples, one for each pixel; corner x + 2 y + 4 z.
-template <typename T>
-struct alignas(32) Cells {
-  std::array<std::array<T, kPixelGroup>, 8> corner;
+/// A coordinate of samples, and what it adds to the numbers that find them in BlockCopies.
+struct Along {
+  VI at, slot, key, offset;
+
+  template <int kAxis>
+  static HWY_INLINE Along axis(VI at) {
+    using Copies = BlockCopies<float>;
+    const Ints i;
+    const auto lowest = [&](VI v, int bits) { return hn::And(v, hn::Set(i, (1 << bits) - 1)); };
+    return {
+        at, hn::ShiftLeft<kAxis * Copies::kSlotBits>(lowest(hn::ShiftRight<3>(at), Copies::kSlotBits)),
+        hn::ShiftLeft<kAxis * Copies::kKeyBits>(lowest(hn::ShiftRight<3 + Copies::kSlotBits>(at), Copies::kKeyBits)),
+        hn::ShiftLeft<3 * (2 - kAxis)>(lowest(at, 3))};
+  }
 };
 
-/// Places on the rays of some neighbouring pixels: their cells, and where in these.
-struct Places {
-  VF x, y, z;  ///< from the cell's lowest corner
+/// Samples of the pixels that are `wanted`.
+struct Distances {
+  static const BlockCopies<float>& copies(const TileSamples& samples) { return samples.distances(); }
+  static std::int32_t round(TileSamples& samples, const openvdb::Coord& at) { return samples.distances_round(at); }
+};
+struct Colours {
+  static const BlockCopies<ColourCode>& copies(const TileSamples& samples) { return samples.colours(); }
+  static std::int32_t round(TileSamples& samples, const openvdb::Coord& at) { return samples.colours_round(at); }
+};
+
+/// Where the blocks of those pixels begin that have not been copied; fills in `starts`.
+template <typename Samples>
+HWY_NOINLINE void copy_missing(TileSamples& samples, const std::array<VI, 3>& at, MF is_missing, std::int32_t* starts) {
+  const Ints i;
+  alignas(64) std::array<std::array<std::int32_t, kPatchRays>, 3> places;
+  alignas(64) RayLanes missing;
+  for (std::size_t axis = 0; axis < 3; ++axis) hn::Store(at[axis], i, places[axis].data());
+  hn::Store(hn::IfThenElseZero(is_missing, set(1)), Floats(), missing.data());
+  for (std::size_t pixel = 0; pixel < hn::Lanes(i); ++pixel) {
+    if (missing[pixel] > 0)
+      starts[pixel] = Samples::round(samples, {places[0][pixel], places[1][pixel], places[2][pixel]});
+  }
+}
+
+/// Where the `wanted` samples lie among the copies.
+template <typename Samples>
+HWY_INLINE VI places_of(TileSamples& samples, const Along& x, const Along& y, const Along& z, MF wanted) {
+  const Ints i;
+  const VI slot = hn::Or(hn::Or(x.slot, y.slot), z.slot);
+  const VI key = hn::Or(hn::Or(x.key, y.key), z.key);
+  const auto& copies = Samples::copies(samples);
+  const MI is_found = hn::Eq(hn::GatherIndex(i, copies.keys(), slot), key);
+  VI starts = hn::IfThenElseZero(is_found, hn::GatherIndex(i, copies.starts(), slot));
+  const MF is_there = hn::RebindMask(Floats(), is_found);
+  const MF is_missing = hn::AndNot(is_there, wanted);
+  if (HWY_UNLIKELY(!hn::AllFalse(Floats(), is_missing))) {
+    alignas(64) std::array<std::int32_t, kPatchRays> all;
+    hn::Store(starts, i, all.data());
+    copy_missing<Samples>(samples, {x.at, y.at, z.at}, is_missing, all.data());
+    starts = hn::Load(i, all.data());
+  }
+  return hn::Add(starts, hn::Or(hn::Or(x.offset, y.offset), z.offset));
+}
+
+/// The cells round some places.
+struct Cells {
+  std::array<Along, 2> x, y, z;
+  VF in_x, in_y, in_z;  ///< from the cell's lowest corner
 };
 
 struct Field {
@@ -44,125 +99,150 @@ struct Field {
   VF gradient_x, gradient_y, gradient_z;
 };
 
-/// Eight rays, as many at once as the processor takes.
+/// Some rays of a patch, as many as the processor takes at once.
 class Finder {
  public:
-  HWY_INLINE Finder(const Eye& eye, const RayGroup& rays, VoxelReader& voxels)
-      : eye_(eye), rays_(rays), voxels_(voxels) {}
+  HWY_INLINE Finder(const Eye& eye, const RayPatch& rays, std::size_t lane, TileSamples& samples)
+      : eye_(eye), rays_(rays), lane_(lane), samples_(samples) {}
 
-  HWY_INLINE void find(std::size_t lane, SeenGroup& seen) {
+  HWY_INLINE void find(const Eigen::Matrix3f& R_camera_world, SeenPatch& seen) {
     const Floats f;
     const VF zero = hn::Zero(f);
-    const VF outside_z = lanes(rays_.outside_z_m, lane);
-    const VF matter_z = lanes(rays_.matter_z_m, lane);
-    const VF voxel_z = lanes(rays_.voxel_z_m, lane);
-    MF is_seen = hn::And(hn::Gt(outside_z, zero), hn::Gt(matter_z, zero));
-    hn::StoreU(zero, f, seen.depth_m.data() + lane);
-    if (hn::AllFalse(f, is_seen)) return;
+    const VF matter_z = lanes(rays_.matter_z_m);
+    const VF voxel_z = lanes(rays_.voxel_z_m);
+    const MF has_matter = hn::Gt(matter_z, zero);
+    VF depth = zero, nx = zero, ny = zero, nz = zero, intensity = set(-1);
+    if (!hn::AllFalse(f, has_matter)) {
+      VF outside_z = lanes(rays_.outside_z_m);
+      VF outside = lanes(rays_.outside_m);
+      look_back(matter_z, voxel_z, has_matter, outside_z, outside);
+      MF is_seen = hn::And(hn::Gt(outside_z, zero), has_matter);
 
-    const VF outside = lanes(rays_.outside_m, lane);
-    const VF drop = hn::IfThenElse(is_seen, hn::Sub(outside, lanes(rays_.matter_m, lane)), set(1));
-    const VF guess_z = mix(outside_z, matter_z, hn::Div(outside, drop));
-    const VF first_z = hn::Sub(outside_z, voxel_z);
-    const VF last_z = hn::Add(matter_z, voxel_z);
-    const auto step_from = [&](VF z, Field& field) {
-      field = field_at(lane, z, is_seen);
-      const VF slope = along_ray(field, lane);
-      const MF falls = hn::Lt(slope, zero);
-      const VF step = hn::IfThenElseZero(falls, hn::Div(field.value, hn::IfThenElse(falls, slope, set(-1))));
-      return hn::Min(hn::Max(hn::Sub(z, step), first_z), last_z);
-    };
-    Field field;
-    const VF better_z = step_from(guess_z, field);
-    const VF final_z = step_from(better_z, field);
-    const VF last_step = hn::Abs(hn::Sub(final_z, better_z));
-    is_seen = hn::And(
-        is_seen, hn::And(hn::Lt(along_ray(field, lane), zero), hn::Le(last_step, hn::Mul(set(kAgreement), voxel_z))));
-    if (hn::AllFalse(f, is_seen)) return;
-    hn::StoreU(hn::IfThenElseZero(is_seen, final_z), f, seen.depth_m.data() + lane);
-    hn::StoreU(field.gradient_x, f, seen.gradient[0].data() + lane);
-    hn::StoreU(field.gradient_y, f, seen.gradient[1].data() + lane);
-    hn::StoreU(field.gradient_z, f, seen.gradient[2].data() + lane);
-  }
-
-  HWY_INLINE void find_intensity(std::size_t lane, SeenGroup& seen) {
-    const Floats f;
-    const VF z = lanes(seen.depth_m, lane);
-    const MF is_seen = hn::Gt(z, hn::Zero(f));
-    if (!hn::AllFalse(f, is_seen)) hn::StoreU(intensity_at(lane, z, is_seen), f, seen.intensity.data() + lane);
+      const VF drop = hn::IfThenElse(is_seen, hn::Sub(outside, lanes(rays_.matter_m)), set(1));
+      const VF guess_z = mix(outside_z, matter_z, hn::Div(outside, drop));
+      const VF first_z = hn::Sub(outside_z, voxel_z);
+      const VF last_z = hn::Add(matter_z, voxel_z);
+      const auto step_from = [&](VF z, Field& field) {
+        field = field_at(z, is_seen);
+        const VF slope = along_ray(field);
+        const MF falls = hn::Lt(slope, zero);
+        const VF step = hn::IfThenElseZero(falls, hn::Div(field.value, hn::IfThenElse(falls, slope, set(-1))));
+        return hn::Min(hn::Max(hn::Sub(z, step), first_z), last_z);
+      };
+      Field field;
+      const VF better_z = step_from(guess_z, field);
+      const VF final_z = step_from(better_z, field);
+      const VF last_step = hn::Abs(hn::Sub(final_z, better_z));
+      is_seen = hn::And(is_seen,
+                        hn::And(hn::Lt(along_ray(field), zero), hn::Le(last_step, hn::Mul(set(kAgreement), voxel_z))));
+      depth = hn::IfThenElseZero(is_seen, final_z);
+      const auto turned = [&](int row) {
+        return hn::Add(hn::Mul(set(R_camera_world(row, 0)), field.gradient_x),
+                       hn::Add(hn::Mul(set(R_camera_world(row, 1)), field.gradient_y),
+                               hn::Mul(set(R_camera_world(row, 2)), field.gradient_z)));
+      };
+      nx = turned(0), ny = turned(1), nz = turned(2);
+      const VF squared = hn::Add(hn::Mul(nx, nx), hn::Add(hn::Mul(ny, ny), hn::Mul(nz, nz)));
+      const VF length = hn::IfThenElse(is_seen, hn::Sqrt(squared), set(1));
+      nx = hn::IfThenElseZero(is_seen, hn::Div(nx, length));
+      ny = hn::IfThenElseZero(is_seen, hn::Div(ny, length));
+      nz = hn::IfThenElseZero(is_seen, hn::Div(nz, length));
+      if (!hn::AllFalse(f, is_seen)) intensity = hn::IfThenElse(is_seen, intensity_at(depth, is_seen), set(-1));
+    }
+    hn::Store(depth, f, seen.depth_m.data() + lane_);
+    hn::Store(nx, f, seen.normal[0].data() + lane_);
+    hn::Store(ny, f, seen.normal[1].data() + lane_);
+    hn::Store(nz, f, seen.normal[2].data() + lane_);
+    hn::Store(intensity, f, seen.intensity.data() + lane_);
   }
 
  private:
-  static HWY_INLINE VF lanes(const PixelLanes& all, std::size_t lane) { return hn::LoadU(Floats(), all.data() + lane); }
+  HWY_INLINE VF lanes(const RayLanes& all) const { return hn::Load(Floats(), all.data() + lane_); }
 
-  HWY_INLINE VF along_ray(const Field& field, std::size_t lane) const {
-    return hn::Add(hn::Add(hn::Mul(field.gradient_x, lanes(rays_.step[0], lane)),
-                           hn::Mul(field.gradient_y, lanes(rays_.step[1], lane))),
-                   hn::Mul(field.gradient_z, lanes(rays_.step[2], lane)));
+  HWY_INLINE VF along_ray(const Field& field) const {
+    return hn::Add(
+        hn::Add(hn::Mul(field.gradient_x, lanes(rays_.step[0])), hn::Mul(field.gradient_y, lanes(rays_.step[1]))),
+        hn::Mul(field.gradient_z, lanes(rays_.step[2])));
   }
 
-  static constexpr VoxelReader::At kNowhere{std::numeric_limits<int>::max(), 0, 0};
+  HWY_INLINE VF place(VF z, std::size_t axis) const {
+    return hn::Add(set(eye_.start[axis]), hn::Mul(z, lanes(rays_.step[axis])));
+  }
+
+  /// Free space may end at the wall of a block that was not looked at, since all of it is free: whoever met matter
+  /// first looks back by one voxel.
+  HWY_INLINE void look_back(VF matter_z, VF voxel_z, MF has_matter, VF& outside_z, VF& outside) {
+    const Floats f;
+    const MF looks = hn::AndNot(hn::Gt(outside_z, hn::Zero(f)), has_matter);
+    if (hn::AllFalse(f, looks)) return;
+    const VF z = hn::Sub(matter_z, voxel_z);
+    const auto nearest = [&](std::size_t axis) {
+      const VF p = hn::IfThenElseZero(looks, hn::Add(place(z, axis), set(0.5f)));
+      return hn::ConvertTo(Ints(), hn::Floor(p));
+    };
+    const VI at = places_of<Distances>(samples_, Along::axis<0>(nearest(0)), Along::axis<1>(nearest(1)),
+                                       Along::axis<2>(nearest(2)), looks);
+    const VF value = hn::GatherIndex(f, samples_.distances().samples(), at);
+    const MF is_free = hn::And(looks, hn::Gt(value, hn::Zero(f)));
+    outside_z = hn::IfThenElse(is_free, z, outside_z);
+    outside = hn::IfThenElse(is_free, value, outside);
+  }
 
   /// The cells round the places where depth is z; those of pixels that are not `wanted` mean nothing.
-  HWY_INLINE Places places_at(std::size_t lane, VF z, MF wanted) {
-    const Floats f;
+  HWY_INLINE Cells cells_at(VF z, MF wanted) const {
     const Ints i;
-    const auto along = [&](std::size_t axis) {
-      const VF p = hn::Add(set(eye_.start[axis]), hn::Mul(z, lanes(rays_.step[axis], lane)));
-      const VF low = hn::Floor(hn::IfThenElseZero(wanted, p));
-      hn::StoreU(hn::ConvertTo(i, low), i, low_[axis].data());
-      return hn::Sub(p, low);
+    const auto low = [&](VF p) { return hn::Floor(hn::IfThenElseZero(wanted, p)); };
+    const auto both = [&](auto axis, VF lowest) {
+      constexpr int kAxis = decltype(axis)::value;
+      const VI at = hn::ConvertTo(i, lowest);
+      return std::array{Along::axis<kAxis>(at), Along::axis<kAxis>(hn::Add(at, hn::Set(i, 1)))};
     };
-    hn::StoreU(hn::IfThenElseZero(wanted, set(1)), f, wanted_.data());
-    return {along(0), along(1), along(2)};
-  }
-  [[nodiscard]] HWY_INLINE VoxelReader::At low_of(std::size_t pixel) const {
-    return {low_[0][pixel], low_[1][pixel], low_[2][pixel]};
+    const VF x = place(z, 0), y = place(z, 1), z3 = place(z, 2);
+    return {both(std::integral_constant<int, 0>(), low(x)),
+            both(std::integral_constant<int, 1>(), low(y)),
+            both(std::integral_constant<int, 2>(), low(z3)),
+            hn::Sub(x, low(x)),
+            hn::Sub(y, low(y)),
+            hn::Sub(z3, low(z3))};
   }
 
   /// Trilinear. A pixel whose cell is not known all round is no longer `wanted`.
-  HWY_INLINE Field field_at(std::size_t lane, VF z, MF& wanted) {
+  HWY_INLINE Field field_at(VF z, MF& wanted) {
     const Floats f;
-    const Places at = places_at(lane, z, wanted);
-    for (std::size_t pixel = 0; pixel < hn::Lanes(f); ++pixel) {
-      if (!(wanted_[pixel] > 0)) continue;
-      const VoxelReader::At low = low_of(pixel);
-      if (low == in_cells_[pixel]) continue;
-      in_cells_[pixel] = low;
-      if (!voxels_.distances(low, cells_.corner[0].data() + pixel, kPixelGroup)) {
-        in_cells_[pixel] = kNowhere;
-        wanted_[pixel] = 0;
-      }
-    }
-    wanted = hn::Gt(hn::LoadU(f, wanted_.data()), hn::Zero(f));
-    const auto corner = [&](std::size_t n) { return hn::LoadU(f, cells_.corner[n].data()); };
-    const VF dx00 = hn::Sub(corner(1), corner(0)), dx10 = hn::Sub(corner(3), corner(2));
-    const VF dx01 = hn::Sub(corner(5), corner(4)), dx11 = hn::Sub(corner(7), corner(6));
-    const VF x00 = hn::Add(corner(0), hn::Mul(dx00, at.x)), x10 = hn::Add(corner(2), hn::Mul(dx10, at.x));
-    const VF x01 = hn::Add(corner(4), hn::Mul(dx01, at.x)), x11 = hn::Add(corner(6), hn::Mul(dx11, at.x));
-    const VF y0 = mix(x00, x10, at.y), y1 = mix(x01, x11, at.y);
-    return {mix(y0, y1, at.z), mix(mix(dx00, dx10, at.y), mix(dx01, dx11, at.y), at.z),
-            mix(hn::Sub(x10, x00), hn::Sub(x11, x01), at.z), hn::Sub(y1, y0)};
+    const Cells cells = cells_at(z, wanted);
+    MF is_known = wanted;
+    const auto corner = [&](std::size_t x, std::size_t y, std::size_t z_side) {
+      const VI at = places_of<Distances>(samples_, cells.x[x], cells.y[y], cells.z[z_side], wanted);
+      const VF value = hn::GatherIndex(f, samples_.distances().samples(), at);
+      is_known = hn::And(is_known, hn::Eq(value, value));
+      return value;
+    };
+    const VF c0 = corner(0, 0, 0), c1 = corner(1, 0, 0), c2 = corner(0, 1, 0), c3 = corner(1, 1, 0);
+    const VF c4 = corner(0, 0, 1), c5 = corner(1, 0, 1), c6 = corner(0, 1, 1), c7 = corner(1, 1, 1);
+    wanted = is_known;
+    const VF dx00 = hn::Sub(c1, c0), dx10 = hn::Sub(c3, c2), dx01 = hn::Sub(c5, c4), dx11 = hn::Sub(c7, c6);
+    const VF x00 = hn::Add(c0, hn::Mul(dx00, cells.in_x)), x10 = hn::Add(c2, hn::Mul(dx10, cells.in_x));
+    const VF x01 = hn::Add(c4, hn::Mul(dx01, cells.in_x)), x11 = hn::Add(c6, hn::Mul(dx11, cells.in_x));
+    const VF y0 = mix(x00, x10, cells.in_y), y1 = mix(x01, x11, cells.in_y);
+    return {mix(y0, y1, cells.in_z), mix(mix(dx00, dx10, cells.in_y), mix(dx01, dx11, cells.in_y), cells.in_z),
+            mix(hn::Sub(x10, x00), hn::Sub(x11, x01), cells.in_z), hn::Sub(y1, y0)};
   }
 
   /// Trilinear over the voxels that have a colour.
-  HWY_INLINE VF intensity_at(std::size_t lane, VF z, MF wanted) {
+  HWY_INLINE VF intensity_at(VF z, MF wanted) {
     const Floats f;
-    const Places at = places_at(lane, z, wanted);
-    Cells<ColourCode> cells{};
-    for (std::size_t pixel = 0; pixel < hn::Lanes(f); ++pixel) {
-      if (wanted_[pixel] > 0) voxels_.colours(low_of(pixel), cells.corner[0].data() + pixel, kPixelGroup);
-    }
     const Codes c;
+    const Cells cells = cells_at(z, wanted);
     const VF one = set(1);
-    const VF rest_x = hn::Sub(one, at.x), rest_y = hn::Sub(one, at.y), rest_z = hn::Sub(one, at.z);
+    const VF rest_x = hn::Sub(one, cells.in_x), rest_y = hn::Sub(one, cells.in_y), rest_z = hn::Sub(one, cells.in_z);
     VF sum = hn::Zero(f);
     VF weights = hn::Zero(f);
     for (std::size_t n = 0; n < 8; ++n) {
-      const auto code = hn::LoadU(c, cells.corner[n].data());
+      const VI at = places_of<Colours>(samples_, cells.x[n & 1], cells.y[n >> 1 & 1], cells.z[n >> 2], wanted);
+      const auto code = hn::GatherIndex(c, samples_.colours().samples(), at);
       const auto has_colour = hn::RebindMask(f, hn::Ne(hn::ShiftRight<24>(code), hn::Zero(c)));
-      const VF share =
-          hn::Mul(hn::Mul((n & 1) != 0 ? at.x : rest_x, (n & 2) != 0 ? at.y : rest_y), (n & 4) != 0 ? at.z : rest_z);
+      const VF share = hn::Mul(hn::Mul((n & 1) != 0 ? cells.in_x : rest_x, (n & 2) != 0 ? cells.in_y : rest_y),
+                               (n & 4) != 0 ? cells.in_z : rest_z);
       const VF weight = hn::IfThenElseZero(has_colour, share);
       const auto channel = [&](auto shifted) {
         return hn::ConvertTo(f, hn::BitCast(Ints(), hn::And(shifted, hn::Set(c, 0xFF))));
@@ -178,23 +258,16 @@ class Finder {
   }
 
   const Eye& eye_;
-  const RayGroup& rays_;
-  VoxelReader& voxels_;
-  std::array<std::array<std::int32_t, kPixelGroup>, 3> low_{};
-  PixelLanes wanted_{};
-  Cells<float> cells_{};  ///< the last that were read for each pixel ...
-  std::array<VoxelReader::At, kPixelGroup> in_cells_{kNowhere, kNowhere, kNowhere, kNowhere, kNowhere,
-                                                     kNowhere, kNowhere, kNowhere};  ///< ... and where these are
+  const RayPatch& rays_;
+  std::size_t lane_;
+  TileSamples& samples_;
 };
 
-void find_surfaces(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
-  Finder finder(eye, rays, voxels);
-  for (std::size_t lane = 0; lane < kPixelGroup; lane += hn::Lanes(Floats())) finder.find(lane, seen);
-}
-
-void find_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
-  Finder finder(eye, rays, voxels);
-  for (std::size_t lane = 0; lane < kPixelGroup; lane += hn::Lanes(Floats())) finder.find_intensity(lane, seen);
+void find_surfaces(const Eye& eye, const Eigen::Matrix3f& R_camera_world, const RayPatch& rays, TileSamples& samples,
+                   SeenPatch& seen) {
+  for (std::size_t lane = 0; lane < kPatchRays; lane += hn::Lanes(Floats())) {
+    Finder(eye, rays, lane, samples).find(R_camera_world, seen);
+  }
 }
 
 }  // namespace scanknit::HWY_NAMESPACE
@@ -202,47 +275,12 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace scanknit {
-namespace {
-
-/// The sample below and beside a place on a ray, plus `offset` along each axis.
-VoxelReader::At sample_at(const Eye& eye, const RayGroup& rays, std::size_t lane, float z_m, float offset) {
-  const auto along = [&](std::size_t axis) {
-    return VoxelReader::floor_of(eye.start[axis] + z_m * rays.step[axis][lane] + offset);
-  };
-  return {along(0), along(1), along(2)};
-}
-
-/// Free space may end at the wall of a block that was not looked at, since all of it is free: whoever met matter first
-/// looks back by one voxel.
-void look_back(const Eye& eye, VoxelReader& voxels, RayGroup& rays) {
-  for (std::size_t lane = 0; lane < kPixelGroup; ++lane) {
-    if (!(rays.matter_z_m[lane] > 0) || rays.outside_z_m[lane] > 0) continue;
-    const float z_m = rays.matter_z_m[lane] - rays.voxel_z_m[lane];
-    const auto value = voxels.distance(sample_at(eye, rays, lane, z_m, 0.5f));
-    if (!value || *value <= 0) continue;
-    rays.outside_z_m[lane] = z_m;
-    rays.outside_m[lane] = *value;
-  }
-}
-
-}  // namespace
 
 HWY_EXPORT(find_surfaces);
-HWY_EXPORT(find_intensities);
 
-void find_surfaces(const Eye& eye, RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
-  look_back(eye, voxels, rays);
-  HWY_DYNAMIC_DISPATCH(find_surfaces)(eye, rays, voxels, seen);
-}
-
-void find_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, SeenGroup& seen) {
-  HWY_DYNAMIC_DISPATCH(find_intensities)(eye, rays, voxels, seen);
-}
-
-void prefetch_intensities(const Eye& eye, const RayGroup& rays, VoxelReader& voxels, const SeenGroup& seen) {
-  for (std::size_t lane = 0; lane < kPixelGroup; ++lane) {
-    if (seen.depth_m[lane] > 0) voxels.prefetch_colours(sample_at(eye, rays, lane, seen.depth_m[lane], 0));
-  }
+void find_surfaces(const Eye& eye, const Eigen::Matrix3f& R_camera_world, const RayPatch& rays, TileSamples& samples,
+                   SeenPatch& seen) {
+  HWY_DYNAMIC_DISPATCH(find_surfaces)(eye, R_camera_world, rays, samples, seen);
 }
 
 }  // namespace scanknit

@@ -1,156 +1,128 @@
 #include "fusion/raycast.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <vector>
 
+#include "fusion/block_copies.h"
 #include "fusion/march_rays.h"
 #include "fusion/ray_surfaces.h"
 #include "fusion/visible_blocks.h"
-#include "fusion/voxel_reader.h"
 
 namespace scanknit {
 namespace {
 
-constexpr std::size_t kCacheLine = 64;
-
-/// The distances of the blocks that a tile's rays pass fit into a core's own cache.
-constexpr int kTileRows = 16;
-constexpr int kTileGroups = 4;
-constexpr int kTileWidth = kTileGroups * kPixelGroup;
-constexpr std::size_t kGroups = kTileRows * kTileGroups;
-
-/// Some neighbouring pixels.
-class Tile {
+/// The rays of a tile, one tile after the other.
+class TileLooker {
  public:
-  Tile(const BlockIndex& index, const Eye& eye, const PixelRect& pixels)
-      : index_(index), eye_(eye), pixels_(pixels), voxels_(index) {
-    for (int y = pixels_.y0; y <= pixels_.y1; ++y) {
-      for (int across = 0; across < kTileGroups; ++across) {
-        aim_rays(eye, pixels_.x0 + across * kPixelGroup, y, groups_[number_of(across, y)]);
+  TileLooker(const TsdfVolume& volume, const Eye& eye, const Pose& T_world_camera)
+      : index_(volume.index()),
+        eye_(eye),
+        R_camera_world_(T_world_camera.linear().transpose().cast<float>()),
+        samples_(volume.index()) {}
+
+  /// Fills in the pixels from (x0, y0); `blocks` are those that their rays pass, nearest first.
+  void look(int x0, int y0, std::span<const VisibleBlock> blocks, ModelView& view) {
+    samples_.clear();
+    aim_rays(eye_, x0, y0, rays_);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      prefetch(blocks, i);
+      if (rays_.is_open(blocks[i].pixels)) march(blocks[i]);
+    }
+    for (int down = 0; down < RayTile::kDown; ++down) {
+      for (int across = 0; across < RayTile::kAcross; ++across) {
+        SeenPatch seen;
+        find_surfaces(eye_, R_camera_world_, rays_.patches[RayTile::number_of(across, down)], samples_, seen);
+        show(seen, x0 + kPatchSide * across, y0 + kPatchSide * down, view);
       }
-    }
-  }
-
-  void march(std::span<const VisibleBlock> own) {
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      prefetch(own, i);
-      march(own[i]);
-    }
-  }
-
-  void show(const Eigen::Matrix3f& R_camera_world, ModelView& view) {
-    std::array<SeenGroup, kGroups> seen;
-    const std::size_t groups = static_cast<std::size_t>(kTileGroups * (pixels_.y1 - pixels_.y0 + 1));
-    for (std::size_t i = 0; i < groups; ++i) {
-      find_surfaces(eye_, groups_[i], voxels_, seen[i]);
-      prefetch_intensities(eye_, groups_[i], voxels_, seen[i]);
-    }
-    for (std::size_t i = 0; i < groups; ++i) find_intensities(eye_, groups_[i], voxels_, seen[i]);
-    for (int y = pixels_.y0; y <= pixels_.y1; ++y) {
-      for (int x = pixels_.x0; x <= pixels_.x1; ++x)
-        show(seen[number_of((x - pixels_.x0) / kPixelGroup, y)], x, y, R_camera_world, view);
     }
   }
 
  private:
-  [[nodiscard]] std::size_t number_of(int across, int y) const {
-    return static_cast<std::size_t>((y - pixels_.y0) * kTileGroups + across);
-  }
-
-  [[nodiscard]] BlockField field_of(const VolumeBlock& block) const {
-    const auto from = [&](int axis) {
-      return eye_.start[static_cast<std::size_t>(axis)] - static_cast<float>(block.origin[axis]);
-    };
-    BlockField field{{from(0), from(1), from(2)}, block.tsdf->buffer().data(), {}};
-    const auto& mask = block.tsdf->getValueMask();
-    for (openvdb::Index word = 0; word < 8; ++word) {
-      const auto bits = mask.getWord<std::uint64_t>(word);
-      std::memcpy(field.observed.data() + 2 * word, &bits, sizeof bits);
-    }
-    return field;
-  }
-
   /// Blocks lie far apart, behind three pointers: the memory is asked for each some blocks ahead.
-  void prefetch(std::span<const VisibleBlock> own, std::size_t i) const {
+  void prefetch(std::span<const VisibleBlock> blocks, std::size_t i) const {
     const auto ahead = [&](std::size_t steps) -> const VolumeBlock* {
-      return i + steps < own.size() ? &index_.blocks()[own[i + steps].number] : nullptr;
+      return i + steps < blocks.size() ? &index_.blocks()[blocks[i + steps].number] : nullptr;
     };
-    if (const VolumeBlock* block = ahead(6)) __builtin_prefetch(block);
-    if (const VolumeBlock* block = ahead(4)) {
-      const auto* leaf = reinterpret_cast<const char*>(block->tsdf);
-      for (std::size_t byte = 0; byte < sizeof(TsdfLeaf); byte += kCacheLine) __builtin_prefetch(leaf + byte);
+    if (const VolumeBlock* block = ahead(12)) __builtin_prefetch(block);
+    if (const VolumeBlock* block = ahead(8)) {
+      prefetch_all(block->tsdf, sizeof(TsdfLeaf));
       __builtin_prefetch(block->colour);
     }
-    if (const VolumeBlock* block = ahead(2)) {
-      const float* values = block->tsdf->buffer().data();
-      for (std::size_t value = 0; value < TsdfLeaf::SIZE; value += kCacheLine / sizeof(float)) {
-        __builtin_prefetch(values + value);
-      }
+    const VolumeBlock* block = ahead(4);
+    if (block == nullptr || !rays_.is_open(blocks[i + 4].pixels)) return;
+    prefetch_all(block->tsdf->buffer().data(), TsdfLeaf::SIZE * sizeof(float));
+  }
+
+  /// Into the second cache: the first one has too few places for what is on its way.
+  static void prefetch_all(const void* memory, std::size_t bytes) {
+    constexpr std::size_t kCacheLine = 64;
+    for (std::size_t byte = 0; byte < bytes; byte += kCacheLine) {
+      __builtin_prefetch(static_cast<const char*>(memory) + byte, 0, 2);
     }
   }
 
   void march(const VisibleBlock& visible) {
     const VolumeBlock& block = index_.blocks()[visible.number];
-    voxels_.keep(block);
-    const BlockField field = field_of(block);
-    const int first = std::max(visible.pixels.x0 - pixels_.x0, 0) / kPixelGroup;
-    const int last = std::min(visible.pixels.x1 - pixels_.x0, kTileWidth - 1) / kPixelGroup;
-    const int to = std::min(visible.pixels.y1, pixels_.y1);
-    for (int y = std::max(visible.pixels.y0, pixels_.y0); y <= to; ++y) {
-      march_rays(field, eye_.voxel_size_m, &groups_[number_of(first, y)], last - first + 1);
-    }
+    const std::int32_t start = samples_.add_distances(visible.number);
+    const auto from = [&](int axis) {
+      return eye_.start[static_cast<std::size_t>(axis)] - static_cast<float>(block.origin[axis]);
+    };
+    const BlockField field{{from(0), from(1), from(2)}, samples_.distances().samples() + start};
+    if (!march_rays(field, eye_.voxel_size_m, visible.pixels, rays_)) return;
+    prefetch_all(block.colour->buffer().data(), ColourLeaf::SIZE * sizeof(ColourCode));
   }
 
-  void show(const SeenGroup& seen, int x, int y, const Eigen::Matrix3f& R_camera_world, ModelView& view) const {
-    const auto lane = static_cast<std::size_t>((x - pixels_.x0) % kPixelGroup);
-    if (!(seen.depth_m[lane] > 0)) return;
-    const Eigen::Vector3f gradient(seen.gradient[0][lane], seen.gradient[1][lane], seen.gradient[2][lane]);
-    view.depth_m.at(x, y) = seen.depth_m[lane];
-    view.normals.at(x, y) = (R_camera_world * gradient).normalized();
-    view.intensity.at(x, y) = seen.intensity[lane];
+  static void show(const SeenPatch& seen, int x0, int y0, ModelView& view) {
+    for (int y = y0; y < std::min(y0 + kPatchSide, view.intrinsics.height); ++y) {
+      for (int x = x0; x < std::min(x0 + kPatchSide, view.intrinsics.width); ++x) {
+        const auto lane = static_cast<std::size_t>((y - y0) * kPatchSide + x - x0);
+        view.depth_m.at(x, y) = seen.depth_m[lane];
+        view.normals.at(x, y) = {seen.normal[0][lane], seen.normal[1][lane], seen.normal[2][lane]};
+        view.intensity.at(x, y) = seen.intensity[lane];
+      }
+    }
   }
 
   const BlockIndex& index_;
   const Eye& eye_;
-  PixelRect pixels_;
-  VoxelReader voxels_;
-  std::array<RayGroup, kGroups> groups_;
+  Eigen::Matrix3f R_camera_world_;
+  TileSamples samples_;
+  RayTile rays_;
 };
 
 /// A picture in tiles, row by row, and the blocks that the rays of each pass, nearest first.
 class Tiles {
  public:
   Tiles(const CameraIntrinsics& k, std::span<const VisibleBlock> blocks)
-      : width_(k.width),
-        height_(k.height),
-        across_((k.width + kTileWidth - 1) / kTileWidth),
-        blocks_(static_cast<std::size_t>(across_ * ((k.height + kTileRows - 1) / kTileRows))) {
-    for (const VisibleBlock& block : blocks) {
-      for (int y = block.pixels.y0 / kTileRows; y <= block.pixels.y1 / kTileRows; ++y) {
-        for (int x = block.pixels.x0 / kTileWidth; x <= block.pixels.x1 / kTileWidth; ++x) {
-          blocks_[static_cast<std::size_t>(y * across_ + x)].push_back(block);
+      : across_((k.width + RayTile::kWidth - 1) / RayTile::kWidth),
+        blocks_(static_cast<std::size_t>(across_ * ((k.height + RayTile::kHeight - 1) / RayTile::kHeight))) {
+    for (const auto& [number, pixels] : blocks) {
+      for (int y = pixels.y0 / RayTile::kHeight; y <= pixels.y1 / RayTile::kHeight; ++y) {
+        for (int x = pixels.x0 / RayTile::kWidth; x <= pixels.x1 / RayTile::kWidth; ++x) {
+          const int x0 = x * RayTile::kWidth, y0 = y * RayTile::kHeight;
+          const PixelRect within{std::max(pixels.x0 - x0, 0), std::max(pixels.y0 - y0, 0),
+                                 std::min(pixels.x1 - x0, RayTile::kWidth - 1),
+                                 std::min(pixels.y1 - y0, RayTile::kHeight - 1)};
+          blocks_[static_cast<std::size_t>(y * across_ + x)].push_back({number, within});
         }
       }
     }
   }
 
   [[nodiscard]] std::size_t count() const { return blocks_.size(); }
+  /// With their pixels in the tile, counted from its first.
   [[nodiscard]] std::span<const VisibleBlock> blocks(std::size_t tile) const { return blocks_[tile]; }
-  [[nodiscard]] PixelRect pixels(std::size_t tile) const {
-    const int x0 = static_cast<int>(tile) % across_ * kTileWidth;
-    const int y0 = static_cast<int>(tile) / across_ * kTileRows;
-    return {x0, y0, std::min(x0 + kTileWidth, width_) - 1, std::min(y0 + kTileRows, height_) - 1};
-  }
+  [[nodiscard]] int x0(std::size_t tile) const { return static_cast<int>(tile) % across_ * RayTile::kWidth; }
+  [[nodiscard]] int y0(std::size_t tile) const { return static_cast<int>(tile) / across_ * RayTile::kHeight; }
 
  private:
-  int width_, height_, across_;
+  int across_;
   std::vector<std::vector<VisibleBlock>> blocks_;
 };
 
@@ -163,12 +135,10 @@ ModelView raycast(const TsdfVolume& volume, const CameraIntrinsics& k, const Pos
   const Eye eye(k, T_world_camera, volume.config().voxel_size_m);
   const Tiles tiles(k,
                     visible_blocks(volume.index(), k, T_world_camera, volume.config().voxel_size_m, kNearestSurface_m));
-  const Eigen::Matrix3f R_camera_world = T_world_camera.linear().transpose().cast<float>();
+  tbb::enumerable_thread_specific<TileLooker> lookers([&] { return TileLooker(volume, eye, T_world_camera); });
   tbb::parallel_for(std::size_t{0}, tiles.count(), [&](std::size_t number) {
     if (tiles.blocks(number).empty()) return;
-    Tile tile(volume.index(), eye, tiles.pixels(number));
-    tile.march(tiles.blocks(number));
-    tile.show(R_camera_world, view);
+    lookers.local().look(tiles.x0(number), tiles.y0(number), tiles.blocks(number), view);
   });
   return view;
 }

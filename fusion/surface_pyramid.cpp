@@ -1,16 +1,16 @@
 #include "fusion/surface_pyramid.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "core/median.h"
 #include "fusion/luma.h"
+#include "fusion/pyramid_rows.h"
 #include "fusion/surface_rows.h"
 
 namespace scanknit {
@@ -23,76 +23,95 @@ CameraIntrinsics halved(const CameraIntrinsics& k) {
   return {k.width / 2, k.height / 2, k.fx / 2, k.fy / 2, (k.cx + 0.5) / 2 - 0.5, (k.cy + 0.5) / 2 - 0.5};
 }
 
-/// One pixel of a finer picture.
-struct Sample {
-  float z_m = 0;
-  Eigen::Vector3f ray, normal;
-  float intensity = -1;
+constexpr int padded(int width) {
+  return (width + kLanes - 1) / kLanes * kLanes;
+}
+
+/// Rows of a finer level; the numbers after a row's end mean nothing.
+class LevelRows {
+ public:
+  explicit LevelRows(const SurfaceLevel& level) : level_(level) {}
+  [[nodiscard]] PlaneRow<const float> row(int y, int /*which*/) {
+    const std::size_t i = level_.index(0, y);
+    return {&level_.z_m[i], &level_.nx[i], &level_.ny[i], &level_.nz[i], &level_.intensity[i]};
+  }
+
+ private:
+  const SurfaceLevel& level_;
 };
 
-/// The mean plane of the samples on the nearest surface, where `ray` meets it.
-[[gnu::always_inline]] inline Sample mean_of(const std::array<Sample, 4>& samples, const Eigen::Vector3f& ray,
-                                             const NoiseModel& noise) {
-  Sample mean;
-  mean.ray = ray;
-  const Sample* nearest = nullptr;
-  for (const Sample& sample : samples) {
-    if (sample.z_m > 0 && (nearest == nullptr || sample.z_m < nearest->z_m)) nearest = &sample;
+/// Rows of a frame: two of them at hand, upper and lower.
+class FrameRows {
+ public:
+  explicit FrameRows(const Frame& frame)
+      : frame_(frame), rays_(frame.intrinsics), width_(2 * kLanes + padded(frame.depth_m.width())) {
+    normals_.assign(width_, Eigen::Vector3f::Zero());
+    numbers_.assign(2 * 4 * width_, 0.0f);
   }
-  if (nearest == nullptr) return mean;
-  const Eigen::Vector3f p = nearest->ray * nearest->z_m;
-  const float same_m = kSameSurfaceSigmas * static_cast<float>(noise.sigma_m(static_cast<double>(nearest->z_m)));
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-  Eigen::Vector3f point = Eigen::Vector3f::Zero();
-  float points = 0, intensity = 0, intensities = 0;
-  for (const Sample& sample : samples) {
-    const Eigen::Vector3f q = sample.ray * sample.z_m;
-    if (!(sample.z_m > 0) || std::abs(nearest->normal.dot(q - p)) > same_m) continue;
-    normal += sample.normal;
-    point += q;
-    points += 1;
-    if (sample.intensity < 0) continue;
-    intensity += sample.intensity;
-    intensities += 1;
+  [[nodiscard]] PlaneRow<const float> row(int y, int which) {
+    float* z_m = numbers_.data() + static_cast<std::size_t>(4 * which) * width_;
+    float *nx = z_m + width_, *ny = nx + width_, *nz = ny + width_;
+    std::copy(frame_.depth_m.row(y).begin(), frame_.depth_m.row(y).end(), z_m);
+    if (!frame_.normals.empty())
+      std::copy(frame_.normals.row(y).begin(), frame_.normals.row(y).end(), normals_.begin());
+    split_normals(normals_.data(), rays_, frame_.depth_m.width(), y, nx, ny, nz);
+    return {z_m, nx, ny, nz, nullptr};
   }
-  mean.normal = normal.normalized();
-  const float slope = mean.normal.dot(ray);
-  mean.z_m = slope < -kMinSmoothedSlope ? mean.normal.dot(point) / (points * slope) : nearest->z_m;
-  if (!(mean.z_m > 0)) mean.z_m = nearest->z_m;
-  if (intensities > 0) mean.intensity = intensity / intensities;
-  return mean;
-}
 
-void store(const Sample& sample, int x, int y, SurfaceLevel& level) {
-  const std::size_t i = level.index(x, y);
-  level.intensity[i] = sample.intensity;
-  if (!(sample.z_m > 0)) return;
-  level.z_m[i] = sample.z_m;
-  level.nx[i] = sample.normal.x();
-  level.ny[i] = sample.normal.y();
-  level.nz[i] = sample.normal.z();
-}
+ private:
+  const Frame& frame_;
+  Rays rays_;
+  std::size_t width_;
+  std::vector<Eigen::Vector3f> normals_;
+  std::vector<float> numbers_;
+};
 
-/// A level of half the size; `sample(x, y)` reads the finer picture.
-template <typename SampleAt>
-SurfaceLevel shrink(const CameraIntrinsics& fine, const NoiseModel& noise, SampleAt sample_at) {
+/// A level of half the size.
+template <typename Rows, typename Picture>
+SurfaceLevel shrink(const CameraIntrinsics& fine, const NoiseModel& noise, const Picture& picture) {
   SurfaceLevel coarse(halved(fine));
-  const Rays rays(coarse.intrinsics);
-  tbb::parallel_for(0, coarse.intrinsics.height, [&](int y) {
-    for (int x = 0; x < coarse.intrinsics.width; ++x) {
-      const std::array samples{sample_at(2 * x, 2 * y), sample_at(2 * x + 1, 2 * y), sample_at(2 * x, 2 * y + 1),
-                               sample_at(2 * x + 1, 2 * y + 1)};
-      store(mean_of(samples, rays.at(x, y), noise), x, y, coarse);
+  const Rays fine_rays(fine), coarse_rays(coarse.intrinsics);
+  const FloatNoise noise_in_float(noise);
+  const int width = coarse.intrinsics.width;
+  tbb::parallel_for(tbb::blocked_range<int>(0, coarse.intrinsics.height), [&](const tbb::blocked_range<int>& range) {
+    Rows rows(picture);
+    for (int y = range.begin(); y != range.end(); ++y) {
+      const std::size_t i = coarse.index(0, y);
+      const PlaneRow<float> row{&coarse.z_m[i], &coarse.nx[i], &coarse.ny[i], &coarse.nz[i], &coarse.intensity[i]};
+      shrink_rows(rows.row(2 * y, 0), rows.row(2 * y + 1, 1), fine_rays, coarse_rays, noise_in_float, width, y, row);
+      for (float* numbers : {row.z_m, row.nx, row.ny, row.nz})
+        std::fill(numbers + width, numbers + coarse.stride, 0.0f);
+      std::fill(row.intensity + width, row.intensity + coarse.stride, -1.0f);
     }
   });
   return coarse;
 }
 
 SurfaceLevel shrink(const SurfaceLevel& fine, const NoiseModel& noise) {
-  return shrink(fine.intrinsics, noise, [&, rays = Rays(fine.intrinsics)](int x, int y) {
-    const std::size_t i = fine.index(x, y);
-    return Sample{fine.z_m[i], rays.at(x, y), {fine.nx[i], fine.ny[i], fine.nz[i]}, fine.intensity[i]};
+  return shrink<LevelRows>(fine.intrinsics, noise, fine);
+}
+
+/// A frame or view of level 0's size, taken as it is.
+template <typename Intensity>
+SurfaceLevel copy(const CameraIntrinsics& intrinsics, const DepthImage& depth_m, const Image<Eigen::Vector3f>& normals,
+                  Intensity intensity) {
+  SurfaceLevel level(intrinsics);
+  const Rays rays(intrinsics);
+  tbb::parallel_for(0, intrinsics.height, [&](int y) {
+    for (int x = 0; x < intrinsics.width; ++x) {
+      const std::size_t i = level.index(x, y);
+      level.intensity[i] = intensity(x, y);
+      if (!(depth_m.at(x, y) > 0)) continue;
+      Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+      if (!normals.empty()) normal = normals.at(x, y);
+      if (normal.squaredNorm() == 0) normal = -rays.at(x, y).normalized();
+      level.z_m[i] = depth_m.at(x, y);
+      level.nx[i] = normal.x();
+      level.ny[i] = normal.y();
+      level.nz[i] = normal.z();
+    }
   });
+  return level;
 }
 
 /// Gradients of the intensity by central differences, across one surface.
@@ -182,23 +201,6 @@ void add_intensities(const ColourFrame& colour, SurfaceLevel& level) {
   });
 }
 
-[[gnu::always_inline]] inline Sample sample_of(const Frame& frame, const Rays& rays, int x, int y) {
-  Sample sample{frame.depth_m.at(x, y), rays.at(x, y), Eigen::Vector3f::Zero()};
-  if (!frame.normals.empty()) sample.normal = frame.normals.at(x, y);
-  if (sample.normal.squaredNorm() == 0) sample.normal = -sample.ray.normalized();
-  return sample;
-}
-
-/// A picture of level 0's size, taken as it is.
-template <typename SampleAt>
-SurfaceLevel copy(const CameraIntrinsics& intrinsics, SampleAt sample_at) {
-  SurfaceLevel level(intrinsics);
-  tbb::parallel_for(0, intrinsics.height, [&](int y) {
-    for (int x = 0; x < intrinsics.width; ++x) store(sample_at(x, y), x, y, level);
-  });
-  return level;
-}
-
 int halvings_of(const CameraIntrinsics& k) {
   int halvings = 0;
   while ((k.width >> halvings) > kMaxWidth) ++halvings;
@@ -207,9 +209,8 @@ int halvings_of(const CameraIntrinsics& k) {
 
 }  // namespace
 
-SurfaceLevel::SurfaceLevel(const CameraIntrinsics& k)
-    : intrinsics(k), stride((k.width + kLanes - 1) / kLanes * kLanes) {
-  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(k.height);
+SurfaceLevel::SurfaceLevel(const CameraIntrinsics& k) : intrinsics(k), stride(padded(k.width)) {
+  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(k.height) + kLanes;
   for (auto* plane : {&z_m, &nx, &ny, &nz, &gx, &gy}) plane->assign(size, 0.0f);
   intensity.assign(size, -1.0f);
 }
@@ -231,19 +232,18 @@ CameraIntrinsics tracking_camera(const CameraIntrinsics& depth_camera) {
 }
 
 SurfacePyramid pyramid_of(const Frame& frame, const NoiseModel& noise) {
-  const auto sample_at = [&, rays = Rays(frame.intrinsics)](int x, int y) { return sample_of(frame, rays, x, y); };
   const int halvings = halvings_of(frame.intrinsics);
-  SurfaceLevel level = halvings == 0 ? copy(frame.intrinsics, sample_at) : shrink(frame.intrinsics, noise, sample_at);
+  SurfaceLevel level = halvings == 0
+                           ? copy(frame.intrinsics, frame.depth_m, frame.normals, [](int, int) { return -1.0f; })
+                           : shrink<FrameRows>(frame.intrinsics, noise, frame);
   for (int i = 1; i < halvings; ++i) level = shrink(level, noise);
   if (frame.colour) add_intensities(*frame.colour, level);
   return finish(std::move(level), noise);
 }
 
 SurfacePyramid pyramid_of(const ModelView& view, const NoiseModel& noise) {
-  SurfaceLevel level = copy(view.intrinsics, [&, rays = Rays(view.intrinsics)](int x, int y) {
-    return Sample{view.depth_m.at(x, y), rays.at(x, y), view.normals.at(x, y), view.intensity.at(x, y)};
-  });
-  return finish(std::move(level), noise);
+  return finish(
+      copy(view.intrinsics, view.depth_m, view.normals, [&](int x, int y) { return view.intensity.at(x, y); }), noise);
 }
 
 }  // namespace scanknit

@@ -68,7 +68,8 @@ std::vector<Candidate> candidates_of(const BlockIndex& index, const CameraIntrin
       const auto pixels = rays.pixels(block.origin, kBlockSide);
       if (!pixels) continue;
       const Coord away = (block.origin >> 3) - own;
-      found[r].push_back({{number, *pixels}, std::abs(away.x()) + std::abs(away.y()) + std::abs(away.z())});
+      const int distance = std::abs(away.x()) + std::abs(away.y()) + std::abs(away.z());
+      if (distance < kFarthestBlocks) found[r].push_back({{number, *pixels}, distance});
     }
   });
   std::vector<Candidate> all;

@@ -15,6 +15,9 @@ struct VisibleBlock {
   PixelRect pixels;  ///< within the picture; every pixel whose ray passes the block
 };
 
+/// No camera sees farther: the sum over the axes, in blocks. 256 m of voxels of 4 mm.
+inline constexpr int kFarthestBlocks = 8000;
+
 /// Blocks with matter that are not all free space, at least partly `nearest_m` before the camera. A ray leaves a block
 /// through one of its faces, away from the camera's own block along each axis: in the order of the sum of these
 /// distances, counted in blocks, every ray meets its blocks front to back. Blocks of one sum share no ray.
