@@ -62,6 +62,18 @@ class CubeProjector {
     return view;
   }
 
+  /// Is all of the cube that lies before the camera beside the picture, on one side of it? Also where the cube reaches
+  /// behind the camera.
+  [[nodiscard]] bool is_beside(const openvdb::Coord& low, float offset, float edge, int width, int height) const {
+    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
+    const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+    const Corners x = fx_ * (edge * x_ + first.x()), y = fy_ * (edge * y_ + first.y()), z = edge * z_ + first.z();
+    const auto last = [](int size) { return static_cast<float>(size - 1); };
+    // u >= 0 where x + cx z >= 0, for any z before the camera; each side a pixel further out.
+    return (x + (cx_ + 1) * z < 0).all() || (x + (cx_ - last(width) - 1) * z > 0).all() ||
+           (y + (cy_ + 1) * z < 0).all() || (y + (cy_ - last(height) - 1) * z > 0).all();
+  }
+
   /// Eight cubes, `edge` voxels long, the lowest at `low` + `offset` along each axis, the others `step` voxels further.
   [[nodiscard]] CubeViews views(const openvdb::Coord& low, float offset, float edge, float step) const {
     const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;

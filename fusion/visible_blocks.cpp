@@ -26,7 +26,10 @@ class RayFinder {
   [[nodiscard]] std::optional<PixelRect> pixels(const Coord& origin, int side) const {
     const CubeView view = projector_.view(origin, -0.5f, static_cast<float>(side));
     if (view.far_m < nearest_m_) return std::nullopt;
-    if (view.reaches_behind(nearest_m_)) return PixelRect{0, 0, width_ - 1, height_ - 1};
+    if (view.reaches_behind(nearest_m_)) {
+      if (projector_.is_beside(origin, -0.5f, static_cast<float>(side), width_, height_)) return std::nullopt;
+      return PixelRect{0, 0, width_ - 1, height_ - 1};
+    }
     const auto first = [](float low, int size) {
       return static_cast<int>(std::ceil(std::clamp(low, 0.0f, static_cast<float>(size))));
     };

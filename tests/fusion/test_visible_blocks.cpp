@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -72,6 +74,42 @@ TEST(VisibleBlocks, BehindTheCameraAreLeftOut) {
     const openvdb::Coord origin = volume.index().blocks()[block.number].origin;
     const Eigen::Vector3d centre = kVoxel * (Eigen::Vector3d(origin.x(), origin.y(), origin.z()).array() + 3.5);
     EXPECT_GT((eye.inverse() * centre).z(), -8 * kVoxel);
+  }
+}
+
+/// Is all of the block on the other side of one of the planes through the eye that bound the picture?
+bool is_beside_picture(const openvdb::Coord& origin, const Pose& eye, const CameraIntrinsics& camera) {
+  std::array<int, 4> beyond{};
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto along = [&](int axis) { return kVoxel * (origin[axis] - 0.5 + 8 * ((corner >> axis) & 1)); };
+    const Eigen::Vector3d p = eye.inverse() * Eigen::Vector3d(along(0), along(1), along(2));
+    const double u = camera.fx * p.x() + camera.cx * p.z(), v = camera.fy * p.y() + camera.cy * p.z();
+    constexpr double kMargin = 2;  // pixels
+    beyond[0] += u < -kMargin * p.z() ? 1 : 0;
+    beyond[1] += u > (camera.width + kMargin) * p.z() ? 1 : 0;
+    beyond[2] += v < -kMargin * p.z() ? 1 : 0;
+    beyond[3] += v > (camera.height + kMargin) * p.z() ? 1 : 0;
+  }
+  return std::find(beyond.begin(), beyond.end(), 8) != beyond.end();
+}
+
+TEST(VisibleBlocks, BesideTheCameraAreLeftOut) {
+  const TsdfVolume volume = room_volume();
+  const Pose eye = on_circle(0);
+  const CameraIntrinsics camera = small_camera();
+  const auto reaches_across = [&](const VolumeBlock& block) {
+    const Eigen::Vector3d centre =
+        kVoxel * (Eigen::Vector3d(block.origin.x(), block.origin.y(), block.origin.z()).array() + 3.5);
+    return std::abs((eye.inverse() * centre).z() - static_cast<double>(kNearest_m)) < 4 * kVoxel;
+  };
+  const auto blocks = volume.index().blocks();
+  ASSERT_GT(std::count_if(blocks.begin(), blocks.end(),
+                          [&](const VolumeBlock& b) {
+                            return b.has_matter && reaches_across(b) && is_beside_picture(b.origin, eye, camera);
+                          }),
+            10);
+  for (const VisibleBlock& block : visible_blocks(volume.index(), camera, eye, kVoxel, kNearest_m)) {
+    EXPECT_FALSE(is_beside_picture(blocks[block.number].origin, eye, camera)) << blocks[block.number].origin;
   }
 }
 
