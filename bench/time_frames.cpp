@@ -2,6 +2,7 @@
 // nobody decodes pictures on the same processor cores. Prints one JSON object.
 //   time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]
 #include <fmt/core.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -117,6 +118,10 @@ int run(int count, char** arguments) {
     fmt::print(stderr, "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]\n");
     return 2;
   }
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 16 << 20);  // as scanknit does: app/main.cpp
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
+#endif
   auto frames = read_frames(options->recording);
   if (!frames || frames->empty()) return 1;
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 2);
