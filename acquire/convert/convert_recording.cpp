@@ -18,8 +18,14 @@ constexpr double kUnitsWithoutRaw = 5000;  // of depth that was floating point: 
 constexpr std::int64_t kPeriod_ns = 33'333'333;
 
 OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
-  if (target == ConvertTarget::kMcap) return open_mcap_target(output);
   std::error_code code;
+  if (target == ConvertTarget::kMcap) {
+    if (fs::exists(output, code)) {
+      return Error{ErrorCode::kOutput, "is there already, and a recording is not overwritten; give another -o",
+                   output.string()};
+    }
+    return open_mcap_target(output);
+  }
   if (fs::exists(output, code) && (!fs::is_directory(output, code) || !fs::is_empty(output, code))) {
     return Error{ErrorCode::kOutput, "is there already and not an empty folder; give another -o", output.string()};
   }

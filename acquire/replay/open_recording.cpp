@@ -153,17 +153,20 @@ Result<Found> find_recording(const fs::path& path, int levels, const AcquireConf
   return std::move(found->front());
 }
 
-// One file of a recording: a point cloud or PCLZF frame stands for itself, any other for the folder that it lies in.
+// One file of a recording: a point cloud or PCLZF frame stands for itself, any other for the folder that it is a part
+// of. Files beside it that are recordings are others.
 Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
   const fs::path parent = file.has_parent_path() ? file.parent_path() : fs::path(".");
   const std::string name = file.filename().string();
   const std::string extension = file.extension().string();
   if (extension != ".pcd" && extension != ".pclzf") {
-    auto found = find_recording(parent, 0, config);
-    if (found || parent.filename().empty()) return found;
     // A picture of the Open3D layout lies one folder down.
-    auto above = find_recording(parent / "..", 0, config);
-    return above ? std::move(above) : std::move(found);
+    for (const fs::path& place : {parent, parent / ".."}) {
+      auto folder = list_folder(place, config.limits);
+      if (!folder) return folder.error();
+      if (const Layout* layout = layout_of(*folder, config)) return Found{*std::move(folder), layout};
+    }
+    return nothing_fits(file, config.format);
   }
   Folder frame{parent, {name}, {}};
   if (extension == ".pclzf") {

@@ -148,11 +148,16 @@ TEST_P(Convert, KeepsTimesWhereTheTargetHasThem) {
 }
 
 TEST_P(Convert, NeverOverwritesARecording) {
-  if (GetParam().target == ConvertTarget::kMcap) GTEST_SKIP() << "one file, replaced when its successor is complete";
-  write_text(output() / "precious.txt", "mine");
+  const fs::path precious = GetParam().target == ConvertTarget::kMcap ? output() : output() / "precious.txt";
+  write_text(precious, "mine");
   auto source = open_recording(input_, keep_all());
-  EXPECT_FALSE(convert_recording(**source, GetParam().target, output()));
-  EXPECT_EQ(std::distance(fs::directory_iterator(output()), fs::directory_iterator()), 1);
+  const auto summary = convert_recording(**source, GetParam().target, output());
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(fs::file_size(precious), 4u);
+  if (fs::is_directory(output())) {
+    EXPECT_EQ(std::distance(fs::directory_iterator(output()), fs::directory_iterator()), 1);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(AllTargets, Convert,

@@ -72,6 +72,17 @@ TEST(OpenRecording, TakesAFileForItsFolder) {
   EXPECT_EQ(play(folder / seven_scenes_name(1, "depth.png")).frames.size(), 3u);
 }
 
+TEST(OpenRecording, TakesNoOtherFileForTheOneThatIsNamed) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "good.mcap", std::ios::binary).write("\x89MCAP0\r\n", 8);
+  for (const char* name : {"empty.mcap", "notes.txt", "torn.bag"}) {
+    std::ofstream(folder.path() / name) << (name == std::string("empty.mcap") ? "" : "hello");
+    const std::string error = open_error(folder.path() / name);
+    EXPECT_TRUE(contains(error, name) && contains(error, "no recording of a known layout")) << error;
+    EXPECT_FALSE(contains(error, "good.mcap")) << error;
+  }
+}
+
 TEST(OpenRecording, ReadsTheCameraOneFolderUp) {
   const TemporaryFolder folder;
   write_seven_scenes(folder / "seq-01", 1);

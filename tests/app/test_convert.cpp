@@ -1,6 +1,8 @@
 // Converting, mending and pacing recordings, as a user does it.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/app/scan.h"
 
 namespace scanknit {
@@ -76,6 +78,16 @@ TEST(RepairCommand, MendsATornRecordingAndSaysWhatIsLost) {
   EXPECT_TRUE(info["warnings"].empty());
   EXPECT_GT(info["frames"], 10);
   EXPECT_LT(info["frames"], 40);
+}
+
+TEST(RepairCommand, OverwritesNoOtherRecording) {
+  const Scan scan({.frames = 4});
+  const fs::path mcap = scan / "scan.mcap", other = scan / "other.mcap";
+  ASSERT_EQ(convert(scan.recording(), "mcap", mcap).exit_code, 0);
+  std::ofstream(other) << "mine";
+  const Outcome refused = scanknit_command({"repair", mcap.string(), "-o", other.string()});
+  EXPECT_EQ(refused.exit_code, 8) << refused.err;
+  EXPECT_EQ(fs::file_size(other), 4u);
 }
 
 TEST(RepairCommand, RefusesWhatIsNoRecording) {
