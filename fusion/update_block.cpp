@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "fusion/colour_update-inl.h"
+#include "fusion/colour_update.inl"
 #include "fusion/update_block.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,9 +1,9 @@
 // A frame's colours enter vectors of voxels. Compiled once for each instruction set, as the file that includes it.
-#if defined(SCANKNIT_FUSION_COLOUR_UPDATE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SCANKNIT_FUSION_COLOUR_UPDATE_INL_H
-#undef SCANKNIT_FUSION_COLOUR_UPDATE_INL_H
+#if defined(SCANKNIT_FUSION_COLOUR_UPDATE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef SCANKNIT_FUSION_COLOUR_UPDATE_INL
+#undef SCANKNIT_FUSION_COLOUR_UPDATE_INL
 #else
-#define SCANKNIT_FUSION_COLOUR_UPDATE_INL_H
+#define SCANKNIT_FUSION_COLOUR_UPDATE_INL
 #endif
 
 #include <hwy/highway.h>
