@@ -17,10 +17,10 @@ using Json = nlohmann::json;
 /// A tracked scan of a synthetic scene in pictures of 320 x 240.
 class Walk {
  public:
-  Walk(const std::string& scene, int frames) {
+  Walk(const std::string& scene, int frames, int seed) {
     const Outcome synth =
         scanknit_command({"synth", scene, "-o", folder_ / "recording", "--frames", std::to_string(frames), "--width",
-                          "320", "--height", "240", "--noise", "--jpeg", "--quiet"});
+                          "320", "--height", "240", "--noise", "--seed", std::to_string(seed), "--jpeg", "--quiet"});
     EXPECT_EQ(synth.exit_code, 0) << synth.err;
     write_truth();
   }
@@ -72,7 +72,7 @@ class Walk {
 };
 
 TEST(Loops, TheDriftOfARoundIsDistributed) {
-  const Walk walk("gallery", 500);
+  const Walk walk("gallery", 500, 4);  // of the seeds 1 to 4 the one that drifts most: see docs/loop_closure.md
   const Json open = walk.run("open", {"--set", "fusion.loop_closure=false"});
   EXPECT_TRUE(open["tracking"]["loops"].is_null());
   const Json closed = walk.run("closed");
@@ -90,7 +90,7 @@ TEST(Loops, TheDriftOfARoundIsDistributed) {
 }
 
 TEST(Loops, ACornerThatLooksTheSameIsNotTakenForTheFirst) {
-  const Walk walk("twins", 200);
+  const Walk walk("twins", 200, 1);
   const Json loops = walk.run("out")["tracking"]["loops"];
   EXPECT_FALSE(loops["is_corrected"]);
   bool was_tempted = false;
