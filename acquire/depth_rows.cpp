@@ -9,15 +9,11 @@
 #include <cmath>
 
 #include "acquire/depth_rows.h"
+#include "core/pixel_vectors.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, kPixelGroup>;
-using Ints = hn::RebindToSigned<Floats>;
-using VF = hn::Vec<Floats>;
-using MF = hn::Mask<Floats>;
 
 constexpr int kSteps = 3;  // samples along each of the star's eight rays
 constexpr int kMaxStride = 5;
@@ -32,26 +28,8 @@ constexpr float kTilt = 0.06F;
 constexpr float kMaxSlope = 4.0F;
 constexpr float kMaxNoiseSigmas = 4.5F;  // 3 sigma of a difference of two measurements
 
-HWY_INLINE VF set(float value) {
-  return hn::Set(Floats(), value);
-}
-
-// Loaded: hn::Iota is a loop of stores on some targets.
-alignas(32) constexpr std::array<float, kPixelGroup> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
-
 HWY_INLINE VF one_where(MF mask) {
   return hn::IfThenElseZero(mask, set(1));
-}
-
-HWY_INLINE VF sigma_of(const FloatNoise& noise, VF z) {
-  const VF beyond = hn::Sub(z, set(noise.from_m));
-  return hn::Add(set(noise.floor_m), hn::Mul(set(noise.growth_per_m), hn::Mul(beyond, beyond)));
-}
-
-HWY_INLINE std::uint8_t bits(MF mask) {
-  alignas(8) std::array<std::uint8_t, 8> bytes{};
-  hn::StoreMaskBits(Floats(), mask, bytes.data());
-  return bytes[0];
 }
 
 /// Sums of a linear fit d(du, dv) = d0 + a du + b dv, in steps of the stride. The centre counts as one sample, d = 0.
@@ -137,7 +115,7 @@ HWY_INLINE Normals solve(const NormalContext& context, const PlaneSums& s, VF in
   const VF per_stride = set(1 / static_cast<float>(stride));
   const VF along_u = hn::Mul(a, per_stride);
   const VF along_v = hn::Mul(b, per_stride);
-  const VF from_centre = hn::Sub(set(context.cx - static_cast<float>(x)), hn::Load(f, kLanes.data()));
+  const VF from_centre = hn::Sub(set(context.cx - static_cast<float>(x)), lane_numbers());
   const VF nz =
       hn::Add(hn::Add(d0, hn::Mul(along_u, from_centre)), hn::Mul(along_v, set(context.cy - static_cast<float>(y))));
   return {hn::IfThenElseZero(is_settled, hn::Mul(along_u, set(context.fx))),
@@ -173,11 +151,21 @@ HWY_INLINE VF stride_of(const NormalContext& context, VF inverse_z) {
   return hn::Max(hn::Ceil(hn::Min(wanted, set(kMaxStride))), set(1));
 }
 
-void find_group_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int x, int y,
-                        Eigen::Vector3f* normals) {
+void invert_row(const float* z_m, int width, float* inverse) {
   const Floats f;
-  for (int lane = 0; lane < kPixelGroup; lane += static_cast<int>(hn::Lanes(f))) {
-    const float* centre = inverse + lane;
+  int x = 0;
+  for (const auto lanes = static_cast<int>(hn::Lanes(f)); x + lanes <= width; x += lanes) {
+    const VF z = hn::LoadU(f, z_m + x);
+    hn::StoreU(hn::IfThenElseZero(hn::Gt(z, hn::Zero(f)), hn::Div(set(1), z)), f, inverse + x);
+  }
+  for (; x < width; ++x) inverse[x] = z_m[x] > 0 ? 1 / z_m[x] : 0;
+}
+
+void find_row_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int width, int y,
+                      Eigen::Vector3f* normals) {
+  const Floats f;
+  for_each_group(0, width, [&](int x) {
+    const float* centre = inverse + x;
     const VF inverse_z = hn::LoadU(f, centre);
     const MF has_return = hn::Gt(inverse_z, hn::Zero(f));
     const VF stride = hn::IfThenElseZero(has_return, stride_of(context, inverse_z));
@@ -185,7 +173,7 @@ void find_group_normals(const NormalContext& context, const float* inverse, std:
     for (int each = 1; each <= kMaxStride; ++each) {
       const MF is_it = hn::Eq(stride, set(static_cast<float>(each)));
       if (hn::AllFalse(f, is_it)) continue;
-      const Normals found = normals_with_stride(context, centre, pitch, each, x + lane, y);
+      const Normals found = normals_with_stride(context, centre, pitch, each, x, y);
       nx = hn::IfThenElse(is_it, found.x, nx);
       ny = hn::IfThenElse(is_it, found.y, ny);
       nz = hn::IfThenElse(is_it, found.z, nz);
@@ -193,8 +181,8 @@ void find_group_normals(const NormalContext& context, const float* inverse, std:
     const VF squared = hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz));
     // -n looks at the camera.
     const VF scale = hn::IfThenElseZero(hn::Gt(squared, hn::Zero(f)), hn::Div(set(-1), hn::Sqrt(squared)));
-    hn::StoreInterleaved3(hn::Mul(nx, scale), hn::Mul(ny, scale), hn::Mul(nz, scale), f, normals[lane].data());
-  }
+    hn::StoreInterleaved3(hn::Mul(nx, scale), hn::Mul(ny, scale), hn::Mul(nz, scale), f, normals[x].data());
+  });
 }
 
 GroupDeviation find_deviations(const FloatNoise& noise, const float* inverse, std::ptrdiff_t step, float sigmas) {
@@ -212,8 +200,8 @@ GroupDeviation find_deviations(const FloatNoise& noise, const float* inverse, st
     const VF off = hn::Abs(hn::Sub(own, hn::Mul(set(0.5F), hn::Add(before, after))));
     const VF limit = hn::Mul(set(sigmas * 1.2247449F), hn::Mul(sigma_of(noise, z), hn::Mul(own, own)));
     const MF deviates = hn::And(hn::And(has_return, has_both), hn::Gt(off, limit));
-    group.deviates = static_cast<std::uint8_t>(group.deviates | bits(deviates) << lane);
-    group.is_unsure = static_cast<std::uint8_t>(group.is_unsure | bits(hn::AndNot(has_both, has_return)) << lane);
+    group.deviates = static_cast<std::uint16_t>(group.deviates | bits(deviates) << lane);
+    group.is_unsure = static_cast<std::uint16_t>(group.is_unsure | bits(hn::AndNot(has_both, has_return)) << lane);
   }
   return group;
 }
@@ -224,7 +212,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace scanknit {
 
-HWY_EXPORT(find_group_normals);
+HWY_EXPORT(invert_row);
+HWY_EXPORT(find_row_normals);
 HWY_EXPORT(find_deviations);
 
 NormalContext::NormalContext(const CameraIntrinsics& k, const NoiseModel& depth_noise)
@@ -235,9 +224,20 @@ NormalContext::NormalContext(const CameraIntrinsics& k, const NoiseModel& depth_
       pitch_per_m(static_cast<float>(1 / std::min(std::abs(k.fx), std::abs(k.fy)))),
       noise(depth_noise) {}
 
-void find_group_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int x, int y,
-                        Eigen::Vector3f* normals) {
-  HWY_DYNAMIC_DISPATCH(find_group_normals)(context, inverse, pitch, x, y, normals);
+void invert_row(std::span<const float> z_m, float* inverse) {
+  HWY_DYNAMIC_DISPATCH(invert_row)(z_m.data(), static_cast<int>(z_m.size()), inverse);
+}
+
+void find_row_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int y,
+                      std::span<Eigen::Vector3f> normals) {
+  const auto width = static_cast<int>(normals.size());
+  if (width >= kPixelGroup) {
+    HWY_DYNAMIC_DISPATCH(find_row_normals)(context, inverse, pitch, width, y, normals.data());
+    return;
+  }
+  std::array<Eigen::Vector3f, kPixelGroup> wide;
+  HWY_DYNAMIC_DISPATCH(find_row_normals)(context, inverse, pitch, kPixelGroup, y, wide.data());
+  std::copy_n(wide.begin(), width, normals.begin());
 }
 
 GroupDeviation find_deviations(const FloatNoise& noise, const float* inverse, std::ptrdiff_t step, float sigmas) {

@@ -1,10 +1,11 @@
-// The inner loops of the depth filters, eight pixels at a time. They choose the widest instructions of the processor at
-// run time; each operation is rounded as IEEE 754 says, none are fused, so all give the same bits.
+// The inner loops of the depth filters, sixteen pixels at a time. They choose the widest instructions of the processor
+// at run time; each operation is rounded as IEEE 754 says, none are fused, so all give the same bits.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/camera.h"
 #include "core/pixel_rows.h"
@@ -20,17 +21,20 @@ struct NormalContext {
   FloatNoise noise;
 };
 
-/// Normals of pixels x to x + 7 of row y: see estimate_normals. `inverse` points to the first of them, in a picture
-/// with a border as wide as the star reaches; one row is `pitch` on. Zero where no plane is settled.
-void find_group_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int x, int y,
-                        Eigen::Vector3f* normals);
+/// 1 / z; 0 where there is no return.
+void invert_row(std::span<const float> z_m, float* inverse);
+
+/// Fills in row y: see estimate_normals. `inverse` points to its first pixel in an InverseDepth, whose rows are `pitch`
+/// apart. Zero where no plane is settled.
+void find_row_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int y,
+                      std::span<Eigen::Vector3f> normals);
 
 /// How far each pixel of a group is off the middle of its two neighbours, `step` before and after it, in standard
 /// deviations of the noise; as bits: `deviates` beyond `sigmas`, `is_unsure` where it has a return and one of the two
 /// neighbours has none.
 struct GroupDeviation {
-  std::uint8_t deviates = 0;
-  std::uint8_t is_unsure = 0;
+  std::uint16_t deviates = 0;
+  std::uint16_t is_unsure = 0;
 };
 [[nodiscard]] GroupDeviation find_deviations(const FloatNoise& noise, const float* inverse, std::ptrdiff_t step,
                                              float sigmas);

@@ -5,9 +5,6 @@
 // The fit is linear, exact for planes of any slope, and holds for negative fy as it stands.
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <array>
-
 #include "acquire/depth_filter.h"
 #include "acquire/depth_rows.h"
 #include "acquire/inverse_depth.h"
@@ -18,16 +15,11 @@ namespace scanknit {
 Image<Eigen::Vector3f> estimate_normals(const DepthImage& depth_m, const CameraIntrinsics& intrinsics,
                                         const NoiseModel& noise) {
   SCANKNIT_CHECK(intrinsics.is_valid());
-  Image<Eigen::Vector3f> normals(depth_m.width(), depth_m.height(), Eigen::Vector3f::Zero());
+  auto normals = Image<Eigen::Vector3f>::uninitialised(depth_m.width(), depth_m.height());
   const InverseDepth inverse(depth_m);
   const NormalContext context(intrinsics, noise);
-  tbb::parallel_for(0, depth_m.height(), [&](int y) {
-    std::array<Eigen::Vector3f, kPixelGroup> group;
-    for (int x = 0; x < depth_m.width(); x += kPixelGroup) {
-      find_group_normals(context, inverse.at(x, y), inverse.pitch(), x, y, group.data());
-      std::copy_n(group.begin(), std::min(kPixelGroup, depth_m.width() - x), &normals.at(x, y));
-    }
-  });
+  tbb::parallel_for(0, depth_m.height(),
+                    [&](int y) { find_row_normals(context, inverse.at(0, y), inverse.pitch(), y, normals.row(y)); });
   return normals;
 }
 

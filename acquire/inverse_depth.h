@@ -1,10 +1,10 @@
 // InverseDepth: 1/z with a border, for looking round a pixel without asking where the picture ends.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include "core/image.h"
+#include "core/pixel_rows.h"
 
 namespace scanknit {
 
@@ -12,15 +12,10 @@ namespace scanknit {
 class InverseDepth {
  public:
   static constexpr int kBorder = 15;  ///< on each side
-  static constexpr int kMargin = 8;   ///< more on the right: groups of pixels may begin at the last one
+  /// More on the right: groups of pixels may begin at the last one.
+  static constexpr int kMargin = kPixelGroup;
 
-  explicit InverseDepth(const DepthImage& depth_m)
-      : image_(depth_m.width() + 2 * kBorder + kMargin, depth_m.height() + 2 * kBorder) {
-    for (int y = 0; y < depth_m.height(); ++y) {
-      std::transform(depth_m.row(y).begin(), depth_m.row(y).end(), image_.row(y + kBorder).begin() + kBorder,
-                     [](float z) { return z > 0 ? 1.0F / z : 0.0F; });
-    }
-  }
+  explicit InverseDepth(const DepthImage& depth_m);
 
   [[nodiscard]] const float* at(int x, int y) const { return &image_.at(x + kBorder, y + kBorder); }
   /// From a pixel to the one below it.

@@ -6,7 +6,7 @@
 namespace scanknit {
 
 /// Pixels that vectorised loops do together on every machine, whatever it could do at once, for the same bits.
-inline constexpr int kPixelGroup = 8;
+inline constexpr int kPixelGroup = 16;
 
 /// NoiseModel in float.
 struct FloatNoise {

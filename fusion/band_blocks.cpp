@@ -49,8 +49,8 @@ class BandSearch {
       if (!view) continue;
       const Coord origin = child_origin(node, child);
       if (half == 1) {
-        const DepthPyramid::Sight sight = bands_.look(view->pixels, view->z);
-        if (sight.may_meet) found.push_back({origin, sight.far_m});
+        const DepthRanges::Sight sight = bands_.look(view->pixels, view->z);
+        if (sight.meets) found.push_back({origin, sight.far_m});
       } else if (bands_.may_meet(view->pixels, view->z)) {
         descend({origin, half}, found);
       }

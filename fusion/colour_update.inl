@@ -8,32 +8,20 @@
 
 #include <hwy/highway.h>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
+#include "core/pixel_vectors.inl"
 #include "fusion/update_block.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, 2 * kBlockSide>;
 using Ints = hn::RebindToSigned<Floats>;
-using VF = hn::Vec<Floats>;
-
 using Codes32 = hn::RebindToUnsigned<Floats>;
 using VI = hn::Vec<Ints>;
 using VC = hn::Vec<Codes32>;
-using MF = hn::Mask<Floats>;
-
-HWY_INLINE VF set(float value) {
-  return hn::Set(Floats(), value);
-}
-
-// Loaded: hn::Iota is a loop of stores on some targets.
-alignas(64) constexpr std::array<std::uint32_t, 2 * kBlockSide> kLaneNumbers{0, 1, 2,  3,  4,  5,  6,  7,
-                                                                             8, 9, 10, 11, 12, 13, 14, 15};
 
 #if HWY_TARGET != HWY_SCALAR
 /// part(from), part(from + kStep) ... kParts of them in one vector, the first in its lowest lanes.
@@ -80,9 +68,12 @@ HWY_INLINE VC mixed(VC a, VC b, VC share) {
   return hn::Add(hn::Sub(a, high_times(a, share)), high_times(b, share));
 }
 
-/// To the nearest, for numbers from -0.5 to below 2^22: floats from 2^23 to 2^24 are integers.
+/// Added to a number from -0.5 to below 2^22 it leaves no fraction: floats from 2^23 to 2^24 are integers.
+constexpr float kWhole = 0x1.8p23f;
+
+/// To the nearest, for such numbers.
 HWY_INLINE VI rounded(VF number) {
-  return hn::And(hn::BitCast(Ints(), hn::Add(number, set(0x1.8p23f))), hn::Set(Ints(), 0x3FFFFF));
+  return hn::And(hn::BitCast(Ints(), hn::Add(number, set(kWhole))), hn::Set(Ints(), 0x3FFFFF));
 }
 
 /// Voxels in camera coordinates.
@@ -188,7 +179,7 @@ class ColourUpdate {
   /// From 0 to below 1 as if at random, in both halves, in 1/256: 1 (for what rounding took) to 255.
   HWY_INLINE VC dither_of(std::uint32_t noise) const {
     const Codes32 c;
-    const auto number = hn::Add(hn::Load(c, kLaneNumbers.data()), hn::Set(c, noise + view_.seed));
+    const auto number = hn::Add(hn::BitCast(c, hn::ConvertTo(Ints(), lane_numbers())), hn::Set(c, noise + view_.seed));
     const auto random = hn::Mul(
         hn::Xor(hn::Mul(number, hn::Set(c, 0x9E3779B1u)), hn::ShiftRight<15>(hn::Mul(number, hn::Set(c, 0x85EBCA77u)))),
         hn::Set(c, 0xC2B2AE3Du));

@@ -46,8 +46,7 @@ class CubeProjector {
 
   /// The cube from `low` + `offset` along each axis, `edge` voxels long.
   [[nodiscard]] CubeView view(const openvdb::Coord& low, float offset, float edge) const {
-    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
-    const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+    const Eigen::Vector3f first = in_camera(low, offset);
     CubeView view{1e30f, 1e30f, -1e30f, -1e30f, first.z() + edge * least_z_, first.z() + edge * greatest_z_};
     if (view.reaches_behind(0)) return view;
     const Corners per_z = (edge * z_ + first.z()).inverse();
@@ -65,8 +64,7 @@ class CubeProjector {
   /// Is all of the cube that lies before the camera beside the picture, on one side of it? Also where the cube reaches
   /// behind the camera.
   [[nodiscard]] bool is_beside(const openvdb::Coord& low, float offset, float edge, int width, int height) const {
-    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
-    const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+    const Eigen::Vector3f first = in_camera(low, offset);
     const Corners x = fx_ * (edge * x_ + first.x()), y = fy_ * (edge * y_ + first.y()), z = edge * z_ + first.z();
     const auto last = [](int size) { return static_cast<float>(size - 1); };
     // u >= 0 where x + cx z >= 0, for any z before the camera; each side a pixel further out.
@@ -76,8 +74,7 @@ class CubeProjector {
 
   /// Eight cubes, `edge` voxels long, the lowest at `low` + `offset` along each axis, the others `step` voxels further.
   [[nodiscard]] CubeViews views(const openvdb::Coord& low, float offset, float edge, float step) const {
-    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
-    const Eigen::Vector3f first = R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+    const Eigen::Vector3f first = in_camera(low, offset);
     const Corners x = step * x_ + first.x(), y = step * y_ + first.y(), z = step * z_ + first.z();
     CubeViews views;
     views.x0 = views.y0 = Corners::Constant(1e30f);
@@ -100,6 +97,10 @@ class CubeProjector {
  private:
   using Corners = CubeViews::Numbers;
 
+  [[nodiscard]] Eigen::Vector3f in_camera(const openvdb::Coord& low, float offset) const {
+    const Eigen::Vector3d from_eye = Eigen::Vector3d(low.x(), low.y(), low.z()) - eye_;
+    return R_ * (from_eye.cast<float>() + Eigen::Vector3f::Constant(offset));
+  }
   static void to_pixels(float focal, float centre, Corners& low, Corners& high) {
     const Corners a = focal * low + centre;
     const Corners b = focal * high + centre;

@@ -43,13 +43,13 @@ bool DepthPyramid::may_meet(const PixelRect& unclipped, const DepthRange& range)
   return level(at).meets(cells_of(rect, at), range);
 }
 
-DepthPyramid::Sight DepthPyramid::look(const PixelRect& unclipped, const DepthRange& range) const {
+DepthRanges::Sight DepthPyramid::look(const PixelRect& unclipped, const DepthRange& range) const {
   PixelRect rect = unclipped;
   if (!clip(rect)) return {};
   const int at = level_for(rect);
   const int small = std::max(at - 2, 0);
   const DepthRanges::Sight seen = level(small).look(cells_of(rect, small), range);
-  if (!seen.meets || at < 3) return {seen.meets, seen.far_m};
+  if (!seen.meets || at < 3) return seen;
   return {level(at - 3).meets(cells_of(rect, at - 3), range), seen.far_m};
 }
 

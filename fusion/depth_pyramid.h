@@ -20,12 +20,8 @@ class DepthPyramid {
   /// hulls only. Never false without cause.
   [[nodiscard]] bool may_meet(const PixelRect& rect, const DepthRange& range) const;
 
-  /// What there is in `rect`: pixel by pixel if it is no larger than 16 x 16, else by small hulls.
-  struct Sight {
-    bool may_meet = false;             ///< as may_meet, with fewer mistakes
-    float far_m = DepthRange{}.far_m;  ///< no range reaches farther
-  };
-  [[nodiscard]] Sight look(const PixelRect& rect, const DepthRange& range) const;
+  /// As may_meet, with fewer mistakes: pixel by pixel if `rect` is no larger than 16 x 16, else by small hulls.
+  [[nodiscard]] DepthRanges::Sight look(const PixelRect& rect, const DepthRange& range) const;
 
  private:
   [[nodiscard]] bool clip(PixelRect& rect) const;

@@ -8,14 +8,12 @@
 
 #include <algorithm>
 
+#include "core/pixel_vectors.inl"
 #include "fusion/depth_ranges.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, DepthRanges::kPadding>;
-using VF = hn::Vec<Floats>;
 
 /// Pairs of columns of two rows become one column each.
 void halve_rows(const float* a, const float* b, int count, bool is_nearest, float* out) {

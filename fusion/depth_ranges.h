@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/image.h"
+#include "core/pixel_rows.h"
 #include "fusion/picture_part.h"
 
 namespace scanknit {
@@ -20,7 +21,7 @@ struct DepthRange {
 /// One range a pixel, in two planes. Behind the end of each row lie empty ranges, for vectors that reach beyond it.
 class DepthRanges {
  public:
-  static constexpr int kPadding = 16;  ///< floats in the longest vector
+  static constexpr int kPadding = kPixelGroup;
 
   DepthRanges() = default;
   DepthRanges(int width, int height);  ///< all empty

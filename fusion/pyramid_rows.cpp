@@ -6,22 +6,12 @@
 
 #include <array>
 
+#include "core/pixel_vectors.inl"
 #include "fusion/pyramid_rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, kPixelGroup>;
-using VF = hn::Vec<Floats>;
-using MF = hn::Mask<Floats>;
-
-HWY_INLINE VF set(float value) {
-  return hn::Set(Floats(), value);
-}
-
-// Loaded: hn::Iota is a loop of stores on some targets.
-alignas(32) constexpr std::array<float, kPixelGroup> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
 
 struct Vectors {
   VF x, y, z;
@@ -40,7 +30,7 @@ HWY_INLINE Vectors where(MF where, const Vectors& yes, const Vectors& no) {
 
 /// Rays through pixels first, first + every, ... of a row.
 HWY_INLINE Vectors rays_from(const Rays& rays, int first, float every, int y) {
-  const VF u = hn::Add(set(static_cast<float>(first)), hn::Mul(hn::Load(Floats(), kLanes.data()), set(every)));
+  const VF u = hn::Add(set(static_cast<float>(first)), hn::Mul(lane_numbers(), set(every)));
   return {hn::Mul(hn::Sub(u, set(rays.cx)), set(rays.per_fx)), set((static_cast<float>(y) - rays.cy) * rays.per_fy),
           set(1)};
 }
@@ -82,9 +72,7 @@ HWY_INLINE void store_means(const std::array<Samples, 4>& samples, const Vectors
   }
   const MF is_seen = hn::Gt(nearest_z, zero);
   const Vectors p{hn::Mul(nearest_ray.x, nearest_z), hn::Mul(nearest_ray.y, nearest_z), nearest_z};
-  const VF beyond = hn::Sub(nearest_z, set(noise.from_m));
-  const VF sigma = hn::Add(set(noise.floor_m), hn::Mul(set(noise.growth_per_m), hn::Mul(beyond, beyond)));
-  const VF same = hn::Mul(set(kSameSurfaceSigmas), sigma);
+  const VF same = hn::Mul(set(kSameSurfaceSigmas), sigma_of(noise, nearest_z));
   Vectors normal{zero, zero, zero}, point{zero, zero, zero};
   VF points = zero, intensity = zero, intensities = zero;
   for (const Samples& sample : samples) {

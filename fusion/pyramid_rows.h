@@ -1,4 +1,4 @@
-// The inner loop of SurfacePyramid: one row of a level from two rows of the finer one, eight pixels at a time.
+// The inner loop of SurfacePyramid: one row of a level from two rows of the finer one, sixteen pixels at a time.
 #pragma once
 
 #include <Eigen/Core>

@@ -92,19 +92,19 @@ SurfaceImage::SurfaceImage(const Frame& frame, const NoiseModel& noise)
   const FloatNoise noise_in_float(noise);
   const int width = z_m.width();
   const int height = z_m.height();
-  constexpr int kLeastWidth = 10;  // of smooth_row
   tbb::parallel_for(0, height, [&](int y) {
     std::ranges::fill(z_m.row(y), 0.0f);
     std::ranges::fill(normals.row(y), Eigen::Vector3f::Zero());
-    const bool is_inner = y > 0 && y + 1 < height && width >= kLeastWidth;
+    const bool is_inner = y > 0 && y + 1 < height && width >= kPixelGroup + 2;
     if (is_inner) {
       const DepthRows rows{&frame.depth_m.at(0, y - 1), &frame.depth_m.at(0, y), &frame.depth_m.at(0, y + 1),
                            frame.normals.empty() ? nullptr : &frame.normals.at(0, y), width};
       smooth_row(rows, y, rays, noise_in_float, &z_m.at(0, y), &normals.at(0, y));
     }
+    const auto depth_m = frame.depth_m.row(y);
     for (int x = 0; x < width; ++x) {
       const bool is_done = is_inner && x > 0 && x + 1 < width;
-      if (!planes.has_return(x, y)) {
+      if (!(depth_m[static_cast<std::size_t>(x)] > 0)) {
         planes.bridge(x, y, z_m.at(x, y), normals.at(x, y));
       } else if (!is_done) {
         planes.smooth(x, y, z_m.at(x, y), normals.at(x, y));

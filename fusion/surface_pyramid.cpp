@@ -17,14 +17,13 @@ namespace scanknit {
 namespace {
 
 constexpr int kMaxWidth = 400;
-constexpr int kLanes = 8;
 
 CameraIntrinsics halved(const CameraIntrinsics& k) {
   return {k.width / 2, k.height / 2, k.fx / 2, k.fy / 2, (k.cx + 0.5) / 2 - 0.5, (k.cy + 0.5) / 2 - 0.5};
 }
 
 constexpr int padded(int width) {
-  return (width + kLanes - 1) / kLanes * kLanes;
+  return (width + kPixelGroup - 1) / kPixelGroup * kPixelGroup;
 }
 
 /// Rows of a finer level; the numbers after a row's end mean nothing.
@@ -44,7 +43,7 @@ class LevelRows {
 class FrameRows {
  public:
   explicit FrameRows(const Frame& frame)
-      : frame_(frame), rays_(frame.intrinsics), width_(2 * kLanes + padded(frame.depth_m.width())) {
+      : frame_(frame), rays_(frame.intrinsics), width_(2 * kPixelGroup + padded(frame.depth_m.width())) {
     normals_.assign(width_, Eigen::Vector3f::Zero());
     numbers_.assign(2 * 4 * width_, 0.0f);
   }
@@ -210,7 +209,7 @@ int halvings_of(const CameraIntrinsics& k) {
 }  // namespace
 
 SurfaceLevel::SurfaceLevel(const CameraIntrinsics& k) : intrinsics(k), stride(padded(k.width)) {
-  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(k.height) + kLanes;
+  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(k.height) + kPixelGroup;
   for (auto* plane : {&z_m, &nx, &ny, &nz, &gx, &gy}) plane->assign(size, 0.0f);
   intensity.assign(size, -1.0f);
 }

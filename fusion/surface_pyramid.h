@@ -12,8 +12,8 @@ namespace scanknit {
 
 inline constexpr int kPyramidLevels = 3;
 
-/// One plane for each number, rows padded to `stride` (a multiple of 8) with zeros, as vector instructions want it, and
-/// eight numbers more.
+/// One plane for each number, rows padded to `stride` (a multiple of kPixelGroup) with zeros, as vector instructions
+/// want it, and kPixelGroup numbers more.
 struct SurfaceLevel {
   explicit SurfaceLevel(const CameraIntrinsics& intrinsics);
 

@@ -7,24 +7,15 @@
 #include <algorithm>
 #include <array>
 
+#include "core/pixel_vectors.inl"
 #include "fusion/surface_rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, kPixelGroup>;
-using VF = hn::Vec<Floats>;
-
-HWY_INLINE VF set(float value) {
-  return hn::Set(Floats(), value);
-}
-
-// Loaded: hn::Iota is a loop of stores on some targets.
-alignas(32) constexpr std::array<float, kPixelGroup> kLanes{0, 1, 2, 3, 4, 5, 6, 7};
-
 HWY_INLINE VF ray_x(const Rays& rays, int x) {
-  const VF at = hn::Add(set(static_cast<float>(x)), hn::Load(Floats(), kLanes.data()));
+  const VF at = hn::Add(set(static_cast<float>(x)), lane_numbers());
   return hn::Mul(hn::Sub(at, set(rays.cx)), set(rays.per_fx));
 }
 
@@ -36,20 +27,6 @@ HWY_INLINE hn::Vec<Words> rounded_half(VF number) {
   const auto word = hn::BitCast(w, number);
   const auto last = hn::And(hn::ShiftRight<16>(word), hn::Set(w, 1));
   return hn::Add(word, hn::Add(last, hn::Set(w, 0x7FFF)));
-}
-
-HWY_INLINE VF sigma_of(const FloatNoise& noise, VF z) {
-  const VF beyond = hn::Sub(z, set(noise.from_m));
-  return hn::Add(set(noise.floor_m), hn::Mul(set(noise.growth_per_m), hn::Mul(beyond, beyond)));
-}
-
-/// Calls group(x) for runs of Lanes pixels that cover first to before last; the last runs may overlap.
-template <typename Group>
-HWY_INLINE void for_each_group(int first, int last, const Group& group) {
-  for (int x = first; x < last; x += kPixelGroup) {
-    const int begin = std::min(x, last - kPixelGroup);
-    for (int lane = 0; lane < kPixelGroup; lane += static_cast<int>(hn::Lanes(Floats()))) group(begin + lane);
-  }
 }
 
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
@@ -164,7 +141,6 @@ void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y,
   wide_normals.fill(Eigen::Vector3f::Zero());
   std::copy(z_m.begin(), z_m.end(), wide_z.begin());
   std::copy(normals, normals + width, wide_normals.begin());
-  static_assert(DepthRanges::kPadding >= kPixelGroup);  // what is no pixel gets empty ranges
   HWY_DYNAMIC_DISPATCH(band_row)
   (wide_z.data(), wide_normals.data(), kPixelGroup, y, rays, band, ranges.near_m(y), ranges.far_m(y),
    wide_planes.data());

@@ -1,4 +1,4 @@
-// The two passes over a depth frame that come before integration, eight pixels at a time.
+// The two passes over a depth frame that come before integration, sixteen pixels at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,7 +44,7 @@ struct DepthRows {
   int width;
 };
 
-/// Fills the pixels 1 to width - 2 of row y that have a return: see SurfaceImage. width >= 10.
+/// Fills the pixels 1 to width - 2 of row y that have a return: see SurfaceImage. width >= kPixelGroup + 2.
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
                 Eigen::Vector3f* normals);
 

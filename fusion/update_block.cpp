@@ -5,7 +5,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <type_traits>
 
 #include "fusion/colour_update.inl"
 #include "fusion/update_block.h"
@@ -15,12 +14,6 @@ namespace scanknit::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Codes16 = hn::Rebind<WeightCode, Floats>;
-
-HWY_INLINE std::uint64_t bits(MF mask) {
-  alignas(8) std::array<std::uint8_t, 8> bytes{};
-  hn::StoreMaskBits(Floats(), mask, bytes.data());
-  return static_cast<std::uint64_t>(bytes[0]) | static_cast<std::uint64_t>(bytes[1]) << 8;
-}
 
 /// The voxels of one block, in vectors along z (of two rows where they are that long). Step by step for all vectors,
 /// since each step waits long for its own results and the processor fills the time with the vectors that come next;
@@ -101,7 +94,7 @@ class VoxelUpdate {
       VC z_word, slope_word, turn_word, weight_word;
       four_words(at, z_word, slope_word, turn_word, weight_word);
       const auto z_there = hn::BitCast(f, z_word);
-      const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.truncation_sigmas), sigma_of(z_there)));
+      const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.truncation_sigmas), sigma_of(frame_.noise, z_there)));
       const auto is_seen = hn::And(hn::And(is_in, hn::Gt(z_there, zero)), hn::Le(z, hn::Add(z_there, truncation)));
       if (hn::AllFalse(f, is_seen)) continue;
       const VF u = load(u_, at), v = load(v_, at);
@@ -140,7 +133,7 @@ class VoxelUpdate {
     alignas(64) std::array<float, hn::MaxLanes(Floats())> clear;
     for (std::size_t lane = 0; lane < hn::Lanes(f); ++lane) clear[lane] = frame_.clear_m[pixel_[at + lane]];
     const auto is_clear = hn::And(has_matter, hn::Lt(z, hn::Load(f, clear.data())));
-    const auto sigma = sigma_of(z);
+    const auto sigma = sigma_of(frame_.noise, z);
     const auto here = hn::Div(set(kFreeSpaceShare * frame_.best_variance), hn::Mul(sigma, sigma));
     return hn::IfThenElse(is_clear, hn::Max(weight, here), weight);
   }
@@ -162,7 +155,8 @@ class VoxelUpdate {
       const auto moved = hn::IfThenElse(is_observed, hn::Add(mean, step), mean);
       hn::StoreU(moved, f, tsdf);
       store_encoded(hn::IfThenElse(is_observed, hn::Min(sum, set(frame_.max_weight)), old_weight), weights);
-      free[at / kSlabVoxels] |= bits(hn::And(is_observed, hn::Ge(moved, set(frame_.band_m)))) << at % kSlabVoxels;
+      const auto is_free = hn::And(is_observed, hn::Ge(moved, set(frame_.band_m)));
+      free[at / kSlabVoxels] |= std::uint64_t{bits(is_free)} << at % kSlabVoxels;
       change.has_matter |= !hn::AllFalse(f, hn::And(is_observed, hn::Lt(moved, zero)));
     }
     change.is_free =
@@ -240,11 +234,6 @@ class VoxelUpdate {
 #endif
   }
 
-  HWY_INLINE VF sigma_of(VF z) const {
-    const auto beyond = hn::Sub(z, set(frame_.noise.from_m));
-    return hn::Add(set(frame_.noise.floor_m), hn::Mul(set(frame_.noise.growth_per_m), hn::Mul(beyond, beyond)));
-  }
-
   static HWY_INLINE VF upper_half(VC word) {
     return hn::BitCast(Floats(), hn::And(word, hn::Set(Codes32(), 0xFFFF0000)));
   }
@@ -254,7 +243,7 @@ class VoxelUpdate {
 
   /// From the middle of the pixel that rounded() gives.
   static HWY_INLINE VF off_pixel(VF at) {
-    return hn::Sub(at, hn::Sub(hn::Add(at, set(0x1.8p23f)), set(0x1.8p23f)));
+    return hn::Sub(at, hn::Sub(hn::Add(at, set(kWhole)), set(kWhole)));
   }
 
   static HWY_INLINE VF decoded(const WeightCode* codes) {
@@ -305,8 +294,6 @@ FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& ca
     : planes(pixels.pixels().data()),
       width(camera.width),
       height(camera.height),
-      fx(static_cast<float>(camera.fx)),
-      fy(static_cast<float>(camera.fy)),
       cx(static_cast<float>(camera.cx)),
       cy(static_cast<float>(camera.cy)),
       per_fx(static_cast<float>(1 / camera.fx)),

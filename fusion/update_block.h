@@ -78,7 +78,7 @@ struct FrameView {
   std::array<VoxelSteps, 3> steps;
   const PixelPlane* planes;
   int width, height;
-  float fx, fy, cx, cy;
+  float cx, cy;
   float per_fx, per_fy;
   float band_m;             ///< the band's least half-width
   float truncation_sigmas;  ///< and in standard deviations of the noise

@@ -57,11 +57,11 @@ TEST(DepthPyramid, MissesNothingThatAPixelShows) {
     const PixelRect rect{x0, y0, x0 + static_cast<int>(random() % 30), y0 + static_cast<int>(random() % 20)};
     const float near_m = z(random);
     const DepthRange range{near_m, near_m + 0.05f};
-    const DepthPyramid::Sight sight = pyramid.look(rect, range);
+    const DepthRanges::Sight sight = pyramid.look(rect, range);
     EXPECT_GE(sight.far_m, farthest_of_every_pixel(ranges, rect));
     if (!meets_by_looking_at_every_pixel(ranges, rect, range)) continue;
     ++hits;
-    ASSERT_TRUE(sight.may_meet);
+    ASSERT_TRUE(sight.meets);
     ASSERT_TRUE(pyramid.may_meet(rect, range));
   }
   EXPECT_GT(hits, 1000);
@@ -74,7 +74,7 @@ TEST(DepthPyramid, LooksAtEveryPixelOfASmallRectangle) {
     for (int x = 0; x + 5 < 37; ++x) {
       const PixelRect rect{x, y, x + 5, y + 5};
       const DepthRange range{1, 1.1f};
-      EXPECT_EQ(pyramid.look(rect, range).may_meet, meets_by_looking_at_every_pixel(ranges, rect, range));
+      EXPECT_EQ(pyramid.look(rect, range).meets, meets_by_looking_at_every_pixel(ranges, rect, range));
     }
   }
 }
