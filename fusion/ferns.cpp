@@ -10,7 +10,7 @@ namespace scanknit {
 namespace {
 
 constexpr std::size_t kFerns = 500;  // as in the paper
-constexpr std::size_t kFewestCommon = kFerns / 5;
+constexpr int kFewestCommon = kFerns / 5;
 
 /// In [0, 1). std::uniform_real_distribution differs between standard libraries; mt19937 itself does not.
 float unit(std::mt19937& random) {
@@ -50,12 +50,12 @@ FernCode Ferns::encode(const SurfaceLevel& picture) const {
 
 double dissimilarity(const FernCode& a, const FernCode& b) {
   SCANKNIT_CHECK(a.size() == b.size());
-  std::size_t common = 0;
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (a[i] == kUnseen || b[i] == kUnseen) continue;
-    ++common;
-    if (a[i] != b[i]) ++different;
+  int common = 0;
+  int different = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {  // no branches: the compiler makes vectors of it
+    const int is_common = (a[i] != kUnseen ? 1 : 0) & (b[i] != kUnseen ? 1 : 0);
+    common += is_common;
+    different += is_common & (a[i] != b[i] ? 1 : 0);
   }
   return common < kFewestCommon ? 1.0 : static_cast<double>(different) / static_cast<double>(common);
 }

@@ -18,6 +18,7 @@ class Relocaliser {
   void learn(const SurfacePyramid& frame, const Pose& T_world_camera);
 
   [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
+  [[nodiscard]] std::size_t key_frames_with_features() const;
 
   /// Poses of the key frames that look most like `frame`, the most alike first.
   [[nodiscard]] std::vector<Pose> similar_poses(const SurfacePyramid& frame) const;
@@ -29,9 +30,11 @@ class Relocaliser {
   struct KeyFrame {
     FernCode code;
     Pose T_world_camera;
-    std::vector<Feature> features;
+    std::vector<Feature> features;  ///< none where those of a view from near are known
   };
-  [[nodiscard]] std::vector<const KeyFrame*> most_alike(const SurfacePyramid& frame, std::size_t count) const;
+  [[nodiscard]] bool has_features_near(const Pose& T_world_camera, double depth_m) const;
+  [[nodiscard]] std::vector<const KeyFrame*> most_alike(const SurfacePyramid& frame, std::size_t count,
+                                                        bool with_features) const;
 
   std::optional<Ferns> ferns_;
   std::vector<KeyFrame> keys_;

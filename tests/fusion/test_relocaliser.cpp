@@ -52,7 +52,7 @@ TEST(Relocaliser, NamesTheKeyFrameNearestToAView) {
 }
 
 /// A wall of tiles, each of its own grey, from there: what features hold on to.
-SurfaceLevel tiles_from(const Pose& T_world_camera) {
+SurfacePyramid tiles_from(const Pose& T_world_camera) {
   const CameraIntrinsics camera{320, 240, 260, 260, 159.5, 119.5};
   const test::World wall = test::bare_wall();
   Frame frame = look(wall, T_world_camera, true, camera);
@@ -67,13 +67,13 @@ SurfaceLevel tiles_from(const Pose& T_world_camera) {
       frame.colour->image.at(x, y) = {grey, grey, grey};
     }
   }
-  return pyramid_of(frame, NoiseModel{}).levels.front();
+  return pyramid_of(frame, NoiseModel{});
 }
 
 TEST(Features, GiveTheMotionBetweenTwoViews) {
   const Pose truth = motion({0.02, -0.05, 0.3}, {0.12, -0.06, 0.1});
-  const SurfaceLevel from = tiles_from(Pose::Identity());
-  const SurfaceLevel to = tiles_from(truth);
+  const SurfaceLevel from = tiles_from(Pose::Identity()).levels.front();
+  const SurfaceLevel to = tiles_from(truth).levels.front();
   const auto found = match_features(find_features(from), find_features(to), to.intrinsics);
   ASSERT_TRUE(found.has_value());
   EXPECT_LT(distance_m(*found, truth), 0.05);  // half of what the coarse level of registration reaches
@@ -81,14 +81,29 @@ TEST(Features, GiveTheMotionBetweenTwoViews) {
 }
 
 TEST(Features, OfOtherPlacesDoNotMatch) {
-  const SurfaceLevel here = tiles_from(Pose::Identity());
-  const SurfaceLevel elsewhere = tiles_from(motion({0, 0, 0}, {20, 0, 0}));
+  const SurfaceLevel here = tiles_from(Pose::Identity()).levels.front();
+  const SurfaceLevel elsewhere = tiles_from(motion({0, 0, 0}, {20, 0, 0})).levels.front();
   EXPECT_FALSE(match_features(find_features(here), find_features(elsewhere), here.intrinsics).has_value());
 }
 
 TEST(Features, NeedColour) {
   Frame frame = look(small_room(), on_circle(0), /*has_colour=*/false);
   EXPECT_TRUE(find_features(pyramid_of(frame, NoiseModel{}).levels.front()).empty());
+}
+
+TEST(Relocaliser, FindsAViewByTheFeaturesOfAKeyFrameFromNear) {
+  Relocaliser places;
+  constexpr double kStep_m = 0.04;
+  const auto from = [](int step) { return motion({0, 0, 0}, {kStep_m * step, 0, 0}); };
+  for (int step = 0; step < 9; ++step) places.learn(tiles_from(from(step)), from(step));
+  ASSERT_EQ(places.key_frames(), 9u);
+  EXPECT_GE(places.key_frames_with_features(), 2u);
+  EXPECT_LE(places.key_frames_with_features(), 5u) << "half of them at most: finding features takes long";
+  for (int step = 0; step < 9; ++step) {
+    const auto poses = places.matched_poses(tiles_from(from(step)));
+    ASSERT_FALSE(poses.empty()) << step;
+    EXPECT_LT(distance_m(poses.front(), from(step)), 0.05) << step;
+  }
 }
 
 TEST(Relocaliser, KnowsNoPlaceBeforeItHasLearntOne) {
