@@ -3,7 +3,9 @@
 
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -30,18 +32,23 @@ struct VolumeBlock {
   bool has_changed = false;      ///< since somebody last asked
 };
 
-/// Blocks in the order in which they were added.
+/// Blocks in the order in which they were added. A table has their regions, each of which has its blocks by place: who
+/// asks for one block after the other finds most in the cache.
 class BlockIndex {
  public:
   using Number = std::uint32_t;
   static constexpr Number kNone = ~Number{0};
 
   /// Blocks within a cube of 8^3 blocks, for asking about many at once.
+  static constexpr int kRegionBlocks = 8;   ///< along an edge
+  static constexpr int kRegionVoxels = 64;  ///< likewise
   struct Region {
+    explicit Region(const openvdb::Coord& lowest);
+
     openvdb::Coord origin;
     std::vector<Number> blocks;
+    std::array<Number, kRegionBlocks * kRegionBlocks * kRegionBlocks> numbers;  ///< by place; kNone: not in the volume
   };
-  static constexpr int kRegionVoxels = 64;  ///< along an edge
 
   /// The number of the block at `origin`, or kNone.
   [[nodiscard]] Number find(const openvdb::Coord& origin) const;
@@ -50,26 +57,16 @@ class BlockIndex {
 
   [[nodiscard]] std::span<VolumeBlock> blocks() { return blocks_; }
   [[nodiscard]] std::span<const VolumeBlock> blocks() const { return blocks_; }
-  [[nodiscard]] std::span<const Region> regions() const { return regions_; }
+  [[nodiscard]] std::span<const std::unique_ptr<Region>> regions() const { return regions_; }
 
  private:
-  /// Open addressing with linear probing; at most half full. Entries are numbers into a list of things with an origin.
-  template <typename Thing>
-  class Table {
-   public:
-    [[nodiscard]] Number find(const std::vector<Thing>& things, const openvdb::Coord& origin) const;
-    /// Enters the last thing of the list.
-    void enter_last(const std::vector<Thing>& things);
-
-   private:
-    void enter(const std::vector<Thing>& things, Number number);
-    std::vector<Number> slots_;
-  };
+  [[nodiscard]] Number find_region(const openvdb::Coord& origin) const;
+  void enter_last_region();
+  void enter_region(Number number);
 
   std::vector<VolumeBlock> blocks_;
-  std::vector<Region> regions_;
-  Table<VolumeBlock> block_table_;
-  Table<Region> region_table_;
+  std::vector<std::unique_ptr<Region>> regions_;
+  std::vector<Number> slots_;  ///< of regions: open addressing with linear probing, at most half full
 };
 
 }  // namespace scanknit

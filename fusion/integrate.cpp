@@ -157,8 +157,8 @@ class BlocksInFront {
     const auto regions = volume_.index().regions();
     std::vector<std::vector<BlockIndex::Number>> found(regions.size());
     tbb::parallel_for(std::size_t{0}, regions.size(), [&](std::size_t r) {
-      if (!is_in_front(regions[r].origin, BlockIndex::kRegionVoxels)) return;
-      for (const BlockIndex::Number number : regions[r].blocks) {
+      if (!is_in_front(regions[r]->origin, BlockIndex::kRegionVoxels)) return;
+      for (const BlockIndex::Number number : regions[r]->blocks) {
         const VolumeBlock& block = volume_.index().blocks()[number];
         if (block.last_frame == volume_.frames || block.is_free) continue;
         if (is_in_front(block.origin, kBlockSide)) found[r].push_back(number);

@@ -63,7 +63,7 @@ std::vector<Candidate> candidates_of(const BlockIndex& index, const CameraIntrin
 
   std::vector<std::vector<Candidate>> found(index.regions().size());
   tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t r) {
-    const BlockIndex::Region& region = index.regions()[r];
+    const BlockIndex::Region& region = *index.regions()[r];
     if (!rays.pixels(region.origin, BlockIndex::kRegionVoxels)) return;
     for (const BlockIndex::Number number : region.blocks) {
       const VolumeBlock& block = index.blocks()[number];

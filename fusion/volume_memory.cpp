@@ -20,12 +20,15 @@ constexpr std::size_t leaf_bytes() {
   return sizeof(Leaf) + Leaf::SIZE * sizeof(typename Leaf::ValueType) + kHeap;
 }
 
-/// A leaf of each grid; its entry in the list, which grows by doubling; at most four slots in the table; its number in
-/// its region.
+/// A leaf of each grid; its entry in the list, which grows by doubling; its number in its region, likewise.
 constexpr std::size_t kBlockBytes = leaf_bytes<TsdfGrid>() + leaf_bytes<WeightGrid>() + leaf_bytes<ColourGrid>() +
-                                    2 * sizeof(VolumeBlock) + (4 + 2) * sizeof(BlockIndex::Number);
+                                    2 * sizeof(VolumeBlock) + 2 * sizeof(BlockIndex::Number);
+/// A region of the index; at most four slots in the table.
+constexpr std::size_t kRegionBytes = sizeof(BlockIndex::Region) + 2 * sizeof(void*) + 4 * sizeof(BlockIndex::Number);
+/// And the regions in the cube of 128^3 voxels, all of which may be needed.
 constexpr std::size_t kLowerBytes =
-    sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightGrid>) + sizeof(LowerNode<ColourGrid>);
+    sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightGrid>) + sizeof(LowerNode<ColourGrid>) + 8 * kRegionBytes;
+static_assert(LowerNode<TsdfGrid>::DIM == 2 * BlockIndex::kRegionVoxels);
 constexpr std::size_t kUpperBytes =
     sizeof(UpperNode<TsdfGrid>) + sizeof(UpperNode<WeightGrid>) + sizeof(UpperNode<ColourGrid>);
 static_assert(8 * (kUpperBytes + kLowerBytes) + 100 * kBlockBytes < (kLeastMemoryBudgetMib << 20));
