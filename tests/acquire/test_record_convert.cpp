@@ -245,6 +245,15 @@ TEST_F(OwnRecording, DamagedInTheMiddleLosesThatChunkOnly) {
   EXPECT_TRUE(mended.dropped.empty());
 }
 
+TEST_F(OwnRecording, MendedReplacesNoOtherFile) {
+  const fs::path other = folder_ / "other.mcap";
+  write_text(other, "mine");
+  const auto summary = repair_recording(path_, other, {});
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(fs::file_size(other), 4u);
+}
+
 TEST_F(OwnRecording, WholeIsNotChangedByMending) {
   const auto before = bytes_of(path_);
   const auto summary = repair_recording(path_, path_, {});
