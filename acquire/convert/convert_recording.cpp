@@ -48,6 +48,11 @@ void RecordingTarget::warn(const std::string& text) {
   if (std::find(warnings_.begin(), warnings_.end(), text) == warnings_.end()) warnings_.push_back(text);
 }
 
+ColourImage RecordingTarget::resample_colour(const Frame& frame) {
+  warn("the layout has no colour camera of its own: colour is resampled into the depth pictures");
+  return register_colour(frame);
+}
+
 bool is_registered(const Frame& frame) {
   constexpr double kPixels = 1e-6;
   const CameraIntrinsics& colour = frame.colour->intrinsics;
