@@ -21,6 +21,11 @@ bool is_orbit(const ConfigSources& config) {
                      [](const std::string& name) { return name == "object" || name == "turntable"; });
 }
 
+std::string why_not_mcap(const std::string& file) {
+  const bool is_mcap = std::filesystem::path(file).extension() == ".mcap";
+  return is_mcap ? "" : file + ": no such output: give a file that ends in .mcap";
+}
+
 void add_run(CLI::App& app, CommandLine& line) {
   RunArguments& run = line.run;
   CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
@@ -57,6 +62,7 @@ void add_capture(CLI::App& app, CommandLine& line) {
   add_output_options(*command, capture.outputs);
   add_scanner_options(*command, capture.scanner);
   auto* recording = command->add_option("--recording", capture.recording, "Keep the raw pictures here (default: OUT)")
+                        ->check(why_not_mcap)
                         ->type_name("FILE.mcap");
   command->add_flag("!--no-recording", capture.wants_recording, "Do not keep the raw pictures")->excludes(recording);
   add_shorthand(*command, line, "--poses", "acquire.poses", "track (the default), or still");
@@ -95,7 +101,10 @@ void add_report(CLI::App& app, CommandLine& line) {
 
 void add_record(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("record", "Keep what a scanner sends, for `run`");
-  command->add_option("-o,--output", line.record.output, "The recording")->required()->type_name("FILE.mcap");
+  command->add_option("-o,--output", line.record.output, "The recording")
+      ->required()
+      ->check(why_not_mcap)
+      ->type_name("FILE.mcap");
   add_scanner_options(*command, line.record.scanner);
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return record_command(line.record, line.common); }; });

@@ -12,12 +12,6 @@ int repair_command(const RepairArguments& arguments, const CommonArguments& comm
   const auto config = load_config(common.config);
   if (!config) return fail(config.error(), common);
   const std::filesystem::path output = arguments.output.empty() ? arguments.file : arguments.output;
-  std::error_code ignored;
-  if (std::filesystem::exists(output, ignored) && !std::filesystem::equivalent(output, arguments.file, ignored)) {
-    return fail(Error{ErrorCode::kOutput, "is there already, and a recording is not overwritten; give another -o",
-                      output.string()},
-                common);
-  }
   const auto summary = repair_recording(arguments.file, output, config->acquire.limits);
   if (!summary) return fail(summary.error(), common);
   if (common.is_json) {

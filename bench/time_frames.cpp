@@ -2,12 +2,10 @@
 // nobody decodes pictures on the same processor cores. Prints one JSON object.
 //   time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]
 #include <fmt/core.h>
-#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <map>
 #include <optional>
 #include <stop_token>
@@ -18,6 +16,8 @@
 
 #include "acquire/depth_filter.h"
 #include "acquire/frame_source.h"
+#include "core/ascii_numbers.h"
+#include "core/freed_memory.h"
 #include "fusion/integrate.h"
 #include "fusion/tracker.h"
 
@@ -39,7 +39,9 @@ std::optional<Options> parse(int count, char** arguments) {
     } else if (argument == "--fixed-band") {
       options.fusion.truncation_sigmas = 0;
     } else if (argument == "--voxel-mm" && i + 1 < count) {
-      options.fusion.voxel_size_m = std::atof(arguments[++i]) / 1000;
+      const auto voxel_mm = parse_double(arguments[++i]);
+      if (!voxel_mm) return std::nullopt;
+      options.fusion.voxel_size_m = *voxel_mm / 1000;
     } else if (options.recording.empty()) {
       options.recording = argument;
     } else {
@@ -50,18 +52,19 @@ std::optional<Options> parse(int count, char** arguments) {
   return options;
 }
 
-std::optional<std::vector<Frame>> read_frames(const std::string& recording) {
+/// At least one; without those that are dropped.
+Result<std::vector<Frame>> read_frames(const std::string& recording) {
   auto source = open_recording(recording, AcquireConfig{});
-  if (!source) {
-    fmt::print(stderr, "{}\n", source.error().message);
-    return std::nullopt;
-  }
+  if (!source) return source.error();
   std::vector<Frame> frames;
   for (;;) {
-    FrameEvent event = source.value()->next(std::stop_token{});
-    if (!std::holds_alternative<Frame>(event)) return frames;
-    frames.push_back(std::get<Frame>(std::move(event)));
+    FrameEvent event = (*source)->next(std::stop_token{});
+    if (std::holds_alternative<EndOfStream>(event)) break;
+    if (auto* error = std::get_if<Error>(&event)) return *std::move(error);
+    if (auto* frame = std::get_if<Frame>(&event)) frames.push_back(std::move(*frame));
   }
+  if (frames.empty()) return Error{ErrorCode::kInput, "no usable frame", recording};
+  return frames;
 }
 
 /// Milliseconds by stage, one number a frame.
@@ -80,10 +83,10 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// Nothing when a frame is lost, or has no pose.
-std::optional<Times> time_frames(std::vector<Frame> frames, const Options& options) {
+/// Errors: those of the volume and of integration, a frame that is lost or has no pose.
+Result<Times> time_frames(std::vector<Frame> frames, const Options& options) {
   auto volume = TsdfVolume::create(options.fusion);
-  if (!volume) return std::nullopt;
+  if (!volume) return volume.error();
   Tracker tracker;
   Times times;
   for (Frame& frame : frames) {
@@ -91,15 +94,20 @@ std::optional<Times> time_frames(std::vector<Frame> frames, const Options& optio
     Stopwatch whole;
     filter_frame(frame, AcquireConfig{}, options.fusion.noise);
     times["filter"].push_back(watch.lap_ms());
+    const auto fault = [&](const std::string& text) {
+      return Error{ErrorCode::kTooLittle, fmt::format("frame {}: {}", frame.sequence, text), options.recording};
+    };
     std::optional<Pose> pose = frame.T_world_camera;
     if (options.is_tracked) {
       const TrackResult result = tracker.track(frame, *volume);
       const double raycast_ms = std::chrono::duration<double, std::milli>(result.raycast_time).count();
       times["raycast"].push_back(raycast_ms);
       times["track"].push_back(watch.lap_ms() - raycast_ms);
-      pose = result.is_lost() ? std::nullopt : std::optional(result.T_world_camera);
+      if (result.is_lost()) return fault("lost: " + result.reason);
+      pose = result.T_world_camera;
     }
-    if (!pose || !integrate(frame, *pose, *volume)) return std::nullopt;
+    if (!pose) return fault("has no pose; --tracked finds one");
+    if (const auto integrated = integrate(frame, *pose, *volume); !integrated) return fault(integrated.error().text());
     times["integrate"].push_back(watch.lap_ms());
     times["frame"].push_back(whole.lap_ms());
   }
@@ -112,24 +120,23 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
+int fail(const Error& error) {
+  fmt::print(stderr, "{}\n", error.text());
+  return 1;
+}
+
 int run(int count, char** arguments) {
   const auto options = parse(count, arguments);
   if (!options) {
     fmt::print(stderr, "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]\n");
     return 2;
   }
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 16 << 20);  // as scanknit does: app/main.cpp
-  mallopt(M_TRIM_THRESHOLD, 64 << 20);
-#endif
+  keep_freed_memory();  // as scanknit does
   auto frames = read_frames(options->recording);
-  if (!frames || frames->empty()) return 1;
+  if (!frames) return fail(frames.error());
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 2);
   const auto times = time_frames(std::move(*frames), *options);
-  if (!times) {
-    fmt::print(stderr, "a frame has no pose\n");
-    return 1;
-  }
+  if (!times) return fail(times.error());
   std::string separator;
   fmt::print("{{");
   for (const auto& [stage, ms] : *times) {

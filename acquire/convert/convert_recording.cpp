@@ -8,6 +8,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
+#include "acquire/record/new_recording.h"
 
 namespace scanknit {
 namespace {
@@ -18,14 +19,11 @@ constexpr double kUnitsWithoutRaw = 5000;  // of depth that was floating point: 
 constexpr std::int64_t kPeriod_ns = 33'333'333;
 
 OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
-  std::error_code code;
   if (target == ConvertTarget::kMcap) {
-    if (fs::exists(output, code)) {
-      return Error{ErrorCode::kOutput, "is there already, and a recording is not overwritten; give another -o",
-                   output.string()};
-    }
+    if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
     return open_mcap_target(output);
   }
+  std::error_code code;
   if (fs::exists(output, code) && (!fs::is_directory(output, code) || !fs::is_empty(output, code))) {
     return Error{ErrorCode::kOutput, "is there already and not an empty folder; give another -o", output.string()};
   }
@@ -48,6 +46,11 @@ bool is_identity(const Pose& pose) {
 
 void RecordingTarget::warn(const std::string& text) {
   if (std::find(warnings_.begin(), warnings_.end(), text) == warnings_.end()) warnings_.push_back(text);
+}
+
+ColourImage RecordingTarget::resample_colour(const Frame& frame) {
+  warn("the layout has no colour camera of its own: colour is resampled into the depth pictures");
+  return register_colour(frame);
 }
 
 bool is_registered(const Frame& frame) {

@@ -48,7 +48,7 @@ class FakenectTarget final : public RecordingTarget {
     if (auto done = write_depth(raw, "d-" + stamp + ".pgm"); !done) return done;
     if (!converted.frame.colour) return {};
     const ColourImage colour =
-        is_registered(converted.frame) ? converted.frame.colour->image : register_colour(converted.frame);
+        is_registered(converted.frame) ? converted.frame.colour->image : resample_colour(converted.frame);
     if (colour.width() != kWidth || colour.height() != kHeight) {
       warn("colour of another size than 640 x 480 has no place in a fakenect dump and is left out");
       return {};

@@ -45,9 +45,8 @@ class FolderTarget : public RecordingTarget {
   [[nodiscard]] Result<std::string> write_colour(const ConvertedFrame& converted, const std::string& stem) {
     const ColourFrame& colour = *converted.frame.colour;
     if (!is_registered(converted.frame)) {
-      warn("the layout has no colour camera of its own: colour is resampled into the depth pictures");
       const std::string name = stem + ".png";
-      auto done = write_colour_png(register_colour(converted.frame), folder_ / name);
+      auto done = write_colour_png(resample_colour(converted.frame), folder_ / name);
       return done ? Result<std::string>(name) : done.error();
     }
     const bool is_jpeg = colour.encoded && looks_like_jpeg(*colour.encoded);

@@ -35,6 +35,9 @@ class RecordingTarget {
   /// Once each.
   void warn(const std::string& text);
 
+  /// register_colour(), with a warning.
+  [[nodiscard]] ColourImage resample_colour(const Frame& frame);
+
  private:
   std::vector<std::string> warnings_;
 };

@@ -7,19 +7,17 @@
 #include <cstring>
 #include <utility>
 
+#include "acquire/record/new_recording.h"
+
 namespace scanknit {
 
 Result<AppendFile> AppendFile::create(const std::filesystem::path& path) {
+  if (auto is_new = check_is_new_recording(path, "give another name, or remove it"); !is_new) return is_new.error();
   std::error_code code;
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), code);
   if (code) return Error{ErrorCode::kOutput, "its folder cannot be made: " + code.message(), path.string()};
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (descriptor >= 0) return AppendFile(path, descriptor);
-  if (errno == EEXIST) {
-    return Error{ErrorCode::kOutput,
-                 "is there already, and a recording is not overwritten; give another name, or remove it",
-                 path.string()};
-  }
   return Error{ErrorCode::kOutput, std::string("cannot be written: ") + std::strerror(errno), path.string()};
 }
 

@@ -5,12 +5,17 @@
 
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/mcap_writer.h"
+#include "acquire/record/new_recording.h"
 #include "core/atomic_file.h"
 
 namespace scanknit {
 
 Result<RepairSummary> repair_recording(const std::filesystem::path& input, const std::filesystem::path& output,
                                        const Limits& limits) {
+  std::error_code ignored;
+  if (!std::filesystem::equivalent(input, output, ignored)) {
+    if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
+  }
   auto access = open_random_access(input);
   if (!access) return access.error();
   auto reader = McapReader::open(*std::move(access), limits);

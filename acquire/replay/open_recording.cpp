@@ -160,11 +160,13 @@ Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
   const std::string name = file.filename().string();
   const std::string extension = file.extension().string();
   if (extension != ".pcd" && extension != ".pclzf") {
-    // A picture of the Open3D layout lies one folder down.
+    // A picture of the Open3D layout lies one folder down. What else lies up there is not asked for, nor whether it can
+    // be listed.
     for (const fs::path& place : {parent, parent / ".."}) {
       auto folder = list_folder(place, config.limits);
-      if (!folder) return folder.error();
-      if (const Layout* layout = layout_of(*folder, config)) return Found{*std::move(folder), layout};
+      if (!folder && place == parent) return folder.error();
+      const Layout* layout = folder ? layout_of(*folder, config) : nullptr;
+      if (layout != nullptr) return Found{*std::move(folder), layout};
     }
     return nothing_fits(file, config.format);
   }

@@ -256,16 +256,23 @@ Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> access, cons
   if (!bag) return Error{ErrorCode::kInput, bag.error().message, path.string()};
   const auto file = std::make_shared<BagRecording>(BagRecording{*std::move(bag), config.limits});
   sort_messages(*file);
+  const std::optional<std::string>& fault = file->bag.fault();
   if (file->depth.pictures.empty()) {
+    const std::string depth = "depth pictures of a RealSense (topics .../Depth_0/image/data)";
     return Error{ErrorCode::kInput,
-                 "a bag without depth pictures of a RealSense (topics .../Depth_0/image/data): other bags are not read",
+                 fault ? "the bag is torn, and no " + depth + " can be read from it: " + *fault +
+                             "; copy it again where the original is whole, else record anew"
+                       : "a bag without " + depth + ": other bags are not read",
                  path.string()};
   }
   RawRecording raw{.format = "realsense-bag", .file = path};
   raw.calibration = calibration_of(*file);
   raw.depth = stamps_of(file->depth);
   raw.colour = stamps_of(file->colour);
-  if (const auto& fault = file->bag.fault()) raw.warnings.push_back("the bag is torn: " + *fault);
+  if (fault) raw.warnings.push_back("the bag is torn: " + *fault + ". What is whole in it is read");
+  if (!raw.colour.empty() && !(file->depth.T_camera_device && file->colour.T_camera_device)) {
+    raw.warnings.emplace_back("the bag does not say where its colour camera is: it is taken to be where depth's is");
+  }
   if (file->has_other_lens) raw.warnings.emplace_back("a lens is of a kind that is not known, and is not straightened");
   raw.read = [file](StreamKind kind, std::size_t index) { return read_picture(*file, kind, index); };
   return index_raw_recording(std::move(raw), config);

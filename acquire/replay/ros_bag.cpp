@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::uint32_t kMaxHeaderBytes = 1u << 16;
-constexpr std::uint8_t kMessageOp = 0x02, kChunkOp = 0x05, kConnectionOp = 0x07;
+constexpr std::uint8_t kMessageOp = 0x02, kBagHeaderOp = 0x03, kChunkOp = 0x05, kChunkInfoOp = 0x06,
+                       kConnectionOp = 0x07;
 
 using Fields = std::map<std::string, std::span<const std::byte>>;
 
@@ -98,21 +99,41 @@ Result<RosBag> RosBag::open(std::unique_ptr<RandomAccess> file, const Limits& li
 }
 
 Result<void> RosBag::walk() {
-  for (std::uint64_t at = kMagic.size(); at < file_->size();) {
+  std::uint64_t at = kMagic.size();
+  while (at < file_->size()) {
     const std::uint64_t begin = at;
-    if (!walk_record(at)) {
-      fault_ = "it ends early or is damaged at byte " + std::to_string(begin) + " of " + std::to_string(file_->size());
+    const RecordState state = walk_record(at);
+    if (state != RecordState::kWhole) {
+      fault_ = describe_end(state, begin);
       return {};
     }
     if (messages_.size() > limits_.max_frames) {
       return Error{ErrorCode::kInput, "more messages than " + std::to_string(limits_.max_frames)};
     }
   }
+  const bool has_index = is_finished_.value_or(false) && index_records_ >= promised_index_records_;
+  if (!has_index) fault_ = describe_end(RecordState::kWhole, at);
   return {};
 }
 
-// The record at `at`, which then is its end. Outside of chunks only chunks matter: connections are repeated in them.
-bool RosBag::walk_record(std::uint64_t& at) {
+// Why nothing is read from byte `begin` on: a record of this state begins there (kWhole: none).
+std::string RosBag::describe_end(RecordState state, std::uint64_t begin) const {
+  const std::string at = std::to_string(begin);
+  const std::string size = std::to_string(file_->size());
+  if (is_finished_ == false) {
+    return "the program that recorded it has not finished it, and it can be read up to byte " + at + " of " + size;
+  }
+  switch (state) {
+    case RecordState::kWhole: return "it is cut off at byte " + size + ", before the end of its index";
+    case RecordState::kCut: return "it is cut off at byte " + size + ", within the record at byte " + at;
+    case RecordState::kDamaged: break;
+  }
+  return "it is damaged at byte " + at + " of " + size;
+}
+
+// The record at `at`, which then is its end. Of those outside of chunks only chunks matter: connections are repeated in
+// them. The rest is counted.
+RosBag::RecordState RosBag::walk_record(std::uint64_t& at) {
   const auto take_length = [&]() -> std::optional<std::uint32_t> {
     std::array<std::byte, sizeof(std::uint32_t)> raw{};
     if (!file_->read(at, raw)) return std::nullopt;
@@ -120,23 +141,32 @@ bool RosBag::walk_record(std::uint64_t& at) {
     return ByteReader(raw).little_endian<std::uint32_t>();
   };
   const auto header_length = take_length();
-  if (!header_length || *header_length > kMaxHeaderBytes) return false;
+  if (!header_length) return RecordState::kCut;
+  if (*header_length > kMaxHeaderBytes) return RecordState::kDamaged;
   std::vector<std::byte> header(*header_length);
-  if (!file_->read(at, header)) return false;
+  if (!file_->read(at, header)) return RecordState::kCut;
   at += header.size();
   const auto fields = parse_fields(header);
+  if (!fields) return RecordState::kDamaged;
   const auto length = take_length();
-  if (!fields || !length || *length > file_->size() - at) return false;
+  if (!length || *length > file_->size() - at) return RecordState::kCut;
   const std::uint64_t begin = at;
   at += *length;
-  if (number_in<std::uint8_t>(*fields, "op") != kChunkOp) return true;
+  const auto op = number_in<std::uint8_t>(*fields, "op");
+  if (op == kBagHeaderOp) {
+    is_finished_ = number_in<std::uint64_t>(*fields, "index_pos").value_or(0) != 0;
+    promised_index_records_ = std::uint64_t{number_in<std::uint32_t>(*fields, "conn_count").value_or(0)} +
+                              number_in<std::uint32_t>(*fields, "chunk_count").value_or(0);
+  }
+  if (op == kConnectionOp || op == kChunkInfoOp) ++index_records_;
+  if (op != kChunkOp) return RecordState::kWhole;
   const auto unpacked = number_in<std::uint32_t>(*fields, "size");
-  if (!unpacked) return false;
+  if (!unpacked) return RecordState::kDamaged;
   chunks_.push_back({begin, *length, *unpacked, text_in(*fields, "compression")});
   if (!walk_chunk(chunks_.back())) {
     if (!fault_) fault_ = "the chunk at byte " + std::to_string(begin) + " is damaged or compressed in an unknown way";
   }
-  return true;
+  return RecordState::kWhole;
 }
 
 bool RosBag::walk_chunk(const Chunk& chunk) {

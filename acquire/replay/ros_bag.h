@@ -1,4 +1,4 @@
-// RosBag: the container of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0). Its index is not looked at.
+// RosBag: the container of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0). Of its index only the end is looked for.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ class RosBag {
   [[nodiscard]] const std::vector<BagMessage>& messages() const { return messages_; }
   /// A message's data; valid until the next call. Errors (kInput, without `where`): its chunk cannot be read any more.
   [[nodiscard]] Result<std::span<const std::byte>> read(const BagMessage& message);
-  /// What is wrong with the file as a whole; nothing when it ends where it should.
+  /// What is wrong with the file as a whole ("it is cut off at byte 77, ..."); nothing when it has its index.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
 
  private:
@@ -56,9 +56,12 @@ class RosBag {
     std::optional<std::vector<std::byte>> bytes;
   };
 
+  enum class RecordState { kWhole, kCut, kDamaged };
+
   RosBag(std::unique_ptr<RandomAccess> file, const Limits& limits) : file_(std::move(file)), limits_(limits) {}
   [[nodiscard]] Result<void> walk();
-  [[nodiscard]] bool walk_record(std::uint64_t& at);
+  [[nodiscard]] RecordState walk_record(std::uint64_t& at);
+  [[nodiscard]] std::string describe_end(RecordState state, std::uint64_t begin) const;
   [[nodiscard]] bool walk_chunk(const Chunk& chunk);
   [[nodiscard]] std::optional<std::vector<std::byte>> load(const Chunk& chunk) const;
 
@@ -68,6 +71,8 @@ class RosBag {
   std::vector<BagMessage> messages_;
   std::vector<Chunk> chunks_;
   std::optional<std::string> fault_;
+  std::optional<bool> is_finished_;  ///< as the bag's header says; nothing: it has not come
+  std::uint64_t promised_index_records_ = 0, index_records_ = 0;
   std::array<LoadedChunk, 2> cache_;
   std::uint64_t reads_ = 0;
 };

@@ -46,6 +46,11 @@ ConvertSummary convert(const fs::path& input, ConvertTarget target, const fs::pa
   return summary ? *summary : ConvertSummary{};
 }
 
+bool is_colour_resampled(const ConvertSummary& summary) {
+  return std::any_of(summary.warnings.begin(), summary.warnings.end(),
+                     [](const std::string& text) { return text.find("resampled") != std::string::npos; });
+}
+
 class Convert : public ::testing::TestWithParam<Named> {
  protected:
   // Depth with every digit, JPEG colour, poses, times; raw units of 1/1000 m. 640 x 480 as fakenect wants it.
@@ -160,6 +165,23 @@ TEST_P(Convert, NeverOverwritesARecording) {
   }
 }
 
+TEST_P(Convert, WarnsWhereColourHasToBeResampled) {
+  EXPECT_FALSE(is_colour_resampled(convert(input_, GetParam().target, output())));
+  const fs::path path = folder_ / "two_cameras.mcap";
+  auto file = AppendFile::create(path);
+  ASSERT_TRUE(file);
+  RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); },
+                         raw_calibration(640, 480));
+  ASSERT_TRUE(writer.begin());
+  ASSERT_TRUE(writer.write(depth_frame(0, 640, 480)));
+  ASSERT_TRUE(writer.write(colour_frame(0)));
+  ASSERT_TRUE(writer.finish());
+  fs::remove_all(output());
+  const ConvertSummary summary = convert(path, GetParam().target, output());
+  EXPECT_EQ(summary.colour, 1u);
+  EXPECT_EQ(is_colour_resampled(summary), GetParam().target != ConvertTarget::kMcap);
+}
+
 INSTANTIATE_TEST_SUITE_P(AllTargets, Convert,
                          ::testing::Values(Named{ConvertTarget::kMcap, "mcap"}, Named{ConvertTarget::kTum, "tum"},
                                            Named{ConvertTarget::kOpen3d, "open3d"},
@@ -195,9 +217,7 @@ class OwnRecording : public ::testing::Test {
 
 TEST_F(OwnRecording, ConvertedHasColourWhereDepthSeesIt) {
   const ConvertSummary summary = convert(path_, ConvertTarget::kOpen3d, folder_ / "out");
-  EXPECT_NE(std::find_if(summary.warnings.begin(), summary.warnings.end(),
-                         [](const std::string& text) { return text.find("resampled") != std::string::npos; }),
-            summary.warnings.end());
+  EXPECT_TRUE(is_colour_resampled(summary));
   const Frame before = play(path_, keep_all()).frames.at(4);
   const Frame after = play(folder_ / "out", keep_all()).frames.at(4);
   EXPECT_EQ(after.depth_m, before.depth_m);
@@ -243,6 +263,15 @@ TEST_F(OwnRecording, DamagedInTheMiddleLosesThatChunkOnly) {
   const Played mended = play(folder_ / "mended.mcap");
   EXPECT_EQ(mended.frames.size(), 9u);
   EXPECT_TRUE(mended.dropped.empty());
+}
+
+TEST_F(OwnRecording, MendedReplacesNoOtherFile) {
+  const fs::path other = folder_ / "other.mcap";
+  write_text(other, "mine");
+  const auto summary = repair_recording(path_, other, {});
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(fs::file_size(other), 4u);
 }
 
 TEST_F(OwnRecording, WholeIsNotChangedByMending) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <lz4frame.h>
 
+#include <array>
 #include <map>
 
 #include "acquire/record/byte_appender.h"
@@ -83,18 +84,43 @@ void append_chunk(Bytes& bag, const Bytes& chunk, const std::string& compression
                 pack(chunk, compression));
 }
 
-// Three chunks of two messages each.
-Bytes small_bag(const std::string& compression) {
+constexpr std::size_t kMagicBytes = 13;
+
+// As far as a program has come that ends before it writes the index.
+Bytes unfinished_bag(const std::vector<Bytes>& chunks, const std::string& compression, std::uint64_t index_at = 0) {
   Bytes bag = bytes_of_text("#ROSBAG V2.0\n");
-  append_record(bag, {number_field<std::uint8_t>("op", 3), number_field<std::uint64_t>("index_pos", 0)}, Bytes(100));
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    Bytes chunk;
-    append_connection(chunk, 7, "/a", "std_msgs/String");
-    append_message(chunk, 7, 10 + i, bytes_of_text("first " + std::to_string(i)));
-    append_message(chunk, 7, 10.5 + i, bytes_of_text("second " + std::to_string(i)));
-    append_chunk(bag, chunk, compression);
+  const std::uint32_t indexed = index_at > 0 ? static_cast<std::uint32_t>(chunks.size()) : 0;
+  append_record(bag,
+                {number_field<std::uint8_t>("op", 3), number_field("index_pos", index_at),
+                 number_field("conn_count", indexed > 0 ? 1u : 0u), number_field("chunk_count", indexed)},
+                Bytes(100));
+  for (const Bytes& chunk : chunks) append_chunk(bag, chunk, compression);
+  return bag;
+}
+
+// The index: one of the connections again, and where each chunk is.
+Bytes bag_of(const std::vector<Bytes>& chunks, const std::string& compression) {
+  Bytes bag = unfinished_bag(chunks, compression, unfinished_bag(chunks, compression).size());
+  append_connection(bag, 7, "/a", "std_msgs/String");
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    append_record(bag, {number_field<std::uint8_t>("op", 6), number_field("count", 1u)}, Bytes(8));
   }
   return bag;
+}
+
+// Of two messages each.
+std::vector<Bytes> three_chunks() {
+  std::vector<Bytes> chunks(3);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    append_connection(chunks[i], 7, "/a", "std_msgs/String");
+    append_message(chunks[i], 7, 10 + i, bytes_of_text("first " + std::to_string(i)));
+    append_message(chunks[i], 7, 10.5 + i, bytes_of_text("second " + std::to_string(i)));
+  }
+  return chunks;
+}
+
+Bytes small_bag(const std::string& compression) {
+  return bag_of(three_chunks(), compression);
 }
 
 Result<RosBag> open(const Bytes& bag, const Limits& limits = {}) {
@@ -127,12 +153,37 @@ TEST_P(Bag, CutAtAnyByteKeepsEveryWholeChunk) {
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
     auto bag = open(cut);
+    EXPECT_EQ(static_cast<bool>(bag), size >= kMagicBytes);
     const std::size_t messages = bag ? bag->messages().size() : 0;
     EXPECT_GE(messages, before);
     EXPECT_EQ(messages % 2, 0u);
     before = messages;
+    if (!bag) continue;
+    const std::string fault = bag->fault().value_or("none");
+    EXPECT_EQ(fault.find("it is cut off at byte " + std::to_string(size) + ","), 0u) << fault;
   }
-  EXPECT_EQ(before, 4u);
+  EXPECT_EQ(before, 6u) << "the index is cut last";
+}
+
+TEST_P(Bag, ThatWasNeverFinishedSaysSo) {
+  const Bytes bytes = unfinished_bag(three_chunks(), GetParam());
+  for (const std::size_t less : {0u, 1u, 10u}) {
+    const Bytes cut(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(less));
+    auto bag = open(cut);
+    ASSERT_TRUE(bag);
+    EXPECT_EQ(bag->messages().size(), less == 0 ? 6u : 4u);
+    const std::string fault = bag->fault().value_or("none");
+    EXPECT_NE(fault.find("has not finished it"), std::string::npos) << fault;
+  }
+}
+
+TEST_P(Bag, DamagedIsNotCalledCut) {
+  Bytes bytes = small_bag(GetParam());
+  bytes[kMagicBytes + 3] = std::byte{0x7F};  // the length of the first record's header
+  auto bag = open(bytes);
+  ASSERT_TRUE(bag);
+  const std::string fault = bag->fault().value_or("none");
+  EXPECT_EQ(fault, "it is damaged at byte 13 of " + std::to_string(bytes.size()));
 }
 
 TEST_P(Bag, SurvivesAnyWrongByte) {
@@ -168,7 +219,9 @@ TEST(BagLimits, HoldBeforeMemoryIsAskedFor) {
 TEST(BagLimits, AnotherKindOfBagIsRefusedWithWords) {
   const TemporaryFolder folder;
   write_bytes(folder / "a.bag", small_bag("none"));
-  EXPECT_NE(open_error(folder / "a.bag").find("Depth_0"), std::string::npos);
+  const std::string error = open_error(folder / "a.bag");
+  EXPECT_NE(error.find("Depth_0"), std::string::npos) << error;
+  EXPECT_NE(error.find("other bags are not read"), std::string::npos) << error;
 }
 
 Bytes image_message(const std::string& encoding, std::uint32_t width, std::uint32_t height, std::uint32_t step,
@@ -215,8 +268,19 @@ Bytes float_message(float value) {
   return bytes;
 }
 
-// A camera of 4 x 2 pixels whose rows are padded to 12 bytes.
-Bytes camera_bag(const std::string& lens = "Brown Conrady", double k1 = 0) {
+// A picture of 4 x 2 pixels whose rows are padded to 12 bytes.
+Bytes depth_message() {
+  Bytes depth;
+  ByteAppender writer(depth);
+  for (const unsigned row : {100u, 200u}) {
+    for (unsigned x = 0; x < 4; ++x) writer.little_endian(static_cast<std::uint16_t>(row + x));
+    writer.little_endian(std::uint32_t{0xFFFF'FFFF});
+  }
+  return image_message("mono16", 4, 2, 12, depth);
+}
+
+// What a camera of such pictures says of itself, and a picture of depth and of colour.
+Bytes camera_chunk(const std::string& lens = "Brown Conrady", double k1 = 0) {
   const std::map<std::uint32_t, std::string> topics = {{1, "/device_0/sensor_0/Depth_0/image/data"},
                                                        {2, "/device_0/sensor_0/Depth_0/info/camera_info"},
                                                        {3, "/device_0/sensor_0/Depth_0/tf/0"},
@@ -226,22 +290,25 @@ Bytes camera_bag(const std::string& lens = "Brown Conrady", double k1 = 0) {
                                                        {7, "/device_0/sensor_0/option/Depth Units/value"}};
   Bytes chunk;
   for (const auto& [id, topic] : topics) append_connection(chunk, id, topic, "any");
-  Bytes depth;
-  ByteAppender writer(depth);
-  for (const unsigned row : {100u, 200u}) {
-    for (unsigned x = 0; x < 4; ++x) writer.little_endian(static_cast<std::uint16_t>(row + x));
-    writer.little_endian(std::uint32_t{0xFFFF'FFFF});
-  }
   append_message(chunk, 2, 0, camera_message(4, 2, lens, k1));
   append_message(chunk, 5, 0, camera_message(4, 2, lens, 0));
   append_message(chunk, 3, 0, transform_message(0, 1));
-  append_message(chunk, 6, 0, transform_message(0.015, 1));
   append_message(chunk, 7, 0, float_message(0.01F));
-  append_message(chunk, 1, 1.0, image_message("mono16", 4, 2, 12, depth));
+  append_message(chunk, 1, 1.0, depth_message());
   append_message(chunk, 4, 1.01, image_message("rgb8", 4, 2, 12, Bytes(24, std::byte{77})));
-  Bytes bag = bytes_of_text("#ROSBAG V2.0\n");
-  append_chunk(bag, chunk, "lz4");
-  return bag;
+  return chunk;
+}
+
+// Where the colour camera is, which real bags say last, and another picture of depth.
+Bytes later_chunk() {
+  Bytes chunk;
+  append_message(chunk, 6, 0, transform_message(0.015, 1));
+  append_message(chunk, 1, 2.0, depth_message());
+  return chunk;
+}
+
+Bytes camera_bag(const std::string& lens = "Brown Conrady", double k1 = 0) {
+  return bag_of({camera_chunk(lens, k1), later_chunk()}, "lz4");
 }
 
 TEST(RealsenseBag, HasCamerasUnitAndTheWayBetweenThem) {
@@ -250,7 +317,7 @@ TEST(RealsenseBag, HasCamerasUnitAndTheWayBetweenThem) {
   AcquireConfig config;
   config.poses = PoseMode::kStill;
   const Played played = play(folder / "a.bag", config);
-  ASSERT_EQ(played.frames.size(), 1u);
+  ASSERT_EQ(played.frames.size(), 2u);
   const Frame& frame = played.frames[0];
   EXPECT_EQ(frame.intrinsics, (CameraIntrinsics{4, 2, 4, 4.5, 1.5, 0.5}));
   EXPECT_EQ(frame.depth_m.at(0, 0), 1.0F) << "hundredths of a metre";
@@ -267,6 +334,64 @@ TEST(RealsenseBag, SaysWhenItCannotStraightenALens) {
   const auto source = open_recording(folder / "a.bag", {});
   ASSERT_TRUE(source);
   EXPECT_EQ((*source)->info().warnings.size(), 1u);
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// What a bag of which only the first `size` bytes are left must say and give. How many frames it gives.
+std::size_t frames_of_cut(const fs::path& file, const Bytes& whole, std::size_t size) {
+  write_bytes(file, Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
+  AcquireConfig config;
+  config.poses = PoseMode::kStill;
+  const std::string expected = "the bag is torn";
+  const auto source = open_recording(file, config);
+  if (!source) {
+    const std::string error = source.error().text();
+    EXPECT_TRUE(contains(error, size < kMagicBytes ? "no recording of a known layout" : expected)) << error;
+    EXPECT_FALSE(contains(error, "other bags")) << error;
+    return 0;
+  }
+  const std::vector<std::string> warnings = (*source)->info().warnings;
+  const Played played = play(**source);
+  EXPECT_TRUE(played.dropped.empty() && played.errors.empty());
+  const std::size_t expected_warnings =
+      played.frames.size() < 2 ? 2 : 1;  // where colour is comes with the second frame
+  EXPECT_EQ(warnings.size(), expected_warnings);
+  if (warnings.size() != expected_warnings) return played.frames.size();
+  EXPECT_TRUE(contains(warnings[0], expected + ": it is cut off at byte " + std::to_string(size))) << warnings[0];
+  EXPECT_EQ(contains(warnings.back(), "does not say where its colour camera is"), expected_warnings == 2);
+  return played.frames.size();
+}
+
+TEST(RealsenseBag, CutAtAnyByteSaysSoAndGivesTheFramesBefore) {
+  const TemporaryFolder folder;
+  const Bytes whole = camera_bag();
+  std::size_t before = 0;
+  std::array<std::size_t, 3> cuts_that_give{};
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::size_t frames = frames_of_cut(folder / "a.bag", whole, size);
+    ASSERT_TRUE(frames >= before && frames <= 2) << size;
+    before = frames;
+    ++cuts_that_give[frames];
+  }
+  for (const std::size_t cuts : cuts_that_give) EXPECT_GT(cuts, 10u);
+}
+
+TEST(RealsenseBag, OfARealCameraCutAnywhereSaysSoAndGivesTheFramesBefore) {
+  const fs::path file = data_folder() / "realsense_bag" / "single_depth_color_640x480.bag";
+  if (data_folder().empty() || !fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
+  const TemporaryFolder folder;
+  const Bytes whole = bytes_of(file);
+  constexpr std::size_t kCuts = 40;
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < kCuts; ++i) {
+    const std::size_t frames = frames_of_cut(folder / "a.bag", whole, whole.size() * i / kCuts);
+    ASSERT_GE(frames, before);
+    before = frames;
+  }
+  EXPECT_EQ(before, 2u);
 }
 
 TEST(RealsenseBag, OfARealCameraIsReadWhole) {

@@ -83,6 +83,16 @@ TEST(OpenRecording, TakesNoOtherFileForTheOneThatIsNamed) {
   }
 }
 
+TEST(OpenRecording, SaysOfAFileThatItIsNoRecordingWhateverLiesAFolderUp) {
+  const TemporaryFolder folder;
+  AcquireConfig config;
+  config.limits.max_frames = 1;
+  for (int i = 0; i < 6; ++i) write_text(folder / ("more than one frame has " + std::to_string(i)), "");
+  write_text(folder / "below" / "notes.txt", "hello");
+  const std::string error = open_error(folder / "below/notes.txt", config);
+  EXPECT_TRUE(contains(error, "notes.txt: no recording of a known layout")) << error;
+}
+
 TEST(OpenRecording, ReadsTheCameraOneFolderUp) {
   const TemporaryFolder folder;
   write_seven_scenes(folder / "seq-01", 1);

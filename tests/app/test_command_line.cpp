@@ -118,6 +118,21 @@ TEST(CommandLine, TimesAndRatesAreFiniteNumbers) {
   }
 }
 
+TEST(CommandLine, ARecordingIsNamedMcap) {
+  const TempFolder folder;
+  for (const char* name : {"k.txt", "k", "k.mcap.gz", ".mcap"}) {
+    const std::string file = (folder / name).string();
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"record", "-o", file},
+          std::vector<std::string>{"capture", "-o", (folder / "out").string(), "--recording", file}}) {
+      const Outcome outcome = scanknit_command(command);
+      EXPECT_EQ(outcome.exit_code, 2) << command[0] << ' ' << name << ": " << outcome.err;
+      EXPECT_TRUE(contains(outcome.err, file + ": no such output: give a file that ends in .mcap")) << outcome.err;
+    }
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(CommandLine, SynthListsItsScenes) {
   const Outcome outcome = scanknit_command({"synth", "--list"});
   EXPECT_EQ(outcome.exit_code, 0);
