@@ -80,20 +80,27 @@ HWY_EXPORT(halve_rows);
 HWY_EXPORT(meets);
 HWY_EXPORT(look);
 
-DepthRanges::DepthRanges(int width, int height)
-    : width_(width),
-      height_(height),
-      stride_((static_cast<std::size_t>(width) / kPadding + 2) * kPadding),
-      near_m_(stride_ * static_cast<std::size_t>(height)),
-      far_m_(near_m_.size()) {
-  tbb::parallel_for(0, height, [&](int y) {
-    std::fill_n(near_m(y), stride_, DepthRange{}.near_m);
-    std::fill_n(far_m(y), stride_, DepthRange{}.far_m);
-  });
+DepthRanges::DepthRanges(int width, int height) : DepthRanges(uninitialised(width, height)) {
+  std::fill(near_m_.begin(), near_m_.end(), DepthRange{}.near_m);
+  std::fill(far_m_.begin(), far_m_.end(), DepthRange{}.far_m);
+}
+
+DepthRanges DepthRanges::uninitialised(int width, int height) {
+  DepthRanges ranges;
+  ranges.width_ = width;
+  ranges.height_ = height;
+  ranges.stride_ = (static_cast<std::size_t>(width) / kPadding + 2) * kPadding;
+  ranges.near_m_.resize(ranges.stride_ * static_cast<std::size_t>(height));
+  ranges.far_m_.resize(ranges.near_m_.size());
+  for (int y = 0; y < height; ++y) {
+    std::fill(ranges.near_m(y) + width, ranges.near_m(y) + ranges.stride_, DepthRange{}.near_m);
+    std::fill(ranges.far_m(y) + width, ranges.far_m(y) + ranges.stride_, DepthRange{}.far_m);
+  }
+  return ranges;
 }
 
 DepthRanges DepthRanges::halved() const {
-  DepthRanges half((width_ + 1) / 2, (height_ + 1) / 2);
+  DepthRanges half = uninitialised((width_ + 1) / 2, (height_ + 1) / 2);
   tbb::parallel_for(0, half.height(), [&](int y) {
     const int last = std::min(2 * y + 1, height_ - 1);
     HWY_DYNAMIC_DISPATCH(halve_rows)(near_m(2 * y), near_m(last), half.width(), true, half.near_m(y));

@@ -25,6 +25,8 @@ class DepthRanges {
 
   DepthRanges() = default;
   DepthRanges(int width, int height);  ///< all empty
+  /// For ranges that are all written before one is read: only those behind the rows' ends are filled in.
+  [[nodiscard]] static DepthRanges uninitialised(int width, int height);
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }

@@ -39,7 +39,7 @@ void Observation::prepare_planes(const Frame& frame, const FusionConfig& config)
                   static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise),
                   static_cast<float>(least_sigma_m * least_sigma_m)};
   planes_ = Image<PixelPlane>::uninitialised(surface.z_m.width(), surface.z_m.height());
-  DepthRanges bands(surface.z_m.width(), surface.z_m.height());
+  DepthRanges bands = DepthRanges::uninitialised(surface.z_m.width(), surface.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
     band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands, planes_.row(y).data());
   });
