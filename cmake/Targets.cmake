@@ -12,11 +12,18 @@ function(scanknit_flags target)
   endif()
 endfunction()
 
-# scanknit_room(name SOURCES ... PUBLIC ... PRIVATE ...): the library ScanKnit::name, whose headers are included as
-# "name/header.h".
+# scanknit_room(name SOURCES ... PUBLIC ... PRIVATE ... [PRECOMPILE header]): the library ScanKnit::name, whose headers
+# are included as "name/header.h".
 function(scanknit_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
   set(target scanknit_${name})
+  if(SCANKNIT_SANITIZE_BESIDE AND NOT name MATCHES "^(core|acquire|view)$")
+    add_library(${target} SHARED IMPORTED GLOBAL)
+    add_library(ScanKnit::${name} ALIAS ${target})
+    set_target_properties(${target} PROPERTIES IMPORTED_LOCATION ${SCANKNIT_SANITIZE_BESIDE}/lib/libscanknit_${name}.so)
+    target_link_libraries(${target} INTERFACE ${ROOM_PUBLIC})
+    return()
+  endif()
   add_library(${target} ${ROOM_SOURCES})
   add_library(ScanKnit::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES
@@ -26,6 +33,7 @@ function(scanknit_room name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/scanknit>)
   target_link_libraries(${target} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
+  target_precompile_headers(${target} PRIVATE ${ROOM_PRECOMPILE})
   scanknit_flags(${target})
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
@@ -44,5 +52,7 @@ function(scanknit_test name)
   target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE SCANKNIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   scanknit_flags(${name})
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
+  # Under sanitizers a program is slow to start: long enough for its list of tests, even while others run.
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
 endfunction()

@@ -25,12 +25,12 @@ add_executable(bench_acquire umockdev/bench_acquire.cpp)
 target_link_libraries(bench_acquire PRIVATE scanknit_umockdev_bus)
 scanknit_flags(bench_acquire)
 if(SCANKNIT_BUILD_APP)
-  scanknit_emulated_test(test_usb_commands
+  scanknit_emulated_test(test_usb_commands LABEL usb_program
     SOURCES emulated/test_commands.cpp emulated/test_killed.cpp ../app/program.cpp
     LIBRARIES scanknit_umockdev_bus ScanKnit::export nlohmann_json::nlohmann_json)
   target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
   add_dependencies(test_usb_commands scanknit)
-  scanknit_emulated_test(test_usb_capture
+  scanknit_emulated_test(test_usb_capture LABEL usb_program
     SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
       ../view/page_client.cpp
     LIBRARIES scanknit_app scanknit_umockdev_bus Boost::headers nlohmann_json::nlohmann_json)
