@@ -235,6 +235,7 @@ void Vcam::make_picture(Stream& stream, std::int64_t now_ns) {
 
 void Vcam::misbehave(Stream& stream, Fault fault) {
   auto& payloads = stream.payloads;
+  if (payloads.empty()) return;  // another fault has taken the picture
   auto& last = payloads.back().bytes;
   const auto middle_at = static_cast<std::ptrdiff_t>(payloads.size() / 2);
   Payload& middle = payloads[payloads.size() / 2];
