@@ -94,7 +94,8 @@ class VoxelUpdate {
       VC z_word, slope_word, turn_word, weight_word;
       four_words(at, z_word, slope_word, turn_word, weight_word);
       const auto z_there = hn::BitCast(f, z_word);
-      const auto truncation = hn::Max(set(frame_.band_m), hn::Mul(set(frame_.truncation_sigmas), sigma_of(frame_.noise, z_there)));
+      const auto truncation =
+          hn::Max(set(frame_.band_m), hn::Mul(set(frame_.truncation_sigmas), sigma_of(frame_.noise, z_there)));
       const auto is_seen = hn::And(hn::And(is_in, hn::Gt(z_there, zero)), hn::Le(z, hn::Add(z_there, truncation)));
       if (hn::AllFalse(f, is_seen)) continue;
       const VF u = load(u_, at), v = load(v_, at);
