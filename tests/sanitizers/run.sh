@@ -2,8 +2,8 @@
 # Builds readers, drivers and the code under them with a sanitizer and runs their tests: run.sh KIND BUILD_DIR [BESIDE]
 #   address   clang: addresses, leaks, undefined behaviour; and 20 s of fuzzing of every parser
 #   thread    the compiler in use: the threads of the USB drivers, with emulated cameras
-# BESIDE is the build under test: with it, `thread` runs the program as well, its live commands built with the sanitizer
-# and the rest from there. Prints SKIPPED when the compiler is missing.
+# BESIDE is the build under test: with it the program is run as well, its live commands built with the sanitizer and the
+# rest from there. Prints SKIPPED when the compiler is missing.
 set -euo pipefail
 kind="$1"
 build_dir="$2/$kind"
@@ -11,10 +11,14 @@ source_dir="$(cd "$(dirname "$0")/../.." && pwd)"
 
 options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
 targets=(test_usb test_view)
-has_cameras=false runs_program=false
+runs_program=false
 if command -v umockdev-wrapper >/dev/null; then
-  has_cameras=true
   targets+=(test_usb_emulated)
+  if [ $# -ge 3 ]; then
+    runs_program=true
+    targets+=(test_usb_commands test_usb_capture)
+    options+=("-DSCANKNIT_SANITIZE_BESIDE=$3")
+  fi
 fi
 case "$kind" in
   address)  # warnings are for the compiler that we build with
@@ -26,14 +30,7 @@ case "$kind" in
       -DSCANKNIT_SANITIZE=fuzzer-no-link,address,undefined)
     targets+=(test_acquire_record test_acquire_replay fuzzers)
     ;;
-  thread)
-    options+=(-DSCANKNIT_SANITIZE=thread)
-    if $has_cameras && [ $# -ge 3 ]; then
-      runs_program=true
-      targets+=(test_usb_commands test_usb_capture)
-      options+=("-DSCANKNIT_SANITIZE_BESIDE=$3")
-    fi
-    ;;
+  thread) options+=(-DSCANKNIT_SANITIZE=thread) ;;
 esac
 if $runs_program; then options+=(-DSCANKNIT_BUILD_APP=ON); else options+=(-DSCANKNIT_BUILD_APP=OFF); fi
 
@@ -50,11 +47,20 @@ too_slow='LeavesTheProcessorAlone|ArrivesWithoutALoss|SlowConsumer'  # they meas
 run -j "$(nproc)" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow|UsbVm"  # whose machine is no place for sanitizers
 
 if $runs_program; then
-  # On one processor TBB has no threads, which the sanitizer would take for racing; ours take turns.
-  taskset -p -c "$(awk '/^Cpus_allowed_list/ { print $2 + 0 }' /proc/self/status)" $$ >/dev/null
   # Killed asks for what was written within a second. The others render long walks, which takes minutes.
-  left_out='Killed|CaptureStop|CaptureView\.ARefined|RecordCommand\.WithoutACalibration'
+  left_out='Killed|CaptureStop\.|CaptureView\.ARefined|RecordCommand\.WithoutACalibration'
   left_out+='|CaptureCommand\.(Ends|Colours|Bakes|Leaves|Takes|Unplugged|PluggedIn|Puts|WithoutACalibration)'
   left_out+='|CaptureCommand\.WhoseScannerFailsWhile'
+  if [ "$kind" = thread ]; then
+    # On one processor TBB has no threads, which the sanitizer would take for racing; ours take turns.
+    taskset -p -c "$(awk '/^Cpus_allowed_list/ { print $2 + 0 }' /proc/self/status)" $$ >/dev/null
+  else
+    # OpenNI2 finds its drivers beside itself. They leak, and are unloaded before their names are looked for.
+    openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / { print $NF; exit }')
+    mkdir -p "$build_dir/without_drivers"
+    if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
+    export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+    left_out+='|CaptureView'
+  fi
   run -L '^usb_program$' -E "$left_out"
 fi
