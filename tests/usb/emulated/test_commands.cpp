@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr auto kPatience = 120s;  // with what must come, however busy the computer, and with sanitizers
+constexpr int kSlowness = SCANKNIT_SLOWNESS;  // of a program with sanitizers; 1 without
 
 /// A rough wall one metre away, as depth in millimetres: so rough that its recording is not too small to wait for.
 VcamOptions rough_wall() {
@@ -157,7 +157,7 @@ class Scan {
        std::optional<std::uintmax_t> max_file_bytes = {})
       : program_(arguments, max_file_bytes) {
     bus.serve(address, program_.process());
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kSlowness * 20s;
     std::error_code none_yet;
     const auto has_pictures = [&] {
       const auto size = std::filesystem::file_size(file, none_yet);
@@ -169,9 +169,9 @@ class Scan {
     EXPECT_TRUE(has_pictures()) << program_.err_so_far();
   }
 
-  /// False: it did not say so in time, or has ended.
+  /// False: it did not say so within thirty seconds, or has ended.
   [[nodiscard]] bool wait_to_say(const std::string& text) {
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kSlowness * 30s;
     while (program_.err_so_far().find(text) == std::string::npos) {
       if (!program_.is_running() || std::chrono::steady_clock::now() > deadline) return false;
       std::this_thread::sleep_for(20ms);
