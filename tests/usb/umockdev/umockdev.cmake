@@ -28,8 +28,12 @@ if(SCANKNIT_BUILD_APP)
   scanknit_emulated_test(test_usb_commands LABEL usb_program
     SOURCES emulated/test_commands.cpp emulated/test_killed.cpp ../app/program.cpp
     LIBRARIES scanknit_umockdev_bus ScanKnit::export nlohmann_json::nlohmann_json)
+  set(slowness 1)
+  if(SCANKNIT_SANITIZE)
+    set(slowness 4)
+  endif()
   target_compile_definitions(test_usb_commands PRIVATE
-    SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>" SCANKNIT_SLOWNESS=$<IF:$<BOOL:${SCANKNIT_SANITIZE}>,4,1>)
+    SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>" SCANKNIT_SLOWNESS=${slowness})
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
     SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
