@@ -31,7 +31,7 @@ class LiveView {
   /// Errors: kUsage for an address that is none; kOutput when it cannot be listened on.
   [[nodiscard]] static Result<std::unique_ptr<LiveView>> start(const LiveViewOptions& options, const ViewHello& hello);
 
-  /// Gives the clients up to a quarter of a second to receive the last messages.
+  /// Gives the clients up to two seconds to receive the last messages, and ends as soon as all have.
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;

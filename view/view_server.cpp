@@ -39,6 +39,7 @@ constexpr std::uint32_t kMostHeaderBytes = 8 * 1024;
 constexpr std::size_t kMostMessageBytes = 64 * 1024;
 constexpr std::chrono::seconds kRequestTimeout{5};
 constexpr std::chrono::seconds kIdleTimeout{30};
+constexpr std::chrono::seconds kGoodByeTime{2};  // a page that draws on a busy processor takes a second
 constexpr std::size_t kFilePieceBytes = 64 * 1024;
 constexpr const char* kSubprotocol = "scanknit.v1";
 
@@ -104,6 +105,7 @@ class Client : public std::enable_shared_from_this<Client> {
   /// Sends what the client has not seen yet, if it can take something now.
   void pump() {
     if (is_writing_ || is_closed_) return;
+    if (is_leaving_ && feed_->has_told_all()) return send_close(websocket::close_code::going_away);
     const auto [message, is_text] = feed_->next();
     if (message == nullptr) return;
     is_writing_ = true;
@@ -116,7 +118,11 @@ class Client : public std::enable_shared_from_this<Client> {
                         });
   }
 
-  [[nodiscard]] bool has_seen_all() const { return feed_->has_told_all(); }
+  /// Goes once it has been told all; then the client has said that it got it.
+  void leave() {
+    is_leaving_ = true;
+    pump();
+  }
 
   void close() {
     is_closed_ = true;
@@ -138,12 +144,15 @@ class Client : public std::enable_shared_from_this<Client> {
       if (error || self->is_closed_) return;
       const std::string text = beast::buffers_to_string(self->buffer_.data());
       self->buffer_.consume(self->buffer_.size());
-      if (!self->stream_.got_text() || !self->take(text)) {
-        self->is_closed_ = true;
-        return self->stream_.async_close(websocket::close_code::policy_error, [self](ErrorCodeOf) {});
-      }
+      if (!self->stream_.got_text() || !self->take(text)) return self->send_close(websocket::close_code::policy_error);
       self->read();
     });
+  }
+
+  /// What was sent before arrives: the connection ends when the client has answered.
+  void send_close(websocket::close_code why) {
+    is_closed_ = true;
+    stream_.async_close(why, [self = shared_from_this()](ErrorCodeOf) {});
   }
 
   bool take(const std::string& text) {
@@ -170,7 +179,7 @@ class Client : public std::enable_shared_from_this<Client> {
   beast::flat_buffer buffer_;
   std::optional<ViewFeed> feed_;  ///< from the handshake on
   std::uint64_t number_ = 0;
-  bool is_writing_ = false, is_closed_ = false;
+  bool is_writing_ = false, is_leaving_ = false, is_closed_ = false;
 };
 
 /// One connection until it closes, or becomes a Client.
@@ -337,7 +346,7 @@ class ViewServer::Network {
 
   ~Network() {
     if (!thread_.joinable()) return;
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(250);
+    const auto deadline = std::chrono::steady_clock::now() + kGoodByeTime;
     asio::post(io_, [this, deadline] { say_good_bye(deadline); });
     thread_.join();
   }
@@ -445,9 +454,8 @@ class ViewServer::Network {
   void say_good_bye(std::chrono::steady_clock::time_point deadline) {
     ErrorCodeOf ignored;
     acceptor_.close(ignored);
-    bool has_seen_all = true;
-    for_each_client([&](Client& client) { has_seen_all = has_seen_all && client.has_seen_all(); });
-    if (has_seen_all || std::chrono::steady_clock::now() >= deadline) return io_.stop();
+    for_each_client([](Client& client) { client.leave(); });
+    if (hub_.clients.empty() || std::chrono::steady_clock::now() >= deadline) return io_.stop();
     pause_.expires_after(std::chrono::milliseconds(10));
     pause_.async_wait([this, deadline](ErrorCodeOf) { say_good_bye(deadline); });
   }

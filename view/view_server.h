@@ -32,7 +32,7 @@ class ViewServer {
   /// As LiveView::start(). `hello` is what every client is told first.
   [[nodiscard]] static Result<std::unique_ptr<ViewServer>> start(const LiveViewOptions& options, ViewBytes hello);
 
-  /// Gives the clients up to a quarter of a second to receive the last messages.
+  /// Gives the clients up to two seconds to receive the last messages, and ends as soon as all have.
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;
   ViewServer& operator=(const ViewServer&) = delete;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <random>
 #include <set>
 #include <thread>
@@ -399,6 +400,23 @@ TEST_F(LiveViewTest, TheLastStateArrivesBeforeTheEnd) {
   last.phase = ViewPhase::kFinished;
   view->publish(last);
   view.reset();
+  for (auto state = client->next_of("state"); !state.is_null(); state = client->next_of("state")) {
+    if (state["phase"] == "finished") return;
+  }
+  ADD_FAILURE() << "the connection ended without it";
+}
+
+TEST_F(LiveViewTest, TheLastStateArrivesWhereAPageIsSlow) {
+  start();
+  const auto client = PageClient::connect(port);
+  ASSERT_NE(client, nullptr);
+  EXPECT_EQ(client->next_of("hello")["type"], "hello");
+  view->publish_chunk(0, chunk_gone_message(0, 1) + std::string(12'000'000, 'x'));  // more than waits in a socket
+  ViewState last;
+  last.phase = ViewPhase::kFinished;
+  view->publish(last);
+  auto ending = std::async(std::launch::async, [this] { view.reset(); });
+  std::this_thread::sleep_for(800ms);  // it draws
   for (auto state = client->next_of("state"); !state.is_null(); state = client->next_of("state")) {
     if (state["phase"] == "finished") return;
   }
