@@ -85,7 +85,7 @@ bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion,
     const auto fused = integrate(frame, *frame.T_world_camera, *volume);
     if (fused ? fused->is_budget_reached : fused.error().code == ErrorCode::kBudget) return false;
   }
-  return volume->memory().bytes() <= max_bytes;
+  return volume->memory().most_bytes() <= max_bytes;
 }
 
 /// Large blocks are few, so that a trial is as fast as the count; and the count is far off, since bands that are wide

@@ -37,7 +37,7 @@ class LeafLook {
   LeafLook(const TsdfVolume& volume, const VolumeBlock& block)
       : tsdf_(block.tsdf->buffer().data()),
         weights_(block.weight->buffer().data()),
-        colours_(block.colour->buffer().data()),
+        colours_(colours_of(*block.colour)),
         origin_(static_cast<float>(block.origin.x()), static_cast<float>(block.origin.y()),
                 static_cast<float>(block.origin.z())),
         per_metre_(static_cast<float>(1 / volume.config().voxel_size_m)) {}

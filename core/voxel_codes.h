@@ -28,8 +28,15 @@ inline constexpr float kMaxCodedWeight = 65535.0f * 65535.0f / (1024.0f * 1024.0
 }
 
 /// sRGB in the low three bytes, red lowest. The highest byte tells how good the view was that it was taken from, 1 to
-/// 255; 0: no colour was seen.
-using ColourCode = std::uint32_t;
+/// 255; 0: no colour was seen. A type of its own, so that none is in memory that nobody has filled: OpenVDB asks for
+/// the voxels of a leaf that has none.
+struct ColourCode {
+  constexpr ColourCode() = default;
+  constexpr ColourCode(std::uint32_t bits_) : bits(bits_) {}  // as a number: OpenVDB compares and adds voxels
+  constexpr operator std::uint32_t() const { return bits; }
+
+  std::uint32_t bits = 0;
+};
 
 [[nodiscard]] constexpr bool has_colour(ColourCode code) {
   return code >> 24 != 0;
@@ -41,8 +48,8 @@ using ColourCode = std::uint32_t;
 }
 
 [[nodiscard]] constexpr ColourCode encode_colour(const Rgb8& colour, std::uint8_t quality) {
-  return colour.r | static_cast<ColourCode>(colour.g) << 8 | static_cast<ColourCode>(colour.b) << 16 |
-         static_cast<ColourCode>(quality) << 24;
+  return colour.r | static_cast<std::uint32_t>(colour.g) << 8 | static_cast<std::uint32_t>(colour.b) << 16 |
+         static_cast<std::uint32_t>(quality) << 24;
 }
 
 }  // namespace scanknit

@@ -282,7 +282,7 @@ void VdbBlocks::load_colours(std::size_t block, ColourBlock& colours) const {
     const auto accessor = grid.getConstAccessor();
     const auto leaf_at = [&](const Coord& origin) { return accessor.probeConstLeaf(origin); };
     const auto copy_row = [](const auto* leaf, unsigned row, unsigned z, std::span<Eigen::Vector3f> to) {
-      if (leaf == nullptr) return std::fill(to.begin(), to.end(), no_colour());
+      if (leaf == nullptr || leaf->buffer().empty()) return std::fill(to.begin(), to.end(), no_colour());
       const auto* from = leaf->buffer().data() + kBlockCells * row + z;
       std::transform(from, from + to.size(), to.begin(), [](const auto& value) { return colour_of(value); });
     };

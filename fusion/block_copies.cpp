@@ -41,10 +41,7 @@ namespace scanknit {
 HWY_EXPORT(copy_distances);
 
 TileSamples::TileSamples(const BlockIndex& index)
-    : index_(index),
-      distances_(std::numeric_limits<float>::quiet_NaN()),
-      colours_(ColourCode{0}),
-      copied_(1, BlockIndex::kNone) {}
+    : index_(index), distances_(std::numeric_limits<float>::quiet_NaN()), colours_(0), copied_(1, BlockIndex::kNone) {}
 
 void TileSamples::clear() {
   distances_.clear();
@@ -70,8 +67,10 @@ std::int32_t TileSamples::colours_round(const openvdb::Coord& sample) {
   if (colours_.contains(sample)) return colours_.start_of(sample);
   const BlockIndex::Number number = block_round(sample);
   if (number == BlockIndex::kNone) return colours_.add_empty(sample);
+  const ColourLeaf& leaf = *index_.blocks()[number].colour;
+  if (!has_own_colours(leaf)) return colours_.add_empty(sample);
   const std::int32_t start = colours_.add(sample);
-  std::copy_n(index_.blocks()[number].colour->buffer().data(), ColourLeaf::SIZE, colours_.samples_at(start));
+  std::copy_n(leaf.buffer().data(), ColourLeaf::SIZE, colours_.samples_at(start));
   return start;
 }
 

@@ -95,7 +95,7 @@ class TileSamples {
 
   /// Copies of distances, NaN where nothing is known, and of colours, 0 where there is none.
   [[nodiscard]] const BlockCopies<float>& distances() const { return distances_; }
-  [[nodiscard]] const BlockCopies<ColourCode>& colours() const { return colours_; }
+  [[nodiscard]] const BlockCopies<std::uint32_t>& colours() const { return colours_; }
 
   /// Copies a block's distances anew; returns where they begin.
   std::int32_t add_distances(BlockIndex::Number number);
@@ -108,7 +108,7 @@ class TileSamples {
 
   const BlockIndex& index_;
   BlockCopies<float> distances_;
-  BlockCopies<ColourCode> colours_;
+  BlockCopies<std::uint32_t> colours_;
   std::vector<BlockIndex::Number> copied_;  ///< block by block, whose distances these are
 };
 

@@ -1,6 +1,7 @@
 #include "fusion/block_index.h"
 
 #include <algorithm>
+#include <array>
 
 namespace scanknit {
 namespace {
@@ -24,6 +25,11 @@ std::size_t hash_of(const Coord& origin) {
 }
 
 }  // namespace
+
+const ColourCode* colours_of(const ColourLeaf& leaf) {
+  static constexpr std::array<ColourCode, ColourLeaf::SIZE> kNone{};
+  return has_own_colours(leaf) ? leaf.buffer().data() : kNone.data();
+}
 
 BlockIndex::Region::Region(const Coord& lowest) : origin(lowest) {
   numbers.fill(kNone);

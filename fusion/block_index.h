@@ -20,6 +20,14 @@ using TsdfLeaf = TsdfGrid::TreeType::LeafNodeType;
 using WeightLeaf = WeightGrid::TreeType::LeafNodeType;
 using ColourLeaf = ColourGrid::TreeType::LeafNodeType;
 
+/// A leaf of colours has memory for them from the first one on. Before, it reads as zeros; buffer().data() gives it
+/// that memory, as accessors do that read it.
+[[nodiscard]] inline bool has_own_colours(const ColourLeaf& leaf) {
+  return !leaf.buffer().empty();
+}
+/// 512 codes; for reading, and without giving it memory.
+[[nodiscard]] const ColourCode* colours_of(const ColourLeaf& leaf);
+
 /// The leaves of one block of 8^3 voxels, owned by their trees; they stay where they are until a tree is pruned.
 struct VolumeBlock {
   openvdb::Coord origin;

@@ -160,14 +160,14 @@ class ColourUpdate {
   }
 
   /// Each pixel and the one to its right: two gathers take three times as long.
-  static HWY_INLINE void pairs_at(const std::int32_t* numbers, const ColourCode* pixels, VC& left, VC& right) {
+  static HWY_INLINE void pairs_at(const std::int32_t* numbers, const std::uint32_t* pixels, VC& left, VC& right) {
 #if HWY_TARGET == HWY_SCALAR
     left = hn::LoadU(Codes32(), pixels + numbers[0]);
     right = hn::LoadU(Codes32(), pixels + numbers[0] + 1);
 #else
     constexpr std::size_t kLanes = hn::MaxLanes(Codes32());
     const auto pair = [&](std::size_t lane) {
-      return hn::LoadU(hn::CappedTag<ColourCode, 2>(), pixels + numbers[lane]);
+      return hn::LoadU(hn::CappedTag<std::uint32_t, 2>(), pixels + numbers[lane]);
     };
     const auto low = joined<kLanes / 2, 1>(pair, 0);
     const auto high = joined<kLanes / 2, 1>(pair, kLanes / 2);

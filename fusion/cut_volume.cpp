@@ -178,7 +178,7 @@ void add_slab(const TurntableSpace& space, double low_m, double high_m, TsdfVolu
         block.origin = origin;
         block.tsdf = std::make_unique<TsdfLeaf>(origin, background).release();
         block.weight = std::make_unique<WeightLeaf>(origin, WeightCode{0}).release();
-        block.colour = std::make_unique<ColourLeaf>(origin, ColourCode{0}).release();
+        block.colour = std::make_unique<ColourLeaf>(openvdb::PartialCreate(), origin, ColourCode{0}).release();
         volume.add_block(block);
       }
     }
@@ -194,6 +194,7 @@ void forget(const VolumeBlock& block, openvdb::Index offset, float background) {
 void set(const VolumeBlock& block, openvdb::Index offset, float distance_m, ColourCode colour) {
   block.tsdf->setValueOn(offset, distance_m);
   block.weight->setValueOn(offset, encode_weight(1.0f));
+  if (has_colour(colour)) block.colour->allocate();
   block.colour->setValueOn(offset, colour);
 }
 
@@ -218,6 +219,7 @@ VolumeCut cut_volume(const TurntableSpace& space, bool closes_base, TsdfVolume& 
   const float background = volume.tsdf().background();
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
     VolumeBlock& block = blocks[i];
+    const bool had_colours = has_own_colours(*block.colour);
     block.has_changed = true;
     for (openvdb::Index offset = 0; offset < TsdfLeaf::SIZE; ++offset) {
       const Coord index = block.tsdf->offsetToGlobalCoord(offset);
@@ -235,6 +237,7 @@ VolumeCut cut_volume(const TurntableSpace& space, bool closes_base, TsdfVolume& 
     }
     block.is_free = false;
     block.has_matter = true;
+    if (!had_colours && has_own_colours(*block.colour)) volume.count_colours_of_a_block();
   });
   return cut;
 }

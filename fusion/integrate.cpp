@@ -27,6 +27,12 @@ struct Leaves {
   std::unique_ptr<ColourLeaf> colour;
 };
 
+/// What a thread has at hand for the next block.
+struct Spare {
+  Leaves leaves;                                   ///< in which nothing is known, or none
+  std::array<ColourCode, kBlockVoxels> colours{};  ///< none, for a block that has no memory for its own
+};
+
 /// A block that a frame concerns.
 struct BlockTask {
   Coord origin;
@@ -64,25 +70,28 @@ class BlockUpdate {
     }
   }
 
-  /// `spare`: leaves in which nothing is known, or none. They become the task's if it needs them.
-  void apply(BlockTask& task, Leaves& spare) const {
+  /// The spare leaves become the task's if it needs them.
+  void apply(BlockTask& task, Spare& spare) const {
     if (task.known != BlockIndex::kNone) {
       VolumeBlock& block = volume_.index().blocks()[task.known];
-      const bool has_changed = apply(block, task.far_m);
+      const bool had_colours = has_own_colours(*block.colour);
+      const bool has_changed = apply(block, task.far_m, spare.colours);
       block.has_changed = block.has_changed || has_changed;
+      if (!had_colours && has_own_colours(*block.colour)) volume_.count_colours_of_a_block();
       return;
     }
-    if (spare.tsdf == nullptr) {
-      spare = {std::make_unique<TsdfLeaf>(task.origin, volume_.tsdf().background()),
-               std::make_unique<WeightLeaf>(task.origin, WeightCode{0}),
-               std::make_unique<ColourLeaf>(task.origin, ColourCode{0})};
+    Leaves& leaves = spare.leaves;
+    if (leaves.tsdf == nullptr) {
+      leaves = {std::make_unique<TsdfLeaf>(task.origin, volume_.tsdf().background()),
+                std::make_unique<WeightLeaf>(task.origin, WeightCode{0}),
+                std::make_unique<ColourLeaf>(openvdb::PartialCreate(), task.origin, ColourCode{0})};
     }
-    spare.tsdf->setOrigin(task.origin);
-    spare.weight->setOrigin(task.origin);
-    spare.colour->setOrigin(task.origin);
-    VolumeBlock block{task.origin, spare.tsdf.get(), spare.weight.get(), spare.colour.get()};
-    if (!apply(block, task.far_m)) return;
-    task.added = std::move(spare);
+    leaves.tsdf->setOrigin(task.origin);
+    leaves.weight->setOrigin(task.origin);
+    leaves.colour->setOrigin(task.origin);
+    VolumeBlock block{task.origin, leaves.tsdf.get(), leaves.weight.get(), leaves.colour.get()};
+    if (!apply(block, task.far_m, spare.colours)) return;
+    task.added = std::move(leaves);
     task.has_matter = block.has_matter;
   }
 
@@ -93,12 +102,19 @@ class BlockUpdate {
       __builtin_prefetch(static_cast<const char*>(first) + byte, /*for writing*/ 1);
     }
   }
-  /// True if the frame said something of it.
-  [[nodiscard]] bool apply(VolumeBlock& block, float far_m) const {
+  /// True if the frame said something of it. `no_colours` are lent to a block that has none.
+  [[nodiscard]] bool apply(VolumeBlock& block, float far_m, std::array<ColourCode, kBlockVoxels>& no_colours) const {
     const Eigen::Vector3d first(block.origin.x(), block.origin.y(), block.origin.z());
+    const bool has_colours = has_own_colours(*block.colour);
     BlockChange change;
     update_block(view_, view_.place(first, far_m),
-                 {block.tsdf->buffer().data(), block.weight->buffer().data(), block.colour->buffer().data()}, change);
+                 {block.tsdf->buffer().data(), block.weight->buffer().data(),
+                  has_colours ? block.colour->buffer().data() : no_colours.data()},
+                 change);
+    if (change.has_colour && !has_colours) {
+      std::copy(no_colours.begin(), no_colours.end(), block.colour->buffer().data());
+      no_colours.fill(ColourCode{});
+    }
     block.is_free = change.is_free;
     block.has_matter = block.has_matter || change.has_matter;
 
@@ -135,7 +151,7 @@ std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolu
       volume.index().blocks()[task.known].last_frame = volume.frames;
       return false;
     }
-    if (memory.bytes_with(task.origin) > budget) {
+    if (memory.most_bytes_with(task.origin) > budget) {
       stats.is_budget_reached = true;
       return true;
     }
@@ -212,7 +228,7 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
     if (volume.config().carve_free_space) BlocksInFront(observation, T_world_camera, volume).append_to(tasks);
     const BlockUpdate update(observation, T_world_camera, volume);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
-      Leaves spare;
+      Spare spare;
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         update.prefetch(tasks, i);
         update.apply(tasks[i], spare);

@@ -32,7 +32,7 @@ class BlockCounter {
   BlockCounter(const FusionConfig& config, std::size_t max_bytes);
   void add(const Frame& frame, const Pose& T_world_camera);
   [[nodiscard]] std::size_t blocks() const;
-  [[nodiscard]] bool is_full() const { return memory_.bytes() > max_bytes_; }
+  [[nodiscard]] bool is_full() const { return memory_.most_bytes() > max_bytes_; }
 
  private:
   FusionConfig config_;

@@ -79,7 +79,7 @@ void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& 
 void Observation::prepare_colour(const ColourFrame& colour) {
   colour_camera_ = colour.intrinsics;
   T_colour_depth_ = colour.T_colour_depth;
-  colours_ = Image<ColourCode>::uninitialised(colour.image.width(), colour.image.height());
+  colours_ = Image<std::uint32_t>::uninitialised(colour.image.width(), colour.image.height());
   tbb::parallel_for(0, colours_.height(), [&](int y) {
     const auto from = colour.image.row(y);
     std::transform(from.begin(), from.end(), colours_.row(y).begin(),

@@ -42,7 +42,7 @@ class Observation {
   DepthPyramid bands_;
   Image<float> clear_m_;
   std::optional<CameraIntrinsics> colour_camera_;
-  Image<ColourCode> colours_;
+  Image<std::uint32_t> colours_;
   Pose T_colour_depth_ = Pose::Identity();
 };
 

@@ -204,7 +204,7 @@ std::vector<Coord> within_budget(const std::vector<Coord>& origins, const TsdfVo
   VolumeMemory memory = volume.memory();
   std::vector<Coord> kept;
   for (const Coord& origin : origins) {
-    if (memory.bytes_with(origin) > budget) {
+    if (memory.most_bytes_with(origin) > budget) {
       stats.is_budget_reached = true;
       continue;
     }

@@ -50,7 +50,7 @@ struct Distances {
   static std::int32_t round(TileSamples& samples, const openvdb::Coord& at) { return samples.distances_round(at); }
 };
 struct Colours {
-  static const BlockCopies<ColourCode>& copies(const TileSamples& samples) { return samples.colours(); }
+  static const BlockCopies<std::uint32_t>& copies(const TileSamples& samples) { return samples.colours(); }
   static std::int32_t round(TileSamples& samples, const openvdb::Coord& at) { return samples.colours_round(at); }
 };
 

@@ -75,7 +75,7 @@ class TileLooker {
     };
     const BlockField field{{from(0), from(1), from(2)}, samples_.distances().samples() + start};
     if (!march_rays(field, eye_.voxel_size_m, visible.pixels, rays_)) return;
-    prefetch_all(block.colour->buffer().data(), ColourLeaf::SIZE * sizeof(ColourCode));
+    prefetch_all(colours_of(*block.colour), ColourLeaf::SIZE * sizeof(ColourCode));
   }
 
   static void show(const SeenPatch& seen, int x0, int y0, ModelView& view) {

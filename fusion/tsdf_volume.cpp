@@ -68,6 +68,7 @@ void TsdfVolume::add_block(const VolumeBlock& block) {
   colour_->tree().addLeaf(block.colour);
   index_.add(block);
   memory_.add(block.origin);
+  if (has_own_colours(*block.colour)) memory_.add_colours();
 }
 
 std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {

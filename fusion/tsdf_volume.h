@@ -57,6 +57,9 @@ class TsdfVolume {
   [[nodiscard]] BlockIndex& index() { return index_; }
   /// The leaves become those of a block. They are the volume's from now on.
   void add_block(const VolumeBlock& block);
+  /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
+  /// once.
+  void count_colours_of_a_block() { memory_.add_colours(); }
   /// The origins of the blocks that changed since the last call, for meshing these alone.
   [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
 

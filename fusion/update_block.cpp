@@ -30,6 +30,7 @@ class VoxelUpdate {
     move(change);
     if (frame_.colour.pixels == nullptr) return;
     aim();
+    change.has_colour = coloured_.begin() != coloured_.end();
     paint();
   }
 
@@ -191,7 +192,7 @@ class VoxelUpdate {
   HWY_INLINE void paint() const {
     const Codes32 c;
     for (const std::size_t at : coloured_) {
-      ColourCode* const codes = voxels_.colour + at;
+      std::uint32_t* const codes = &voxels_.colour[at].bits;
       const VC old = hn::LoadU(c, codes);
       const VF goodness = load(goodness_, at);
       const VC mean = colours_.mean(pixel_.data() + at, load(u_256_, at), load(v_256_, at), goodness,

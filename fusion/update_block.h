@@ -33,7 +33,7 @@ inline constexpr float kBestColourRange = 0.4f;
 
 /// A frame's colours as the inner loop wants them.
 struct ColourView {
-  const ColourCode* pixels = nullptr;  ///< null: the frame has no colours
+  const std::uint32_t* pixels = nullptr;  ///< codes of colours; null: the frame has no colours
   int width = 0, height = 0;
   float fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<float, 9> R{};  ///< T_colour_depth, row by row
@@ -106,6 +106,7 @@ struct BlockChange {
   std::array<std::uint64_t, kBlockSide> observed{};  ///< voxels that the frame says something of: word x, bit 8 y + z
   bool is_free = false;                              ///< all of them, and each is free space by now
   bool has_matter = false;                           ///< one of them is behind a surface by now
+  bool has_colour = false;                           ///< one of them took a colour
 };
 
 /// Updates the weighted running mean of signed distances (Curless & Levoy 1996). A voxel that projects to a pixel is

@@ -3,6 +3,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <atomic>
 #include <cstddef>
 #include <unordered_set>
 
@@ -13,13 +14,18 @@ namespace scanknit {
 class VolumeMemory {
  public:
   [[nodiscard]] std::size_t bytes() const;
+  /// When every block has colours: a budget must have room for them.
+  [[nodiscard]] std::size_t most_bytes() const;
   /// With one more block of 8^3 voxels.
-  [[nodiscard]] std::size_t bytes_with(const openvdb::Coord& origin) const;
-  /// The block at `origin` is not in it yet.
+  [[nodiscard]] std::size_t most_bytes_with(const openvdb::Coord& origin) const;
+  /// The block at `origin` is not in it yet. Without colours.
   void add(const openvdb::Coord& origin);
+  /// A block has colours now. May be called by several threads at once.
+  void add_colours() { std::atomic_ref(coloured_).fetch_add(1, std::memory_order_relaxed); }
 
  private:
   std::size_t blocks_ = 0;
+  std::size_t coloured_ = 0;
   std::unordered_set<openvdb::Coord> lower_nodes_, upper_nodes_;
 };
 

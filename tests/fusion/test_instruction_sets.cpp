@@ -40,7 +40,7 @@ Results fuse_and_register() {
     for (openvdb::Index i = 0; i < TsdfLeaf::SIZE; ++i) {
       results.distances.push_back(block.tsdf->buffer().data()[i]);
       results.weights.push_back(block.weight->buffer().data()[i]);
-      results.colours.push_back(block.colour->buffer().data()[i]);
+      results.colours.push_back(colours_of(*block.colour)[i]);
     }
   }
   results.view = raycast(*volume, small_camera(), on_circle(2));

@@ -2,6 +2,7 @@
 #include <openvdb/io/File.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -136,12 +137,15 @@ TEST_F(VolumeFile, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
 }
 
 /// A wall before each side of the origin, so that inner nodes on all sides of it are needed.
-TsdfVolume walls_all_round(const FusionConfig& config) {
+TsdfVolume walls_all_round(const FusionConfig& config, bool are_coloured = false) {
   auto volume = TsdfVolume::create(config);
   EXPECT_TRUE(volume);
   for (const double turn : {0.0, 1.6, 3.1, 4.7}) {
     const Pose pose(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()));
-    EXPECT_TRUE(integrate(test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8), pose, volume.value()));
+    Frame wall = test::plane_frame(test::small_camera(), {0, 0, -1}, -0.8);
+    if (are_coloured)
+      wall.colour = ColourFrame{ColourImage(160, 120, Rgb8{255, 0, 51}), test::small_camera(), Pose::Identity()};
+    EXPECT_TRUE(integrate(wall, pose, volume.value()));
   }
   return std::move(volume).value();
 }
@@ -152,13 +156,41 @@ std::size_t counted_by_openvdb(const TsdfVolume& volume) {
 
 TEST(VolumeMemory, IsWhatOpenVdbCountsAndTheIndex) {
   for (const double voxel_size_m : {0.004, 0.02}) {
-    FusionConfig config;
-    config.voxel_size_m = voxel_size_m;
-    const TsdfVolume volume = walls_all_round(config);
-    const auto counted = static_cast<double>(counted_by_openvdb(volume));
-    const auto told = static_cast<double>(volume.memory().bytes());
-    EXPECT_GE(told, counted) << voxel_size_m;
-    EXPECT_LE(told, 1.1 * counted) << voxel_size_m;
+    for (const bool are_coloured : {false, true}) {
+      FusionConfig config;
+      config.voxel_size_m = voxel_size_m;
+      const TsdfVolume volume = walls_all_round(config, are_coloured);
+      const auto counted = static_cast<double>(counted_by_openvdb(volume));
+      const auto told = static_cast<double>(volume.memory().bytes());
+      EXPECT_GE(told, counted) << voxel_size_m << are_coloured;
+      EXPECT_LE(told, 1.1 * counted) << voxel_size_m << are_coloured;
+    }
+  }
+}
+
+TEST(VolumeMemory, IsTakenForColoursWhereSomeWereSeen) {
+  const auto share_with_colours = [](const TsdfVolume& volume) {
+    const auto blocks = volume.index().blocks();
+    const auto with = std::count_if(blocks.begin(), blocks.end(),
+                                    [](const VolumeBlock& block) { return has_own_colours(*block.colour); });
+    return static_cast<double>(with) / static_cast<double>(blocks.size());
+  };
+  FusionConfig config;
+  TsdfVolume volume = walls_all_round(config);
+  EXPECT_EQ(share_with_colours(volume), 0);
+  volume = walls_all_round(config, /*are_coloured=*/true);
+  EXPECT_GT(share_with_colours(volume), 0.3);
+  EXPECT_LT(share_with_colours(volume), 0.9);  // in front of the inner half of the band there are none
+}
+
+TEST(VolumeMemory, ReadsAsNoColourWhereNoneIs) {
+  const TsdfVolume volume = walls_all_round(FusionConfig());
+  const auto colours = volume.colour().getConstAccessor();  // it has memory made for them
+  for (const VolumeBlock& block : volume.index().blocks()) {
+    for (openvdb::Index i = 0; i < ColourLeaf::SIZE; ++i) {
+      ASSERT_FALSE(has_colour(colours_of(*block.colour)[i]));
+      ASSERT_FALSE(has_colour(colours.getValue(block.tsdf->offsetToGlobalCoord(i))));
+    }
   }
 }
 
