@@ -1,6 +1,7 @@
 // Times the stages of every frame of a recording, all frames in memory before the first: what the pipeline takes when
-// nobody decodes pictures on the same processor cores. Prints one JSON object.
-//   time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]
+// nobody decodes pictures on the same processor cores. Prints one JSON object a line, for each part of the recording.
+//   time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N] [--parts N [--afresh]]
+// --afresh: each part begins with an empty volume, so that what a scan's growth costs is seen.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -8,6 +9,7 @@
 #include <chrono>
 #include <map>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -27,6 +29,8 @@ namespace {
 struct Options {
   std::string recording;
   bool is_tracked = false;
+  int parts = 1;
+  bool begins_afresh = false;  ///< with each part
   FusionConfig fusion;
 };
 
@@ -36,6 +40,12 @@ std::optional<Options> parse(int count, char** arguments) {
     const std::string_view argument = arguments[i];
     if (argument == "--tracked") {
       options.is_tracked = true;
+    } else if (argument == "--afresh") {
+      options.begins_afresh = true;
+    } else if (argument == "--parts" && i + 1 < count) {
+      const auto parts = parse_integer(arguments[++i]);
+      if (!parts || *parts < 1) return std::nullopt;
+      options.parts = static_cast<int>(*parts);
     } else if (argument == "--fixed-band") {
       options.fusion.truncation_sigmas = 0;
     } else if (argument == "--voxel-mm" && i + 1 < count) {
@@ -83,13 +93,10 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// Errors: those of the volume and of integration, a frame that is lost or has no pose.
-Result<Times> time_frames(std::vector<Frame> frames, const Options& options) {
-  auto volume = TsdfVolume::create(options.fusion);
-  if (!volume) return volume.error();
-  Tracker tracker;
+/// Errors: those of integration, a frame that is lost or has no pose.
+Result<Times> time_frames(std::span<const Frame> frames, const Options& options, TsdfVolume& volume, Tracker& tracker) {
   Times times;
-  for (Frame& frame : frames) {
+  for (Frame frame : frames) {  // a copy, whose memory the next one has again, as in a scan
     Stopwatch watch;
     Stopwatch whole;
     filter_frame(frame, AcquireConfig{}, options.fusion.noise);
@@ -99,7 +106,7 @@ Result<Times> time_frames(std::vector<Frame> frames, const Options& options) {
     };
     std::optional<Pose> pose = frame.T_world_camera;
     if (options.is_tracked) {
-      const TrackResult result = tracker.track(frame, *volume);
+      const TrackResult result = tracker.track(frame, volume);
       const double raycast_ms = std::chrono::duration<double, std::milli>(result.raycast_time).count();
       times["raycast"].push_back(raycast_ms);
       times["track"].push_back(watch.lap_ms() - raycast_ms);
@@ -107,7 +114,7 @@ Result<Times> time_frames(std::vector<Frame> frames, const Options& options) {
       pose = result.T_world_camera;
     }
     if (!pose) return fault("has no pose; --tracked finds one");
-    if (const auto integrated = integrate(frame, *pose, *volume); !integrated) return fault(integrated.error().text());
+    if (const auto integrated = integrate(frame, *pose, volume); !integrated) return fault(integrated.error().text());
     times["integrate"].push_back(watch.lap_ms());
     times["frame"].push_back(whole.lap_ms());
   }
@@ -120,6 +127,17 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
+void print(const Times& times) {
+  std::string separator;
+  fmt::print("{{");
+  for (const auto& [stage, ms] : times) {
+    fmt::print(R"({}"{}": {{"median_ms": {:.2f}, "p95_ms": {:.2f}}})", separator, stage, quantile(ms, 0.5),
+               quantile(ms, 0.95));
+    separator = ", ";
+  }
+  fmt::print("}}\n");
+}
+
 int fail(const Error& error) {
   fmt::print(stderr, "{}\n", error.text());
   return 1;
@@ -128,23 +146,29 @@ int fail(const Error& error) {
 int run(int count, char** arguments) {
   const auto options = parse(count, arguments);
   if (!options) {
-    fmt::print(stderr, "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N]\n");
+    fmt::print(stderr, "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N] [--parts N [--afresh]]\n");
     return 2;
   }
   keep_freed_memory();  // as scanknit does
   auto frames = read_frames(options->recording);
   if (!frames) return fail(frames.error());
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 2);
-  const auto times = time_frames(std::move(*frames), *options);
-  if (!times) return fail(times.error());
-  std::string separator;
-  fmt::print("{{");
-  for (const auto& [stage, ms] : *times) {
-    fmt::print(R"({}"{}": {{"median_ms": {:.2f}, "p95_ms": {:.2f}}})", separator, stage, quantile(ms, 0.5),
-               quantile(ms, 0.95));
-    separator = ", ";
+  std::optional<TsdfVolume> volume;
+  std::optional<Tracker> tracker;
+  const std::size_t parts = std::min(static_cast<std::size_t>(options->parts), frames->size());
+  for (std::size_t part = 0; part < parts; ++part) {
+    if (part == 0 || options->begins_afresh) {
+      auto created = TsdfVolume::create(options->fusion);
+      if (!created) return fail(created.error());
+      volume = *std::move(created);
+      tracker.emplace();
+    }
+    const std::size_t first = part * frames->size() / parts;
+    const std::size_t end = (part + 1) * frames->size() / parts;
+    const auto times = time_frames(std::span(*frames).subspan(first, end - first), *options, *volume, *tracker);
+    if (!times) return fail(times.error());
+    print(*times);
   }
-  fmt::print("}}\n");
   return 0;
 }
 
