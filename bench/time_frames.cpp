@@ -146,7 +146,8 @@ int fail(const Error& error) {
 int run(int count, char** arguments) {
   const auto options = parse(count, arguments);
   if (!options) {
-    fmt::print(stderr, "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N] [--parts N [--afresh]]\n");
+    fmt::print(stderr,
+               "usage: time_frames RECORDING [--tracked] [--fixed-band] [--voxel-mm N] [--parts N [--afresh]]\n");
     return 2;
   }
   keep_freed_memory();  // as scanknit does
