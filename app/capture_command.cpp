@@ -94,19 +94,24 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
     is_told_of_recorder = true;
   };
   auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder->get());
-  if (!source) return source.error();
+  if (!source) {
+    report.files.erase("recording");  // without a picture it is not kept
+    return source.error();
+  }
   console.info("scanning; Ctrl-C ends the scan and makes the mesh");
 
   bool is_recording = *recorder != nullptr;
   const auto finish_recording = [&] {
     if (!std::exchange(is_recording, false)) return;
-    if (const auto kept = (*recorder)->finish(); !kept && !is_told_of_recorder) warn(kept.error().text());
+    const auto kept = (*recorder)->finish();
+    if (!kept && !is_told_of_recorder) warn(kept.error().text());
+    if (kept && kept->frames == 0) report.files.erase("recording");
   };
   SecondLook again;  // Ctrl-C ends the scan, not what comes after it; a second one ends the program
   if (is_recording) {
-    again.open = [&] {
+    again.open = [&, recording = report.files["recording"]] {
       finish_recording();
-      return open_recording(report.files["recording"], job.config.acquire);
+      return open_recording(recording, job.config.acquire);
     };
   }
   const auto losses_so_far = [&] {

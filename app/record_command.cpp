@@ -76,6 +76,9 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   const auto recorded = record(arguments, *config, stop_on_signal.token(), console);
   if (!recorded) return fail(recorded.error(), common);
   warn_of_losses(recorded->losses, console);
+  if (recorded->file.frames == 0) {  // there is no file
+    return fail(recorded->failure.value_or(Error{ErrorCode::kDevice, "no picture came: nothing was recorded"}), common);
+  }
   const int printed = print_summary(*recorded, arguments, common);
   if (recorded->failure) return fail(*recorded->failure, common);
   return printed;

@@ -1,6 +1,8 @@
 #include "acquire/record/append_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,7 +19,10 @@ Result<AppendFile> AppendFile::create(const std::filesystem::path& path) {
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), code);
   if (code) return Error{ErrorCode::kOutput, "its folder cannot be made: " + code.message(), path.string()};
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (descriptor >= 0) return AppendFile(path, descriptor);
+  if (descriptor >= 0) {
+    (void)::flock(descriptor, LOCK_EX | LOCK_NB);  // for is_being_appended; not every file system has locks
+    return AppendFile(path, descriptor);
+  }
   return Error{ErrorCode::kOutput, std::string("cannot be written: ") + std::strerror(errno), path.string()};
 }
 
@@ -49,6 +54,25 @@ Result<void> AppendFile::append(std::span<const std::byte> bytes) {
 Result<void> AppendFile::sync() const {
   if (::fdatasync(descriptor_) == 0) return {};
   return Error{ErrorCode::kOutput, std::string("writing to the disk failed: ") + std::strerror(errno), path_.string()};
+}
+
+bool AppendFile::is_in_place() const {
+  struct stat ours {
+  }, there{};
+  return ::fstat(descriptor_, &ours) == 0 && ::stat(path_.c_str(), &there) == 0 && ours.st_dev == there.st_dev &&
+         ours.st_ino == there.st_ino;
+}
+
+void AppendFile::remove() const {
+  if (is_in_place()) ::unlink(path_.c_str());
+}
+
+bool is_being_appended(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return false;
+  const bool is_locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(descriptor);
+  return is_locked;
 }
 
 }  // namespace scanknit

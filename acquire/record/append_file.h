@@ -29,6 +29,11 @@ class AppendFile {
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
+  /// False when another file, or none, has the path by now: nobody would find what is appended.
+  [[nodiscard]] bool is_in_place() const;
+  /// Takes it away, if it is in its place.
+  void remove() const;
+
  private:
   AppendFile(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
 
@@ -36,5 +41,8 @@ class AppendFile {
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
 };
+
+/// Some program has an AppendFile there.
+[[nodiscard]] bool is_being_appended(const std::filesystem::path& path);
 
 }  // namespace scanknit

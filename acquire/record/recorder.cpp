@@ -24,8 +24,7 @@ Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& 
   if (!file) return file.error();
   std::unique_ptr<Recorder> recorder(new Recorder(*std::move(file), path, calibration, config));
   if (auto begun = recorder->writer_.begin(); !begun) {
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);  // there is nothing in it, and it would be in the way of the next one
+    recorder->file_.remove();  // there is nothing in it, and it would be in the way of the next one
     return begun.error();
   }
   Recorder* self = recorder.get();
@@ -67,7 +66,11 @@ Result<RecorderSummary> Recorder::finish() {
   thread_.join();
   syncer_.request_stop();
   syncer_.join();
+  if (frames_written_ == 0) file_.remove();
   if (const auto error = failure()) return *error;
+  if (frames_written_ > 0 && !file_.is_in_place()) {
+    return Error{ErrorCode::kOutput, "was moved, replaced or removed while it was recorded", path_.string()};
+  }
   return RecorderSummary{frames_written_, file_.size(), lost_};
 }
 
@@ -129,7 +132,7 @@ void Recorder::settle(const Result<void>& written, std::uint64_t frames) {
   if (!failure_) {
     failure_ = Error{ErrorCode::kOutput,
                      written.error().message + "; recording has stopped, the first " + std::to_string(frames_written_) +
-                         " frames are kept",
+                         " pictures are kept",
                      path_.string()};
   }
   has_failed_ = true;

@@ -56,7 +56,8 @@ class Recorder {
   /// there.
   [[nodiscard]] std::optional<Error> failure() const;
 
-  /// Writes what is waiting, and the summary. Errors (kOutput): recording stopped early, with what is in the file.
+  /// Writes what is waiting, and the summary. A file without a picture is removed. Errors (kOutput): recording stopped
+  /// early, with what is in the file; the file is not where it was made.
   [[nodiscard]] Result<RecorderSummary> finish();
 
  private:

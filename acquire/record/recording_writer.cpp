@@ -26,7 +26,9 @@ RecordingWriter::RecordingWriter(ByteSink sink, RawCalibration calibration)
     : mcap_(std::move(sink), recording_schemas(), recording_channels()), calibration_(std::move(calibration)) {}
 
 Result<void> RecordingWriter::write(const RawFrame& frame) {
-  if (calibrations_ == 0 || time_since(calibrated_at_ns_, frame.host_ns) >= kCalibrationPeriod_ns) {
+  const bool begins_second_chunk = calibrations_ == 1 && frames_waiting_ == 0;
+  if (calibrations_ == 0 || begins_second_chunk ||
+      time_since(calibrated_at_ns_, frame.host_ns) >= kCalibrationPeriod_ns) {
     add_text(RecordingChannel::kCalibration, calibrations_++, frame.host_ns, frame.device_ns,
              calibration_text(calibration_));
     calibrated_at_ns_ = frame.host_ns;

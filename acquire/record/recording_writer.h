@@ -19,7 +19,7 @@ class RecordingWriter {
   [[nodiscard]] Result<void> begin() { return mcap_.begin(); }
 
   /// Into the chunk that is being filled; a chunk of a mebibyte or of 0.4 s of host time is written. The calibration
-  /// goes into the first chunk and is repeated every ten seconds of host time.
+  /// goes into the first two chunks, one of which may be damaged, and is repeated every ten seconds of host time.
   [[nodiscard]] Result<void> write(const RawFrame& frame);
 
   /// `at` gives the times. The pose of the depth picture `at.sequence`.

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "acquire/record/append_file.h"
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/mcap_writer.h"
 #include "acquire/record/new_recording.h"
@@ -13,14 +14,19 @@ namespace scanknit {
 Result<RepairSummary> repair_recording(const std::filesystem::path& input, const std::filesystem::path& output,
                                        const Limits& limits) {
   std::error_code ignored;
-  if (!std::filesystem::equivalent(input, output, ignored)) {
+  const bool is_in_place = input == output || std::filesystem::equivalent(input, output, ignored);
+  if (is_in_place && is_being_appended(input)) {
+    return Error{ErrorCode::kInput, "is still being recorded; end that first, or give another -o", input.string()};
+  }
+  if (!is_in_place) {
     if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
   }
   auto access = open_random_access(input);
   if (!access) return access.error();
   auto reader = McapReader::open(*std::move(access), limits);
   if (!reader) return Error{ErrorCode::kInput, reader.error().message, input.string()};
-  auto file = AtomicFile::create(output);
+  // Where a link leads to, not in the link's place.
+  auto file = AtomicFile::create(is_in_place ? std::filesystem::canonical(input, ignored) : output);
   if (!file) return file.error();
 
   McapWriter writer([&](std::span<const std::byte> bytes) { return file->write(bytes); }, reader->schemas(),

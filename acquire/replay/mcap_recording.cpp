@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "acquire/record/append_file.h"
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recording_channels.h"
@@ -86,8 +87,9 @@ Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::fi
   raw.depth = stamps_of(file->depth);
   raw.colour = stamps_of(file->colour);
   if (const auto& fault = file->reader.fault()) {
-    raw.warnings.push_back("the recording is torn: " + *fault +
-                           ". What came before is read; `scanknit repair` mends it");
+    raw.warnings.push_back(is_being_appended(path) ? "it is still being recorded: what is in it so far is read"
+                                                   : "the recording is torn: " + *fault +
+                                                         ". What came before is read; `scanknit repair` mends it");
   }
   raw.read = [file](StreamKind kind, std::size_t index) { return read_picture(*file, kind, index); };
   return index_raw_recording(std::move(raw), config);

@@ -13,6 +13,7 @@
 #include "acquire/record/mcap_reader.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recorder.h"
+#include "acquire/record/repair_recording.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 
@@ -43,6 +44,24 @@ Result<McapReader> read_back(const fs::path& path) {
   return McapReader::open(*open_random_access(path), {});
 }
 
+// Number of depth pictures that can be read, all of which must be the ones that were sent.
+std::uint32_t whole_frames(const fs::path& path) {
+  auto reader = read_back(path);
+  if (!reader) return 0;
+  std::uint32_t count = 0;
+  for (const McapMessagePlace& place : reader->messages()) {
+    if (place.channel != reader->find_channel(kDepthTopic)->id) continue;
+    const auto data = reader->read(place);
+    if (!data) continue;
+    const auto frame = unpack_picture(*data, {});
+    EXPECT_TRUE(frame);
+    EXPECT_EQ(frame->sequence, count);
+    EXPECT_EQ(*frame->bytes, *depth_frame(count).bytes);
+    ++count;
+  }
+  return count;
+}
+
 class Recording : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
@@ -71,7 +90,7 @@ TEST_F(Recording, KeepsEveryByteAndBothClocks) {
   EXPECT_EQ(colour, 20u);
 }
 
-TEST_F(Recording, RepeatsTheCalibrationEveryTenSeconds) {
+TEST_F(Recording, RepeatsTheCalibrationInTheSecondChunkAndEveryTenSeconds) {
   auto recorder = Recorder::create(path_, raw_calibration());
   for (std::uint32_t i = 0; i < 25; ++i) {
     RawFrame frame = depth_frame(i);
@@ -83,7 +102,7 @@ TEST_F(Recording, RepeatsTheCalibrationEveryTenSeconds) {
   const auto calibrations = [&](const McapMessagePlace& place) {
     return place.channel == reader->find_channel(kCalibrationTopic)->id;
   };
-  EXPECT_EQ(std::count_if(reader->messages().begin(), reader->messages().end(), calibrations), 3);
+  EXPECT_EQ(std::count_if(reader->messages().begin(), reader->messages().end(), calibrations), 4);  // 0, 1, 11, 21 s
   EXPECT_EQ(reader->messages().front().channel, reader->find_channel(kCalibrationTopic)->id);
 }
 
@@ -120,6 +139,55 @@ TEST_F(Recording, IsNotMadeTwice) {
   EXPECT_EQ(bytes_of(path_), before);
 }
 
+TEST_F(Recording, WithoutAPictureLeavesNoFile) {
+  auto recorder = Recorder::create(path_, raw_calibration());
+  ASSERT_TRUE(recorder);
+  EXPECT_TRUE((*recorder)->finish());
+  EXPECT_FALSE(fs::exists(path_));
+}
+
+TEST_F(Recording, IsNotMendedInItsPlaceWhileItIsMade) {
+  auto recorder = Recorder::create(path_, raw_calibration(), kRoomy);
+  ASSERT_TRUE(recorder);
+  (*recorder)->record(depth_frame(0));
+  const auto refused = repair_recording(path_, path_, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("still being recorded"), std::string::npos) << refused.error().text();
+  (*recorder)->record(depth_frame(1));
+  ASSERT_TRUE((*recorder)->finish());
+  EXPECT_EQ(whole_frames(path_), 2u);
+  recorder->reset();
+  EXPECT_TRUE(repair_recording(path_, path_, {}));
+}
+
+TEST_F(Recording, ThatIsTakenAwayOrReplacedIsNoSuccess) {
+  for (const bool is_replaced : {false, true}) {
+    auto recorder = Recorder::create(path_, raw_calibration(), kRoomy);
+    ASSERT_TRUE(recorder);
+    (*recorder)->record(depth_frame(0));
+    fs::remove(path_);
+    if (is_replaced) write_text(path_, "another's");
+    const auto finished = (*recorder)->finish();
+    ASSERT_FALSE(finished);
+    EXPECT_EQ(finished.error().code, ErrorCode::kOutput);
+    EXPECT_EQ(fs::exists(path_), is_replaced);
+  }
+}
+
+TEST_F(Recording, IsReadWhereItsFirstChunkIsDamaged) {
+  RawCalibration calibration = raw_calibration();
+  auto recorder = Recorder::create(path_, calibration, kRoomy);
+  for (std::uint32_t i = 0; i < 60; ++i) (*recorder)->record(depth_frame(i));
+  ASSERT_TRUE((*recorder)->finish());
+  auto bytes = bytes_of(path_);
+  bytes[3000] ^= std::byte{1};
+  write_bytes(path_, bytes);
+  const Played played = play(path_);
+  ASSERT_GT(played.frames.size(), 30u);
+  EXPECT_LT(played.frames.size(), 60u);
+  EXPECT_EQ(played.frames.front().intrinsics, calibration.depth.intrinsics);
+}
+
 TEST_F(Recording, CountsWhatTheQueueCannotHold) {
   auto recorder = Recorder::create(path_, raw_calibration(640, 480), {.queue_frames = 1});
   const RawFrame frame = depth_frame(0, 640, 480);
@@ -129,24 +197,6 @@ TEST_F(Recording, CountsWhatTheQueueCannotHold) {
   const auto summary = (*recorder)->finish();
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->frames + summary->lost, 100u);
-}
-
-// Number of depth pictures that can be read, all of which must be the ones that were sent.
-std::uint32_t whole_frames(const fs::path& path) {
-  auto reader = read_back(path);
-  if (!reader) return 0;
-  std::uint32_t count = 0;
-  for (const McapMessagePlace& place : reader->messages()) {
-    if (place.channel != reader->find_channel(kDepthTopic)->id) continue;
-    const auto data = reader->read(place);
-    if (!data) continue;
-    const auto frame = unpack_picture(*data, {});
-    EXPECT_TRUE(frame);
-    EXPECT_EQ(frame->sequence, count);
-    EXPECT_EQ(*frame->bytes, *depth_frame(count).bytes);
-    ++count;
-  }
-  return count;
 }
 
 // A camera of a thousand small frames a second, in a process that is killed after `lifetime`. Before each frame its

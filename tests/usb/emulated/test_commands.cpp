@@ -233,11 +233,11 @@ TEST(FullDisk, IsToldOfAtOnceAndTheScanGoesOn) {
   const int address = bus.plug(rough_wall());
   TempFolder out;
   Scan scan(bus, address, capture_to(out / "wall.ply"), out / "wall.mcap", 2'000'000);
-  EXPECT_TRUE(scan.wait_to_say("frames are kept")) << "while it scans";
+  EXPECT_TRUE(scan.wait_to_say("pictures are kept")) << "while it scans";
   const Outcome outcome = scan.interrupt_once();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto told = outcome.err.find("recording has stopped");
-  EXPECT_TRUE(contains(outcome.err, "frames are kept; the scan goes on")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "pictures are kept; the scan goes on")) << outcome.err;
   EXPECT_EQ(outcome.err.find("recording has stopped", told + 1), std::string::npos) << "told once: " << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "writer ")) << "pictures that were not kept are counted: " << outcome.err;
   EXPECT_TRUE(read_mesh(out / "wall.ply"));
