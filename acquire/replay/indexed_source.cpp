@@ -55,7 +55,7 @@ IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
   next_ = config_.from;
   last_ = std::min(config_.to, recording_.entries.size() - 1);
   describe();
-  look_at_first_frame();
+  look_at_first_frames();
 }
 
 void IndexedSource::describe() {
@@ -97,17 +97,23 @@ void IndexedSource::describe() {
   info_.duration_s = (static_cast<double>(*last->timestamp_ns) - static_cast<double>(*first->timestamp_ns)) * 1e-9;
 }
 
-void IndexedSource::look_at_first_frame() {
-  for (std::size_t index = next_; index <= last_; index += config_.every) {
-    std::optional<Result<Pose>> pose;
-    auto loaded = load_pictures(recording_.entries[index], pose);
-    if (const auto* frame = std::get_if<Frame>(&loaded)) {
-      info_.intrinsics = frame->intrinsics;
-      if (frame->colour) info_.colour_intrinsics = frame->colour->intrinsics;
-      info_.has_colour |= frame->colour.has_value();
-      // A camera whose picture is mirrored top to bottom looks into a world whose y points up (ICL-NUIM).
-      if (frame->intrinsics.fy < 0) info_.world_up = UpAxis::kY;
-      return;
+/// And at some more where the first one has no colour and later ones do, as where colour began later.
+void IndexedSource::look_at_first_frames() {
+  int left = 8;  // that should have colour
+  for (std::size_t index = next_; index <= last_ && left > 0; index += config_.every) {
+    const FrameEntry& entry = recording_.entries[index];
+    if (!info_.intrinsics || !entry.colour.empty()) {
+      std::optional<Result<Pose>> pose;
+      const auto loaded = load_pictures(entry, pose);
+      if (const auto* frame = std::get_if<Frame>(&loaded)) {
+        if (!info_.intrinsics) info_.intrinsics = frame->intrinsics;
+        // A camera whose picture is mirrored top to bottom looks into a world whose y points up (ICL-NUIM).
+        if (frame->intrinsics.fy < 0) info_.world_up = UpAxis::kY;
+        if (frame->colour) info_.colour_intrinsics = frame->colour->intrinsics;
+        info_.has_colour |= frame->colour.has_value();
+        if (frame->colour || !info_.has_colour) return;
+        if (!entry.colour.empty()) --left;
+      }
     }
     if (config_.every > last_ - index) return;
   }

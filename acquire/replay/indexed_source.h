@@ -26,7 +26,7 @@ class IndexedSource final : public FrameSource {
                                                 Frame& frame) const;
   [[nodiscard]] std::optional<Drop> settle_time(const FrameEntry& entry, std::size_t index, Frame& frame) const;
   void describe();
-  void look_at_first_frame();
+  void look_at_first_frames();
 
   Recording recording_;
   AcquireConfig config_;

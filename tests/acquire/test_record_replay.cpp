@@ -83,6 +83,27 @@ TEST_F(Replay, OfAPartGivesTheSameFramesAsTheWhole) {
   for (std::size_t i = 0; i < 3; ++i) expect_same(part.frames[i], whole.frames[3 + 3 * i]);
 }
 
+TEST_F(Replay, KnowsTheColourCameraWhereTheFirstPictureHasNoColour) {
+  {
+    auto file = AppendFile::create(path_);
+    ASSERT_TRUE(file);
+    RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); }, raw_calibration());
+    ASSERT_TRUE(writer.begin());
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      ASSERT_TRUE(writer.write(depth_frame(i)));
+      if (i >= 6) {
+        ASSERT_TRUE(writer.write(colour_frame(i)));
+      }
+    }
+    ASSERT_TRUE(writer.finish());
+  }
+  const auto source = open_recording(path_, {});
+  ASSERT_TRUE(source) << source.error().text();
+  EXPECT_TRUE((*source)->info().has_colour);
+  EXPECT_EQ((*source)->info().intrinsics, raw_calibration().depth.intrinsics);
+  EXPECT_EQ((*source)->info().colour_intrinsics, raw_calibration().colour.intrinsics);
+}
+
 TEST_F(Replay, SaysWhatItIs) {
   write_recording(path_, 10);
   const auto source = open_recording(path_, {});
