@@ -191,13 +191,18 @@ void add_convert(CLI::App& app, CommandLine& line) {
       ->type_name("LAYOUT");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return convert_command(line.convert, line.common); }; });
+  command->final_callback([&line] {
+    const std::string why = why_not_mcap(line.convert.output.string());
+    if (line.convert.target == ConvertTarget::kMcap && !why.empty()) throw CLI::ValidationError("--output", why);
+    line.command = [&line] { return convert_command(line.convert, line.common); };
+  });
 }
 
 void add_repair(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("repair", "Mend a recording (.mcap) that was cut short or damaged");
   command->add_option("file", line.repair.file, "The recording")->required()->type_name("FILE.mcap");
   command->add_option("-o,--output", line.repair.output, "Write the mended recording here, not in its place")
+      ->check(why_not_mcap)
       ->type_name("OUT.mcap");
   add_common(*command, line);
   command->final_callback([&line] { line.command = [&line] { return repair_command(line.repair, line.common); }; });

@@ -18,6 +18,28 @@ namespace fs = std::filesystem;
 constexpr double kUnitsWithoutRaw = 5000;  // of depth that was floating point: 0.2 mm, up to 13 m
 constexpr std::int64_t kPeriod_ns = 33'333'333;
 
+/// A folder that was new or empty, and is so again in the end unless it is kept: half a recording looks like a whole
+/// one.
+class NewFolder {
+ public:
+  NewFolder(fs::path path, bool was_there) : path_(std::move(path)), was_there_(was_there) {}
+  ~NewFolder() {
+    if (is_kept_) return;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(path_, ignored)) fs::remove_all(entry.path(), ignored);
+    if (!was_there_) fs::remove(path_, ignored);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  void keep() { is_kept_ = true; }
+
+ private:
+  fs::path path_;
+  bool was_there_;
+  bool is_kept_ = false;
+};
+
 OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
   if (target == ConvertTarget::kMcap) {
     if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
@@ -84,8 +106,12 @@ ColourImage register_colour(const Frame& frame) {
 
 Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget target, const fs::path& output,
                                          const ConvertProgress& progress, std::stop_token stop) {
+  std::error_code code;
+  const bool was_there = fs::exists(output, code);
   const auto opened = open_target(target, output);
   if (!opened) return opened.error();
+  std::optional<NewFolder> folder;
+  if (target != ConvertTarget::kMcap) folder.emplace(output, was_there);
   RecordingTarget& recording = **opened;
   ConvertSummary summary;
   const double units = source.info().depth_scale.value_or(kUnitsWithoutRaw);
@@ -114,6 +140,7 @@ Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget targ
     return first_drop ? *first_drop : Error{ErrorCode::kInput, "no frame to convert", source.info().folder.string()};
   }
   if (auto finished = recording.finish(); !finished) return finished.error();
+  if (folder) folder->keep();
   summary.warnings = recording.warnings();
   if (!source.info().depth_scale) summary.warnings.emplace_back("depth had no raw units: it is rounded to 0.2 mm");
   if (first_drop) summary.warnings.push_back("frames were dropped, the first: " + first_drop->text());

@@ -37,6 +37,7 @@ class FakenectTarget final : public RecordingTarget {
           fmt::format("depth is {} x {}; a fakenect dump has 640 x 480 and nothing else", raw.width(), raw.height()),
           folder_.string()};
     }
+    if (converted.frame.T_world_camera) warn("the layout has no poses: they are left out");
     if (converted.number == 0) {
       const fs::path path = folder_ / "camera_intrinsic.json";
       auto done = write_camera_json(converted.frame.intrinsics, converted.units_per_metre, path);

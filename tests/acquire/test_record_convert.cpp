@@ -165,6 +165,42 @@ TEST_P(Convert, NeverOverwritesARecording) {
   }
 }
 
+/// A scanner's disk that fails after the first frame.
+class BrokenSource final : public FrameSource {
+ public:
+  explicit BrokenSource(FrameSource& source) : source_(source) {}
+  [[nodiscard]] const RecordingInfo& info() const override { return source_.info(); }
+  [[nodiscard]] FrameEvent next(std::stop_token stop) override {
+    if (given_++ == 0) return source_.next(std::move(stop));
+    return Error{ErrorCode::kInput, "broken"};
+  }
+
+ private:
+  FrameSource& source_;
+  int given_ = 0;
+};
+
+TEST_P(Convert, LeavesNothingOfWhatFailed) {
+  auto source = open_recording(input_, keep_all());
+  ASSERT_TRUE(source);
+  BrokenSource broken(**source);
+  EXPECT_FALSE(convert_recording(broken, GetParam().target, output()));
+  EXPECT_FALSE(fs::exists(output()));
+  if (GetParam().target == ConvertTarget::kMcap) return;
+  fs::create_directories(output());
+  auto again = open_recording(input_, keep_all());
+  BrokenSource broken_again(**again);
+  EXPECT_FALSE(convert_recording(broken_again, GetParam().target, output()));
+  EXPECT_TRUE(fs::is_empty(output())) << "the folder was there, and is still";
+}
+
+TEST_P(Convert, WarnsOfPosesThatHaveNoPlace) {
+  const ConvertSummary summary = convert(input_, GetParam().target, output());
+  const bool is_told = std::any_of(summary.warnings.begin(), summary.warnings.end(),
+                                   [](const std::string& text) { return text.find("no poses") != std::string::npos; });
+  EXPECT_EQ(is_told, GetParam().target == ConvertTarget::kFakenect);
+}
+
 TEST_P(Convert, WarnsWhereColourHasToBeResampled) {
   EXPECT_FALSE(is_colour_resampled(convert(input_, GetParam().target, output())));
   const fs::path path = folder_ / "two_cameras.mcap";

@@ -124,7 +124,9 @@ TEST(CommandLine, ARecordingIsNamedMcap) {
     const std::string file = (folder / name).string();
     for (const std::vector<std::string>& command :
          {std::vector<std::string>{"record", "-o", file},
-          std::vector<std::string>{"capture", "-o", (folder / "out").string(), "--recording", file}}) {
+          std::vector<std::string>{"capture", "-o", (folder / "out").string(), "--recording", file},
+          std::vector<std::string>{"convert", "scan", "--to", "mcap", "-o", file},
+          std::vector<std::string>{"repair", "scan.mcap", "-o", file}}) {
       const Outcome outcome = scanknit_command(command);
       EXPECT_EQ(outcome.exit_code, 2) << command[0] << ' ' << name << ": " << outcome.err;
       EXPECT_TRUE(contains(outcome.err, file + ": no such output: give a file that ends in .mcap")) << outcome.err;
