@@ -27,7 +27,6 @@ void redirect(int descriptor, const std::filesystem::path& file) {
   redirect(STDERR_FILENO, folder / "err");
   if (max_file_bytes) {
     const rlimit limit{*max_file_bytes, *max_file_bytes};
-    ::signal(SIGXFSZ, SIG_IGN);  // write() then fails with EFBIG instead
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
   std::vector<char*> argv = {const_cast<char*>(SCANKNIT_PROGRAM)};
