@@ -94,6 +94,13 @@ Result<std::unique_ptr<DeviceSource>> open_found(UsbContext& context, const Foun
   return open_kinect1(camera.usb, camera.info, options);
 }
 
+std::string why_not_found(const std::vector<FoundCamera>& cameras) {
+  if (cameras.empty()) return "no depth camera is plugged in. scanknit doctor tells more";
+  std::string why = "no such camera is plugged in, but";
+  for (const FoundCamera& camera : cameras) why += (&camera == &cameras.front() ? " " : ", ") + camera.info.uri;
+  return why + (cameras.size() > 1 ? " are" : " is");
+}
+
 /// Looks until it is there, or until the deadline, or a stop. A camera that has just been plugged in may be forbidden
 /// or busy for a moment, while the system still sets it up: it is tried again.
 Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const WantedCamera& wanted,
@@ -105,9 +112,7 @@ Result<std::unique_ptr<DeviceSource>> wait_and_open(UsbContext& context, const W
     const auto cameras = find_cameras(context);
     const auto found =
         std::find_if(cameras.begin(), cameras.end(), [&](const FoundCamera& camera) { return wanted.fits(camera); });
-    Result<std::unique_ptr<DeviceSource>> opened = Error{
-        ErrorCode::kDevice, cameras.empty() ? "no depth camera is plugged in. scanknit doctor tells more"
-                                            : "no such camera is plugged in, but " + cameras.front().info.uri + " is"};
+    Result<std::unique_ptr<DeviceSource>> opened = Error{ErrorCode::kDevice, why_not_found(cameras)};
     if (found != cameras.end()) opened = open_found(context, *found, options, stop);
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
     if (opened || left <= milliseconds(0) || stop.stop_requested()) return opened;

@@ -168,19 +168,19 @@ void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
                      ->group(group);
   app.add_option("--seconds", scanner.seconds, "End after so long")
       ->check(why_not_finite)
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(0.001, 1e9))
       ->excludes(frames)
       ->type_name("S")
       ->group(group);
   app.add_option("--wait", scanner.wait_s, "Wait so many seconds for a scanner that is not plugged in yet")
       ->check(why_not_finite)
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0.0, 1e9))
       ->type_name("S")
       ->group(group);
   app.add_option("--reconnect", scanner.reconnect_s,
                  "Wait so many seconds for a scanner that was unplugged, default 30; 0: the scan ends")
       ->check(why_not_finite)
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0.0, 1e9))
       ->type_name("S")
       ->group(group);
   app.add_flag("--force", scanner.takes_from_others, "Also a scanner that another program uses")->group(group);

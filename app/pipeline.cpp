@@ -181,7 +181,7 @@ Result<void> run_pipeline(const Job& job, std::stop_token stop, Console& console
   if (auto place = check_cut_recording(job); !place) return place;
   auto opened = open_recording(job.input, job.config.acquire);
   if (!opened) return opened.error();
-  for (const std::string& warning : (*opened)->info().warnings) console.warn(warning);
+  for (const std::string& warning : (*opened)->info().warnings) warn(warning, console, report);
   const auto source = paced(*std::move(opened), job.pace, terminal_pace_control());
   if (auto fits = check_budget(job.input, source->info().poses, job.config, stop); !fits) return fits;
   if (auto opened_view = view.open(source->info().world_up); !opened_view) return opened_view;

@@ -1,5 +1,6 @@
 // Converting, mending and pacing recordings, as a user does it.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -69,6 +70,10 @@ TEST(RepairCommand, MendsATornRecordingAndSaysWhatIsLost) {
   const Outcome torn = scanknit_command({"info", mcap.string()});
   EXPECT_EQ(torn.exit_code, 0);
   EXPECT_NE(torn.out.find("torn"), std::string::npos) << torn.out;
+  ASSERT_EQ(scanknit_command({"run", mcap.string(), "-o", (scan / "out").string()}).exit_code, 0);
+  const Json report = Json::parse(read_text(scan / "out" / "report.json"));
+  ASSERT_EQ(report["warnings"].size(), 1u);
+  EXPECT_NE(report["warnings"][0].get<std::string>().find("torn"), std::string::npos);
 
   const Outcome repaired = scanknit_command({"repair", mcap.string()});
   ASSERT_EQ(repaired.exit_code, 0) << repaired.err;
@@ -90,10 +95,23 @@ TEST(RepairCommand, OverwritesNoOtherRecording) {
   EXPECT_EQ(fs::file_size(other), 4u);
 }
 
+TEST(RepairCommand, MendsWhereALinkLeads) {
+  const Scan scan({.frames = 4});
+  const fs::path mcap = scan / "scan.mcap", link = scan / "link.mcap";
+  ASSERT_EQ(convert(scan.recording(), "mcap", mcap).exit_code, 0);
+  fs::resize_file(mcap, fs::file_size(mcap) - 10);
+  fs::create_symlink(mcap, link);
+  ASSERT_EQ(scanknit_command({"repair", link.string()}).exit_code, 0);
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_TRUE(Json::parse(scanknit_command({"info", mcap.string(), "--json"}).out)["warnings"].empty());
+}
+
 TEST(RepairCommand, RefusesWhatIsNoRecording) {
   const Scan scan;
   EXPECT_EQ(scanknit_command({"repair", scan.depth_picture(0).string()}).exit_code, 4);
   EXPECT_EQ(scanknit_command({"repair", (scan / "nothing.mcap").string()}).exit_code, 4);
+  ASSERT_EQ(::mkfifo((scan / "pipe.mcap").c_str(), 0600), 0);
+  EXPECT_EQ(scanknit_command({"repair", (scan / "pipe.mcap").string()}).exit_code, 4);
 }
 
 TEST(Pace, RealtimeTakesAsLongAsTheRecording) {
