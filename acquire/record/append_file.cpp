@@ -57,8 +57,8 @@ Result<void> AppendFile::sync() const {
 }
 
 bool AppendFile::is_in_place() const {
-  struct stat ours {
-  }, there{};
+  struct stat ours = {};
+  struct stat there = {};
   return ::fstat(descriptor_, &ours) == 0 && ::stat(path_.c_str(), &there) == 0 && ours.st_dev == there.st_dev &&
          ours.st_ino == there.st_ino;
 }

@@ -20,8 +20,7 @@ struct RepairSummary {
 /// Writes every message of the MCAP file `input` whose chunk is whole, with index and summary, to `output`, which may
 /// be `input` itself: the old file stays until the new one is complete. Any MCAP file; its attachments and metadata are
 /// not kept (recordings of ours have none). Errors: kInput (no MCAP file, not one whole message, or `output` is `input`
-/// while it is still being recorded), kOutput (also when
-/// `output` is another file that is there already).
+/// while it is still being recorded), kOutput (also when `output` is another file that is there already).
 [[nodiscard]] Result<RepairSummary> repair_recording(const std::filesystem::path& input,
                                                      const std::filesystem::path& output, const Limits& limits);
 
