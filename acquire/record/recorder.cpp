@@ -69,7 +69,9 @@ Result<RecorderSummary> Recorder::finish() {
   if (frames_written_ == 0) file_.remove();
   if (const auto error = failure()) return *error;
   if (frames_written_ > 0 && !file_.is_in_place()) {
-    return Error{ErrorCode::kOutput, "was moved, replaced or removed while it was recorded", path_.string()};
+    return Error{ErrorCode::kOutput,
+                 "was moved, replaced or removed while it was recorded; if it was moved, it is whole where it is now",
+                 path_.string()};
   }
   return RecorderSummary{frames_written_, file_.size(), lost_};
 }

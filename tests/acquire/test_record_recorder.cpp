@@ -180,7 +180,8 @@ TEST_F(Recording, IsReadWhereItsFirstChunkIsDamaged) {
   for (std::uint32_t i = 0; i < 60; ++i) (*recorder)->record(depth_frame(i));
   ASSERT_TRUE((*recorder)->finish());
   auto bytes = bytes_of(path_);
-  bytes[3000] ^= std::byte{1};
+  bytes[3000] ^=
+      std::byte{1};  // behind the head of the file: the counts below tell that it costs a chunk, and one only
   write_bytes(path_, bytes);
   const Played played = play(path_);
   ASSERT_GT(played.frames.size(), 30u);
