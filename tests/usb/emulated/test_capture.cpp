@@ -244,6 +244,29 @@ TEST(RecordCommand, WarnsOfASettingThatTheScannerDoesNotHave) {
   EXPECT_NE(said.find("acquire.emitter has no effect"), std::string::npos) << said;
 }
 
+TEST(RecordCommand, OfACameraThatDoesNotStreamLeavesNothingInTheWayOfTheNext) {
+  EmulatedBus bus;
+  const int address = bus.plug({});
+  const auto stall = [&](bool probe_stalls) {
+    bus.with_camera(address, [&](Vcam& camera) { camera.control_faults.probe_stalls = probe_stalls; });
+  };
+  TempFolder out;
+  const std::filesystem::path file = out / "scan.mcap";
+  const std::vector<std::string> record = {"record", "-o", file.string(), "--frames", "3"};
+  const std::vector<std::string> capture = {"capture",    "-o",       (out / "mesh.ply").string(),    "--frames",
+                                            "3",          "--report", (out / "report.json").string(), "--recording",
+                                            file.string()};
+  stall(true);
+  EXPECT_EQ(scanknit(record), 5);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(scanknit(capture), 5);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_FALSE(json::parse(read_text(out / "report.json")).at("files").contains("recording"));
+  stall(false);
+  EXPECT_EQ(scanknit(record), 0);
+  EXPECT_TRUE(std::filesystem::exists(file));
+}
+
 TEST(RecordCommand, WithoutACalibrationKeepsThePicturesForLater) {
   (void)desk_view();
   EmulatedBus bus;
