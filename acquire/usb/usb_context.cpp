@@ -365,7 +365,7 @@ std::string remedy_of(int code, const UsbDeviceInfo& device) {
     case LIBUSB_ERROR_NO_MEM:
       return "the system's limit for USB memory is reached. Raise it: echo 128 | sudo tee "
              "/sys/module/usbcore/parameters/usbfs_memory_mb";
-    case LIBUSB_ERROR_PIPE: return "the camera refused it";
+    case LIBUSB_ERROR_PIPE: return "the camera refused it. Re-plug the camera";
     case LIBUSB_ERROR_TIMEOUT: return "no answer in time. Re-plug the camera";
     case LIBUSB_ERROR_INVALID_PARAM:
     case LIBUSB_ERROR_NOT_FOUND:
