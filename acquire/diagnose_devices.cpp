@@ -16,7 +16,7 @@
 #include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
 #include "acquire/usb/usb_context.h"
-#include "acquire/usb/uvc_camera.h"
+#include "acquire/uvc/uvc_camera.h"
 
 namespace scanknit {
 namespace {

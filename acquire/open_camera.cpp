@@ -12,8 +12,8 @@
 #include "acquire/reconnecting_source.h"
 #include "acquire/usb/usb_context.h"
 #include "acquire/usb/usb_numbers.h"
-#include "acquire/usb/uvc_camera.h"
-#include "acquire/usb/uvc_descriptors.h"
+#include "acquire/uvc/uvc_camera.h"
+#include "acquire/uvc/uvc_descriptors.h"
 #include "acquire/waiting.h"
 
 namespace scanknit {

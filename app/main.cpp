@@ -1,6 +1,6 @@
 #include <csignal>
 
-#include "app/cli.h"
+#include "app/cli/cli.h"
 #include "core/freed_memory.h"
 
 int main(int argc, char** argv) {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "acquire/synthetic/camera_paths.h"
-#include "acquire/synthetic/render.h"
-#include "acquire/synthetic/scene.h"
 #include "fusion/align/align_scans.h"
-#include "fusion/range_integrate.h"
+#include "fusion/integrate/range_integrate.h"
+#include "synth/render.h"
+#include "synth/scene/camera_paths.h"
+#include "synth/scene/scene.h"
 
 namespace scanknit {
 namespace {

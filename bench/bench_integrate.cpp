@@ -7,10 +7,10 @@
 #include <variant>
 #include <vector>
 
-#include "acquire/depth_filter.h"
-#include "acquire/synthetic/synthetic_source.h"
-#include "fusion/integrate.h"
-#include "fusion/tsdf_volume.h"
+#include "acquire/filter/depth_filter.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/volume/tsdf_volume.h"
+#include "synth/synthetic_source.h"
 
 namespace scanknit {
 namespace {

@@ -6,13 +6,13 @@
 #include <variant>
 #include <vector>
 
-#include "acquire/depth_filter.h"
-#include "acquire/synthetic/synthetic_source.h"
-#include "fusion/icp.h"
-#include "fusion/integrate.h"
-#include "fusion/picture_shift.h"
-#include "fusion/raycast.h"
-#include "fusion/surface_pyramid.h"
+#include "acquire/filter/depth_filter.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/track/icp.h"
+#include "fusion/track/picture_shift.h"
+#include "fusion/track/raycast.h"
+#include "fusion/track/surface_pyramid.h"
+#include "synth/synthetic_source.h"
 
 namespace scanknit {
 namespace {

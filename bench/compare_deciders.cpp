@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "bench/noise_volume.h"
+#include "extract/cell/face_decider.h"
 #include "extract/extract_surface.h"
-#include "extract/face_decider.h"
 
 namespace scanknit {
 namespace {

@@ -16,12 +16,12 @@
 #include <variant>
 #include <vector>
 
-#include "acquire/depth_filter.h"
+#include "acquire/filter/depth_filter.h"
 #include "acquire/frame_source.h"
-#include "core/ascii_numbers.h"
+#include "core/files/ascii_numbers.h"
 #include "core/freed_memory.h"
-#include "fusion/integrate.h"
-#include "fusion/tracker.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/track/tracker.h"
 
 namespace scanknit {
 namespace {

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <span>
 
-#include "core/mesh_area.h"
-#include "core/mesh_pieces.h"
-#include "core/unused_vertices.h"
+#include "core/mesh/mesh_area.h"
+#include "core/mesh/mesh_pieces.h"
+#include "core/mesh/unused_vertices.h"
 
 namespace scanknit {
 namespace {

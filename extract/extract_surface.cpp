@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "core/check.h"
+#include "extract/blocks/vdb_blocks.h"
 #include "extract/marching_cubes.h"
 #include "extract/reference/marching_tetrahedra.h"
 #include "extract/smooth_normals.h"
-#include "extract/vdb_blocks.h"
 
 namespace scanknit {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "core/mesh.h"
 #include "core/result.h"
-#include "extract/case_counts.h"
-#include "extract/dense_blocks.h"
+#include "extract/blocks/dense_blocks.h"
+#include "extract/cell/case_counts.h"
 #include "extract/extract_config.h"
 #include "extract/field_view.h"
 

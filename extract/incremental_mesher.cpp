@@ -13,11 +13,11 @@
 #include <utility>
 
 #include "core/check.h"
-#include "extract/block_topology.h"
-#include "extract/cell_table.h"
+#include "extract/blocks/block_topology.h"
+#include "extract/blocks/neighbours.h"
+#include "extract/cell/cell_table.h"
+#include "extract/cell/resolve_cell.h"
 #include "extract/extract_surface.h"
-#include "extract/neighbours.h"
-#include "extract/resolve_cell.h"
 #include "extract/smooth_normals.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"

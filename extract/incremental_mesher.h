@@ -9,10 +9,10 @@
 
 #include "core/mesh.h"
 #include "core/result.h"
-#include "extract/block.h"
+#include "extract/blocks/block.h"
+#include "extract/blocks/vdb_blocks.h"
 #include "extract/extract_config.h"
 #include "extract/field_view.h"
-#include "extract/vdb_blocks.h"
 
 namespace scanknit {
 

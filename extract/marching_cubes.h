@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/mesh.h"
-#include "extract/block.h"
-#include "extract/case_counts.h"
-#include "extract/classified_blocks.h"
+#include "extract/blocks/block.h"
+#include "extract/blocks/classified_blocks.h"
+#include "extract/cell/case_counts.h"
 #include "extract/extract_config.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/mesh_area.h"
+#include "core/mesh/mesh_area.h"
 
 namespace scanknit {
 

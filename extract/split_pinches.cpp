@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/disjoint_sets.h"
+#include "core/mesh/disjoint_sets.h"
 
 namespace scanknit {
 namespace {

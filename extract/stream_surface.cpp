@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "extract/dense_blocks.h"
+#include "extract/blocks/dense_blocks.h"
 #include "extract/extract_surface.h"
 #include "extract/marching_cubes.h"
 

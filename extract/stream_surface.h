@@ -7,7 +7,7 @@
 
 #include "core/mesh.h"
 #include "core/result.h"
-#include "extract/case_counts.h"
+#include "extract/cell/case_counts.h"
 #include "extract/extract_config.h"
 #include "extract/volume/slice_reader.h"
 

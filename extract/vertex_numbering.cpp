@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "extract/bit_count.h"
+#include "extract/blocks/bit_count.h"
 
 namespace scanknit {
 namespace {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "extract/block_topology.h"
-#include "extract/cell_table.h"
+#include "extract/blocks/block_topology.h"
+#include "extract/cell/cell_table.h"
 
 namespace scanknit {
 

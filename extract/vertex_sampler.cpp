@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "extract/crossing_points.h"
+#include "extract/blocks/crossing_points.h"
 
 namespace scanknit {
 namespace {

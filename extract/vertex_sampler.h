@@ -6,10 +6,10 @@
 #include <algorithm>
 
 #include "core/image.h"
-#include "extract/block.h"
-#include "extract/cell.h"
+#include "extract/blocks/block.h"
+#include "extract/cell/cell.h"
+#include "extract/cell/triangulate_cell.h"
 #include "extract/extract_config.h"
-#include "extract/triangulate_cell.h"
 
 namespace scanknit {
 

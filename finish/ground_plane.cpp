@@ -17,7 +17,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/mesh_area.h"
+#include "core/mesh/mesh_area.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

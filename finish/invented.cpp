@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/mesh_area.h"
+#include "core/mesh/mesh_area.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <tuple>
 
-#include "core/unused_vertices.h"
+#include "core/mesh/unused_vertices.h"
 
 namespace scanknit {
 namespace {

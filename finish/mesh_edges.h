@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/disjoint_sets.h"
 #include "core/mesh.h"
+#include "core/mesh/disjoint_sets.h"
 
 namespace scanknit {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/mesh_area.h"
-#include "core/mesh_pieces.h"
+#include "core/mesh/mesh_area.h"
+#include "core/mesh/mesh_pieces.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/unused_vertices.h"
+#include "core/mesh/unused_vertices.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {

@@ -10,13 +10,13 @@
 #include <utility>
 #include <variant>
 
-#include "acquire/depth_filter.h"
+#include "acquire/filter/depth_filter.h"
 #include "acquire/frame_source.h"
 #include "core/version.h"
-#include "export/write_mesh.h"
+#include "export/mesh/write_mesh.h"
 #include "extract/extract_surface.h"
-#include "fusion/integrate.h"
-#include "fusion/tsdf_volume.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/volume/tsdf_volume.h"
 #include "python/arrays.h"
 
 namespace py = pybind11;

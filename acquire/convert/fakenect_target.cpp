@@ -8,8 +8,8 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
-#include "acquire/record/byte_appender.h"
-#include "core/atomic_file.h"
+#include "acquire/mcap/byte_appender.h"
+#include "core/files/atomic_file.h"
 
 namespace scanknit {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
-#include "core/atomic_file.h"
-#include "core/jpeg_structure.h"
+#include "core/files/atomic_file.h"
+#include "core/files/jpeg_structure.h"
 
 namespace scanknit {
 namespace {

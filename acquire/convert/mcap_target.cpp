@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "acquire/convert/recording_target.h"
-#include "acquire/record/byte_appender.h"
+#include "acquire/mcap/byte_appender.h"
 #include "acquire/record/recording_writer.h"
-#include "core/atomic_file.h"
-#include "core/jpeg_structure.h"
+#include "core/files/atomic_file.h"
+#include "core/files/jpeg_structure.h"
 
 namespace scanknit {
 namespace {

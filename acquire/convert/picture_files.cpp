@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "core/atomic_file.h"
+#include "core/files/atomic_file.h"
 
 namespace scanknit {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 
 namespace scanknit {
 namespace {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "acquire/layouts/oni_file.h"
 #include "acquire/reconnecting_source.h"
-#include "acquire/replay/oni_file.h"
 #include "acquire/waiting.h"
 #include "core/version.h"
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 
+#include "acquire/layouts/pcd_points.h"
 #include "acquire/range/range_files.h"
-#include "acquire/replay/pcd_points.h"
 
 namespace scanknit {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "acquire/range/range_files.h"
-#include "core/ascii_numbers.h"
 #include "core/checked_math.h"
+#include "core/files/ascii_numbers.h"
 
 namespace scanknit {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "acquire/range/estimate_sight.h"
 #include "acquire/range/range_files.h"
-#include "core/ascii_numbers.h"
 #include "core/checked_math.h"
-#include "core/ply_numbers.h"
+#include "core/files/ascii_numbers.h"
+#include "core/files/ply_numbers.h"
 
 namespace scanknit {
 namespace {

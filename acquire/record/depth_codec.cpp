@@ -7,7 +7,7 @@
 #include <cstring>
 #include <memory>
 
-#include "acquire/record/zstd_bytes.h"
+#include "acquire/mcap/zstd_bytes.h"
 
 namespace scanknit {
 namespace {

@@ -5,11 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "acquire/record/byte_appender.h"
+#include "acquire/mcap/byte_appender.h"
+#include "acquire/mcap/zstd_bytes.h"
 #include "acquire/record/depth_codec.h"
-#include "acquire/record/zstd_bytes.h"
-#include "core/byte_reader.h"
 #include "core/checked_math.h"
+#include "core/files/byte_reader.h"
 
 namespace scanknit {
 namespace {

@@ -12,8 +12,8 @@
 #include <stop_token>
 #include <thread>
 
+#include "acquire/mcap/append_file.h"
 #include "acquire/raw_frame.h"
-#include "acquire/record/append_file.h"
 #include "acquire/record/recording_writer.h"
 #include "core/bounded_queue.h"
 #include "core/result.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "acquire/mcap/mcap_format.h"
 #include "acquire/raw_frame.h"
-#include "acquire/record/mcap_format.h"
 #include "core/result.h"
 
 namespace scanknit {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "acquire/mcap/mcap_writer.h"
 #include "acquire/raw_frame.h"
-#include "acquire/record/mcap_writer.h"
 #include "acquire/record/recording_channels.h"
 #include "core/result.h"
 

@@ -3,11 +3,11 @@
 #include <optional>
 #include <span>
 
-#include "acquire/record/append_file.h"
-#include "acquire/record/mcap_reader.h"
-#include "acquire/record/mcap_writer.h"
+#include "acquire/mcap/append_file.h"
+#include "acquire/mcap/mcap_reader.h"
+#include "acquire/mcap/mcap_writer.h"
 #include "acquire/record/new_recording.h"
-#include "core/atomic_file.h"
+#include "core/files/atomic_file.h"
 
 namespace scanknit {
 

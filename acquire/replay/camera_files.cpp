@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquire/replay/text_numbers.h"
-#include "core/read_file.h"
+#include "core/files/read_file.h"
 
 namespace scanknit {
 namespace {

@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "core/jpeg_structure.h"
-#include "core/png_structure.h"
-#include "core/read_file.h"
+#include "core/files/jpeg_structure.h"
+#include "core/files/png_structure.h"
+#include "core/files/read_file.h"
 
 namespace scanknit {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
+#include "acquire/mcap/random_access.h"
 #include "acquire/raw_frame.h"
-#include "acquire/record/random_access.h"
 #include "acquire/replay/recording.h"
 #include "core/result.h"
 

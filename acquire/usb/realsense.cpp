@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 
 namespace scanknit {
 namespace {

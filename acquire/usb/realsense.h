@@ -7,7 +7,7 @@
 #include "acquire/raw_frame.h"
 #include "acquire/usb/realsense_tables.h"
 #include "acquire/usb/usb_context.h"
-#include "acquire/usb/uvc_descriptors.h"
+#include "acquire/uvc/uvc_descriptors.h"
 #include "core/result.h"
 
 namespace scanknit {

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <optional>
 
-#include "core/byte_reader.h"
-#include "core/crc32.h"
+#include "core/files/byte_reader.h"
+#include "core/files/crc32.h"
 
 // Layouts after librealsense (Apache-2.0), src/ds/d400/d400-private.h and src/hw-monitor.h; numbers are little endian.
 namespace scanknit {

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "acquire/usb/uvc_assembler.h"
+#include "acquire/uvc/uvc_assembler.h"
 #include "core/result.h"
 
 struct libusb_transfer;

@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "acquire/depth_filter.h"
-#include "export/write_mesh.h"
+#include "acquire/filter/depth_filter.h"
+#include "export/mesh/write_mesh.h"
 #include "extract/extract_surface.h"
-#include "fusion/integrate.h"
-#include "fusion/tsdf_volume.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/volume/tsdf_volume.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/check.h"
-#include "extract/superlevel_components.h"
+#include "extract/cell/superlevel_components.h"
 
 namespace scanknit {
 namespace {

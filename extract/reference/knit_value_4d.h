@@ -1,7 +1,7 @@
 // The knit value of a 4-cube, for a volume that varies with time.
 #pragma once
 
-#include "extract/knit_value.h"
+#include "extract/cell/knit_value.h"
 
 namespace scanknit {
 

@@ -3,7 +3,7 @@
 
 #include <bit>
 
-#include "extract/cell.h"
+#include "extract/cell/cell.h"
 
 namespace scanknit {
 

@@ -3,7 +3,7 @@
 
 #include "core/mesh.h"
 #include "core/result.h"
-#include "extract/block.h"
+#include "extract/blocks/block.h"
 #include "extract/extract_config.h"
 #include "extract/reference/tetrahedra.h"
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "extract/cell.h"
+#include "extract/cell/cell.h"
 
 namespace scanknit {
 

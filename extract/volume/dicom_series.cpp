@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/check.h"
+#include "core/files/read_file.h"
 #include "core/limits.h"
-#include "core/read_file.h"
 #include "extract/volume/dicom_structure.h"
 #include "extract/volume/header_text.h"
 #include "extract/volume/readers.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 
 namespace scanknit {
 namespace {

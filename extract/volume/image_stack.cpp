@@ -5,10 +5,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "core/byte_reader.h"
 #include "core/check.h"
+#include "core/files/byte_reader.h"
+#include "core/files/read_file.h"
 #include "core/limits.h"
-#include "core/read_file.h"
 #include "extract/volume/header_text.h"
 #include "extract/volume/natural_order.h"
 #include "extract/volume/readers.h"

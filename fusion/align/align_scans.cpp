@@ -7,7 +7,7 @@
 
 #include "core/check.h"
 #include "fusion/align/coarse_search.h"
-#include "fusion/pose_graph.h"
+#include "fusion/loops/pose_graph.h"
 
 namespace scanknit {
 namespace {

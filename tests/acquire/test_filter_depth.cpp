@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "acquire/depth_filter.h"
+#include "acquire/filter/depth_filter.h"
 #include "test_filter_scenes.h"
 
 namespace scanknit::test {

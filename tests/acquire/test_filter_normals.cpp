@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "acquire/depth_filter.h"
+#include "acquire/filter/depth_filter.h"
 #include "test_filter_scenes.h"
 
 namespace scanknit::test {

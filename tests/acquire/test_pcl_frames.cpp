@@ -6,8 +6,8 @@
 
 #include <limits>
 
-#include "acquire/outlier_filter.h"
-#include "acquire/replay/pcd_header.h"
+#include "acquire/filter/outlier_filter.h"
+#include "acquire/layouts/pcd_header.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

@@ -4,11 +4,11 @@
 #include <cstring>
 #include <random>
 
-#include "acquire/record/byte_appender.h"
+#include "acquire/mcap/byte_appender.h"
+#include "acquire/mcap/zstd_bytes.h"
 #include "acquire/record/depth_codec.h"
 #include "acquire/record/picture_message.h"
-#include "acquire/record/zstd_bytes.h"
-#include "core/crc32.h"
+#include "core/files/crc32.h"
 #include "raw_frames.h"
 
 namespace scanknit::test {

@@ -8,11 +8,11 @@
 
 #include "acquire/convert/convert_recording.h"
 #include "acquire/convert/picture_files.h"
-#include "acquire/record/append_file.h"
+#include "acquire/mcap/append_file.h"
 #include "acquire/record/recording_writer.h"
 #include "acquire/record/repair_recording.h"
 #include "acquire/replay/picture_codec.h"
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 

@@ -3,12 +3,12 @@
 
 #include <map>
 
-#include "acquire/record/byte_appender.h"
-#include "acquire/record/mcap_reader.h"
-#include "acquire/record/mcap_writer.h"
-#include "acquire/record/zstd_bytes.h"
-#include "core/byte_reader.h"
-#include "core/crc32.h"
+#include "acquire/mcap/byte_appender.h"
+#include "acquire/mcap/mcap_reader.h"
+#include "acquire/mcap/mcap_writer.h"
+#include "acquire/mcap/zstd_bytes.h"
+#include "core/files/byte_reader.h"
+#include "core/files/crc32.h"
 
 namespace scanknit::test {
 namespace {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "acquire/live/raw_decode.h"
-#include "acquire/record/mcap_reader.h"
+#include "acquire/mcap/mcap_reader.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recorder.h"
 #include "acquire/record/repair_recording.h"

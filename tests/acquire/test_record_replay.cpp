@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "acquire/live/raw_decode.h"
-#include "acquire/record/append_file.h"
+#include "acquire/mcap/append_file.h"
 #include "acquire/record/recording_writer.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"

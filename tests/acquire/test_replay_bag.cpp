@@ -6,8 +6,8 @@
 #include <array>
 #include <map>
 
-#include "acquire/record/byte_appender.h"
-#include "acquire/replay/ros_bag.h"
+#include "acquire/layouts/ros_bag.h"
+#include "acquire/mcap/byte_appender.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

@@ -3,9 +3,9 @@
 
 #include <fstream>
 
-#include "acquire/record/byte_appender.h"
-#include "acquire/replay/oni_depth.h"
-#include "acquire/replay/oni_file.h"
+#include "acquire/layouts/oni_depth.h"
+#include "acquire/layouts/oni_file.h"
+#include "acquire/mcap/byte_appender.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

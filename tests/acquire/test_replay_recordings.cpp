@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquire/depth_filter.h"
+#include "acquire/filter/depth_filter.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

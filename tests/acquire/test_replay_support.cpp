@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "core/read_file.h"
+#include "core/files/read_file.h"
 
 namespace scanknit::test {
 

@@ -7,11 +7,11 @@
 #include <numbers>
 #include <random>
 
-#include "acquire/synthetic/camera_paths.h"
-#include "acquire/synthetic/render.h"
-#include "acquire/synthetic/scene.h"
 #include "fusion/align/align_scans.h"
-#include "fusion/range_surface.h"
+#include "fusion/integrate/range_surface.h"
+#include "synth/render.h"
+#include "synth/scene/camera_paths.h"
+#include "synth/scene/scene.h"
 
 namespace scanknit {
 namespace {

@@ -8,10 +8,10 @@
 #include <variant>
 #include <vector>
 
-#include "acquire/depth_filter.h"
-#include "acquire/synthetic/scene.h"
-#include "acquire/synthetic/synthetic_source.h"
+#include "acquire/filter/depth_filter.h"
 #include "fusion/fusion_config.h"
+#include "synth/scene/scene.h"
+#include "synth/synthetic_source.h"
 
 namespace scanknit::test {
 

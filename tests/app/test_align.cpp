@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "export/read_mesh.h"
+#include "export/mesh/read_mesh.h"
 #include "fusion/align/point_grid.h"
 #include "tests/app/program.h"
 #include "tests/app/range_grids.h"

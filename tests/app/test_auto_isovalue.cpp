@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "app/auto_isovalue.h"
+#include "app/scan/auto_isovalue.h"
 
 namespace scanknit {
 namespace {

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <string>
 
-#include "app/config_load.h"
-#include "app/presets.h"
+#include "app/config/config_load.h"
+#include "app/config/presets.h"
 
 namespace scanknit {
 namespace {

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "app/config_load.h"
-#include "app/config_print.h"
-#include "app/config_schema.h"
-#include "app/presets.h"
+#include "app/config/config_load.h"
+#include "app/config/config_print.h"
+#include "app/config/config_schema.h"
+#include "app/config/presets.h"
 
 namespace scanknit {
 namespace {

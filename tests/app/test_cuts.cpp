@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
-#include "fusion/integrate.h"
-#include "fusion/tracker.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/track/tracker.h"
 #include "tests/app/small_scan.h"
 
 namespace scanknit {

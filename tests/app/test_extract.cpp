@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "export/read_mesh.h"
+#include "export/mesh/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/app/scan.h"
 #include "tests/app/volume_files.h"

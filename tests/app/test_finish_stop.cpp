@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/finish_surface.h"
+#include "app/scan/finish_surface.h"
 #include "tests/core/sample_meshes.h"
 
 namespace scanknit {

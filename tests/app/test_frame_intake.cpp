@@ -1,12 +1,12 @@
 // FrameIntake: which frames a scan is made of, and what becomes of the others.
-#include "app/frame_intake.h"
+#include "app/scan/frame_intake.h"
 
 #include <gtest/gtest.h>
 
 #include <deque>
 #include <utility>
 
-#include "app/only_frames.h"
+#include "app/scan/only_frames.h"
 
 namespace scanknit {
 namespace {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "app/live_mesh.h"
+#include "app/live/live_mesh.h"
 #include "extract/extract_surface.h"
-#include "fusion/integrate.h"
+#include "fusion/integrate/integrate.h"
 #include "tests/app/small_scan.h"
 
 namespace scanknit {

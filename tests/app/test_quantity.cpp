@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "app/quantity.h"
+#include "app/config/quantity.h"
 
 namespace scanknit {
 namespace {

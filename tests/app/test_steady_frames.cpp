@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "app/steady_frames.h"
+#include "app/scan/steady_frames.h"
 
 namespace scanknit {
 namespace {

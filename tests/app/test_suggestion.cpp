@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "app/suggestion.h"
+#include "app/cli/suggestion.h"
 
 namespace scanknit {
 namespace {

@@ -9,7 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "acquire/synthetic/scene.h"
+#include "synth/scene/scene.h"
 #include "tests/app/suite_folder.h"
 #include "tests/app/textured_glb.h"
 #include "tests/core/welded_mesh.h"

@@ -6,7 +6,7 @@
 #include <regex>
 #include <string>
 
-#include "app/tracking_advice.h"
+#include "app/live/tracking_advice.h"
 
 namespace scanknit {
 namespace {

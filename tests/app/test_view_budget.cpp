@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "app/view_budget.h"
+#include "app/live/view_budget.h"
 
 namespace scanknit {
 namespace {

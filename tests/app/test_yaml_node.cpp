@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "app/yaml_node.h"
+#include "app/config/yaml_node.h"
 
 namespace scanknit {
 namespace {

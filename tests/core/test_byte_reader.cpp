@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 
 namespace scanknit {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/mesh.h"
-#include "core/mesh_area.h"
+#include "core/mesh/mesh_area.h"
 #include "tests/core/sample_meshes.h"
 
 namespace scanknit {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/read_file.h"
+#include "core/files/read_file.h"
 #include "tests/core/temporary_folder.h"
 
 namespace scanknit {

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "core/split_mesh.h"
+#include "core/mesh/split_mesh.h"
 
 namespace scanknit {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cstdlib>
 
-#include "export/mesh_writers.h"
-#include "export/read_mesh.h"
-#include "export/write_mesh.h"
+#include "export/mesh/mesh_writers.h"
+#include "export/mesh/read_mesh.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -8,9 +8,9 @@
 #include <set>
 #include <tuple>
 
-#include "export/mesh_readers.h"
-#include "export/read_mesh.h"
-#include "export/write_mesh.h"
+#include "export/mesh/mesh_readers.h"
+#include "export/mesh/read_mesh.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "export/glb_packing.h"
-#include "export/mesh_readers.h"
-#include "export/write_mesh.h"
+#include "export/glb/glb_packing.h"
+#include "export/mesh/mesh_readers.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/every_packing.h"
 #include "tests/export/texture_samples.h"

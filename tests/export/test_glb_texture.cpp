@@ -6,13 +6,13 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "core/crc32.h"
-#include "export/encode_picture.h"
-#include "export/glb_container.h"
-#include "export/mesh_extension.h"
-#include "export/mesh_readers.h"
-#include "export/srgb.h"
-#include "export/write_mesh.h"
+#include "core/files/crc32.h"
+#include "export/glb/glb_container.h"
+#include "export/mesh/mesh_extension.h"
+#include "export/mesh/mesh_readers.h"
+#include "export/mesh/write_mesh.h"
+#include "export/picture/encode_picture.h"
+#include "export/texture/srgb.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/every_packing.h"
 #include "tests/export/export_samples.h"

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
-#include "export/encode_picture.h"
-#include "export/write_mesh.h"
+#include "export/mesh/write_mesh.h"
+#include "export/picture/encode_picture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
 

@@ -4,10 +4,10 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "core/byte_reader.h"
+#include "core/files/byte_reader.h"
 #include "core/version.h"
-#include "export/mesh_writers.h"
-#include "export/write_mesh.h"
+#include "export/mesh/mesh_writers.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

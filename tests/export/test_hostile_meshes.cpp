@@ -3,8 +3,8 @@
 
 #include <cstring>
 
-#include "export/mesh_readers.h"
-#include "export/write_mesh.h"
+#include "export/mesh/mesh_readers.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "export/mesh_spill.h"
-#include "export/read_mesh.h"
+#include "export/mesh/read_mesh.h"
+#include "export/spill/mesh_spill.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

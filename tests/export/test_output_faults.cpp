@@ -5,8 +5,8 @@
 
 #include <limits>
 
-#include "export/preview.h"
-#include "export/write_mesh.h"
+#include "export/mesh/write_mesh.h"
+#include "export/picture/preview.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numbers>
 
-#include "export/preview.h"
-#include "export/rasteriser.h"
-#include "export/view_choice.h"
+#include "export/picture/preview.h"
+#include "export/picture/rasteriser.h"
+#include "export/texture/view_choice.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -1,8 +1,8 @@
 // Files that other programs write.
 #include <gtest/gtest.h>
 
-#include "export/mesh_readers.h"
-#include "export/read_mesh.h"
+#include "export/mesh/mesh_readers.h"
+#include "export/mesh/read_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

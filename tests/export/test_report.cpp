@@ -3,8 +3,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "export/mesh_stats.h"
-#include "export/report.h"
+#include "export/mesh/mesh_stats.h"
+#include "export/report/report.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "export/preview.h"
-#include "export/report.h"
-#include "export/report_page.h"
+#include "export/picture/preview.h"
+#include "export/report/report.h"
+#include "export/report/report_page.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

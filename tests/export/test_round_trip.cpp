@@ -1,9 +1,9 @@
 // Every format is written and read back.
 #include <gtest/gtest.h>
 
-#include "export/mesh_extension.h"
-#include "export/read_mesh.h"
-#include "export/write_mesh.h"
+#include "export/mesh/mesh_extension.h"
+#include "export/mesh/read_mesh.h"
+#include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "export/srgb.h"
+#include "export/texture/srgb.h"
 
 namespace scanknit {
 namespace {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "export/stitch_borders.h"
+#include "export/spill/stitch_borders.h"
 #include "tests/export/texture_samples.h"
 
 namespace scanknit {

@@ -3,8 +3,8 @@
 
 #include <numbers>
 
-#include "export/holes.h"
-#include "export/surface_fit.h"
+#include "export/mesh/holes.h"
+#include "export/picture/surface_fit.h"
 #include "tests/export/export_samples.h"
 
 namespace scanknit {

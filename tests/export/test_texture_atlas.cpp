@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
-#include "export/atlas_charts.h"
-#include "export/atlas_packing.h"
+#include "export/texture/atlas_charts.h"
+#include "export/texture/atlas_packing.h"
 #include "tests/core/welded_mesh.h"
 #include "tests/export/texture_samples.h"
 

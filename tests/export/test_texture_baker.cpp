@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "export/srgb.h"
-#include "export/texel_size.h"
-#include "export/texture_baker.h"
-#include "export/texture_fill.h"
+#include "export/texture/srgb.h"
+#include "export/texture/texel_size.h"
+#include "export/texture/texture_baker.h"
+#include "export/texture/texture_fill.h"
 #include "tests/export/texture_samples.h"
 
 namespace scanknit {

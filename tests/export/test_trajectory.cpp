@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <sstream>
 
-#include "export/report.h"
+#include "export/report/report.h"
 
 namespace scanknit {
 namespace {

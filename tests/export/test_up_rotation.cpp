@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <array>
 
-#include "export/up_rotation.h"
+#include "export/mesh/up_rotation.h"
 
 namespace scanknit {
 namespace {

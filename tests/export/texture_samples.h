@@ -5,9 +5,9 @@
 #include <functional>
 
 #include "core/frame.h"
-#include "export/encode_picture.h"
-#include "export/mesh_texture.h"
-#include "export/texture_atlas.h"
+#include "export/picture/encode_picture.h"
+#include "export/texture/mesh_texture.h"
+#include "export/texture/texture_atlas.h"
 #include "tests/export/export_samples.h"
 
 namespace scanknit::test {

@@ -1,5 +1,5 @@
 // The frequency table: every cell is counted once, as what it is.
-#include "extract/case_counts.h"
+#include "extract/cell/case_counts.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "extract/triangulate_cell.h"
+#include "extract/cell/triangulate_cell.h"
 
 namespace scanknit {
 namespace {

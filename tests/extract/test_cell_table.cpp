@@ -1,5 +1,5 @@
 // Every row of the CellTable is a sound piece of surface. There are few enough to look at all of them.
-#include "extract/cell_table.h"
+#include "extract/cell/cell_table.h"
 
 #include <gtest/gtest.h>
 

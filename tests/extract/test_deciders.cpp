@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "extract/knit_value.h"
-#include "extract/resolve_cell.h"
+#include "extract/cell/knit_value.h"
+#include "extract/cell/resolve_cell.h"
 #include "tests/extract/volumes.h"
 
 namespace scanknit {

@@ -1,5 +1,5 @@
 // An array of samples gives the surface that the same samples give in an OpenVDB grid, whatever its size and transform.
-#include "extract/dense_blocks.h"
+#include "extract/blocks/dense_blocks.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
-#include "extract/cell.h"
-#include "extract/face_decider.h"
+#include "extract/cell/cell.h"
+#include "extract/cell/face_decider.h"
 
 namespace scanknit {
 namespace {

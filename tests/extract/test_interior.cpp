@@ -8,10 +8,10 @@
 #include <random>
 #include <set>
 
-#include "extract/contours.h"
-#include "extract/cube_symmetry.h"
-#include "extract/face_decider.h"
-#include "extract/interior_test.h"
+#include "extract/cell/contours.h"
+#include "extract/cell/cube_symmetry.h"
+#include "extract/cell/face_decider.h"
+#include "extract/cell/interior_test.h"
 #include "tests/extract/trilinear_truth.h"
 
 namespace scanknit {

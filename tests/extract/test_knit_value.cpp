@@ -9,9 +9,9 @@
 #include <set>
 #include <vector>
 
-#include "extract/knit_value.h"
+#include "extract/cell/knit_value.h"
+#include "extract/cell/superlevel_components.h"
 #include "extract/reference/knit_value_4d.h"
-#include "extract/superlevel_components.h"
 #include "tests/extract/trilinear_truth.h"
 
 namespace scanknit {

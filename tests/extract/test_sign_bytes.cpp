@@ -1,5 +1,5 @@
 // Signs of samples, and all that is built on them, are the same bits for every instruction set.
-#include "extract/sign_bytes.h"
+#include "extract/blocks/sign_bytes.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

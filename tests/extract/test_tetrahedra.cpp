@@ -4,7 +4,7 @@
 #include <numbers>
 #include <set>
 
-#include "core/mesh_area.h"
+#include "core/mesh/mesh_area.h"
 #include "extract/reference/marching_tetrahedra.h"
 #include "tests/extract/volumes.h"
 

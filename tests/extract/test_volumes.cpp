@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "extract/sign_bytes.h"
+#include "extract/blocks/sign_bytes.h"
 #include "tests/extract/volumes.h"
 
 namespace scanknit {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "extract/cell.h"
+#include "extract/cell/cell.h"
 
 namespace scanknit::test {
 

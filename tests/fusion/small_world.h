@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "fusion/model_view.h"
+#include "fusion/track/model_view.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit::test {

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "fusion/integrate.h"
+#include "fusion/integrate/integrate.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "fusion/depth_pyramid.h"
+#include "fusion/integrate/depth_pyramid.h"
 
 namespace scanknit {
 namespace {

@@ -1,4 +1,4 @@
-#include "fusion/icp.h"
+#include "fusion/track/icp.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

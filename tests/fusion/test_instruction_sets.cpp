@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "fusion/icp.h"
-#include "fusion/integrate.h"
-#include "fusion/picture_shift.h"
-#include "fusion/raycast.h"
-#include "fusion/surface_pyramid.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/track/icp.h"
+#include "fusion/track/picture_shift.h"
+#include "fusion/track/raycast.h"
+#include "fusion/track/surface_pyramid.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

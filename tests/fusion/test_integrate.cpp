@@ -6,9 +6,9 @@
 #include <random>
 #include <set>
 
-#include "fusion/band_blocks.h"
-#include "fusion/integrate.h"
-#include "fusion/update_block.h"
+#include "fusion/integrate/band_blocks.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/integrate/update_block.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit {

@@ -1,4 +1,4 @@
-#include "fusion/loop_closure.h"
+#include "fusion/loops/loop_closure.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "fusion/pose_graph.h"
+#include "fusion/loops/pose_graph.h"
 
 namespace scanknit {
 namespace {

@@ -1,9 +1,9 @@
-#include "fusion/raycast.h"
+#include "fusion/track/raycast.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fusion/integrate.h"
+#include "fusion/integrate/integrate.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

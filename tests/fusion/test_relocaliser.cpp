@@ -1,4 +1,4 @@
-#include "fusion/relocaliser.h"
+#include "fusion/loops/relocaliser.h"
 
 #include <gtest/gtest.h>
 

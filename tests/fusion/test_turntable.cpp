@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "acquire/synthetic/counter_random.h"
-#include "fusion/look_through.h"
-#include "fusion/still_scene.h"
-#include "fusion/turntable_prior.h"
-#include "fusion/turntable_solver.h"
-#include "fusion/turntable_space.h"
+#include "fusion/turntable/look_through.h"
+#include "fusion/turntable/still_scene.h"
+#include "fusion/turntable/turntable_prior.h"
+#include "fusion/turntable/turntable_solver.h"
+#include "fusion/turntable/turntable_space.h"
+#include "synth/counter_random.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

@@ -1,4 +1,4 @@
-#include "fusion/visible_blocks.h"
+#include "fusion/track/visible_blocks.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "fusion/integrate.h"
+#include "fusion/integrate/integrate.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/read_file.h"
-#include "fusion/integrate.h"
-#include "fusion/tsdf_volume.h"
+#include "core/files/read_file.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/volume/tsdf_volume.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit {

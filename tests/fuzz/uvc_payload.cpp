@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "acquire/usb/uvc_assembler.h"
+#include "acquire/uvc/uvc_assembler.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "acquire/synthetic/synthetic_source.h"
+#include "synth/synthetic_source.h"
 
 namespace scanknit::test {
 

@@ -4,9 +4,9 @@
 #include <cstring>
 
 #include "acquire/frame_source.h"
-#include "acquire/replay/oni_file.h"
-#include "acquire/synthetic/surface_error.h"
-#include "export/read_mesh.h"
+#include "acquire/layouts/oni_file.h"
+#include "export/mesh/read_mesh.h"
+#include "synth/surface_error.h"
 #include "tests/app/program.h"
 #include "tests/openni2/emulated_pictures.h"
 #include "tests/openni2/oni_recorder.h"

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "acquire/layouts/oni_file.h"
 #include "acquire/openni2/openni2_plugin.h"
-#include "acquire/replay/oni_file.h"
 #include "tests/acquire/kept_frames.h"
 #include "tests/app/program.h"
 #include "tests/openni2/emulated_driver.h"

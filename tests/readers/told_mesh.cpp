@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "core/split_mesh.h"
-#include "export/write_mesh.h"
+#include "core/mesh/split_mesh.h"
+#include "export/mesh/write_mesh.h"
 
 namespace scanknit::test {
 

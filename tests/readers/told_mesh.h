@@ -5,7 +5,7 @@
 #include <string>
 
 #include "export/export_config.h"
-#include "export/mesh_texture.h"
+#include "export/texture/mesh_texture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
 #include "tests/readers/reader_sample.h"

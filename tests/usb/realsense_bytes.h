@@ -4,7 +4,7 @@
 #include <array>
 
 #include "acquire/usb/realsense_tables.h"
-#include "core/crc32.h"
+#include "core/files/crc32.h"
 #include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {

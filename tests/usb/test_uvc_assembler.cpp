@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "acquire/usb/uvc_assembler.h"
+#include "acquire/uvc/uvc_assembler.h"
 #include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "acquire/usb/uvc_descriptors.h"
+#include "acquire/uvc/uvc_descriptors.h"
 #include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {

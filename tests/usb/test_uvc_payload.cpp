@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "acquire/usb/uvc_payload.h"
-#include "acquire/usb/uvc_probe.h"
+#include "acquire/uvc/uvc_payload.h"
+#include "acquire/uvc/uvc_probe.h"
 #include "tests/usb/usb_bytes.h"
 
 namespace scanknit::test {

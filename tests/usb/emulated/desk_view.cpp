@@ -8,8 +8,8 @@
 #include <span>
 
 #include "acquire/convert/picture_files.h"
-#include "acquire/synthetic/render.h"
-#include "acquire/synthetic/synthetic_source.h"
+#include "synth/render.h"
+#include "synth/synthetic_source.h"
 #include "tests/app/program.h"
 
 namespace scanknit::test {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "acquire/raw_frame.h"
-#include "acquire/synthetic/scene.h"
 #include "core/camera.h"
 #include "core/pose.h"
+#include "synth/scene/scene.h"
 #include "tests/usb/vcam/vcam.h"
 
 namespace scanknit::test {

@@ -10,9 +10,9 @@
 
 #include "acquire/device_source.h"
 #include "acquire/frame_source.h"
-#include "acquire/synthetic/surface_error.h"
-#include "app/cli.h"
-#include "export/read_mesh.h"
+#include "app/cli/cli.h"
+#include "export/mesh/read_mesh.h"
+#include "synth/surface_error.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/desk_view.h"
 #include "tests/usb/emulated/emulated_bus.h"

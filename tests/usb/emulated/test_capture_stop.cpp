@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "acquire/synthetic/scene.h"
-#include "acquire/synthetic/synthetic_source.h"
+#include "synth/scene/scene.h"
+#include "synth/synthetic_source.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/desk_view.h"
 #include "tests/usb/emulated/emulated_bus.h"

@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "acquire/synthetic/scene.h"
-#include "acquire/synthetic/surface_error.h"
-#include "acquire/synthetic/synthetic_source.h"
-#include "export/read_mesh.h"
+#include "export/mesh/read_mesh.h"
+#include "synth/scene/scene.h"
+#include "synth/surface_error.h"
+#include "synth/synthetic_source.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/desk_view.h"
 #include "tests/usb/emulated/emulated_bus.h"

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "acquire/frame_source.h"
-#include "export/read_mesh.h"
+#include "export/mesh/read_mesh.h"
 #include "tests/app/program.h"
 #include "tests/usb/emulated/emulated_bus.h"
 #include "tests/usb/usb_bytes.h"

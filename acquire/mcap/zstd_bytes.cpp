@@ -1,0 +1,39 @@
+#include "acquire/mcap/zstd_bytes.h"
+
+#include <zstd.h>
+
+#include <memory>
+
+namespace scanknit {
+namespace {
+
+constexpr int kLevel = 1;
+
+}  // namespace
+
+std::vector<std::byte> zstd_pack(std::span<const std::byte> bytes) {
+  const std::size_t bound = ZSTD_compressBound(bytes.size());
+  const auto packed = std::make_unique_for_overwrite<std::byte[]>(bound);
+  const std::size_t size = ZSTD_compress(packed.get(), bound, bytes.data(), bytes.size(), kLevel);
+  SCANKNIT_CHECK(ZSTD_isError(size) == 0);  // the bound is enough; only memory could be short
+  return {packed.get(), packed.get() + size};
+}
+
+Result<std::vector<std::byte>> zstd_unpack(std::span<const std::byte> packed, std::size_t size) {
+  const unsigned long long stated = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (stated == ZSTD_CONTENTSIZE_ERROR || stated == ZSTD_CONTENTSIZE_UNKNOWN) {
+    return Error{ErrorCode::kInput, "the compressed data are truncated or no zstd frame with its size"};
+  }
+  if (stated != size) {
+    return Error{ErrorCode::kInput,
+                 "the compressed data hold " + std::to_string(stated) + " bytes, expected " + std::to_string(size)};
+  }
+  std::vector<std::byte> bytes(size);
+  const std::size_t unpacked = ZSTD_decompress(bytes.data(), bytes.size(), packed.data(), packed.size());
+  if (ZSTD_isError(unpacked) != 0 || unpacked != size) {
+    return Error{ErrorCode::kInput, "the compressed data are corrupt"};
+  }
+  return bytes;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,29 @@
+#include "app/cli/cli_align.h"
+
+#include <CLI/CLI.hpp>
+
+namespace scanknit {
+
+void add_align_options(CLI::App& command, AlignArguments& align) {
+  command
+      .add_option("scans", align.inputs,
+                  "Recordings, range scans (.ply .ply.gz .pcd .ptx), a list of them with poses (.conf), meshes, point "
+                  "clouds with normals")
+      ->required()
+      ->type_name("SCAN...");
+  command
+      .add_option("--initial", align.initial,
+                  "Where scans are, about: lines of SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row; "
+                  "SCAN is its number, from 1, or its file")
+      ->type_name("FILE");
+  command
+      .add_option("--markers", align.markers,
+                  "Points that several scans have in common: lines of SCAN MARKER x y z, metres in the scan's frame")
+      ->type_name("FILE");
+  command.add_flag("--refine", align.wants_refinement,
+                   "Correct the poses that a .conf or a PTX gives; default: they are taken as they are");
+  command.add_option("--points", align.points, "Write the points of all scans here, in one frame")
+      ->type_name("FILE.ply|.pcd");
+}
+
+}  // namespace scanknit

@@ -1,0 +1,310 @@
+// Every command of the program: its options, and what it calls.
+#include "app/cli/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "app/cli/cli_align.h"
+#include "app/cli/cli_options.h"
+#include "app/cli/command_tree.h"
+#include "app/cli/rig_options.h"
+#include "app/config/quantity.h"
+#include "synth/scene/scene.h"
+
+namespace scanknit {
+namespace {
+
+/// Of one object, walked round or turned.
+bool is_orbit(const ConfigSources& config) {
+  const auto& presets = config.presets;
+  return std::any_of(presets.begin(), presets.end(),
+                     [](const std::string& name) { return name == "object" || name == "turntable"; });
+}
+
+std::string why_not_mcap(const std::string& file) {
+  const bool is_mcap = std::filesystem::path(file).extension() == ".mcap";
+  return is_mcap ? "" : file + ": no such output: give a file that ends in .mcap";
+}
+
+void add_run(CLI::App& app, CommandLine& line) {
+  RunArguments& run = line.run;
+  CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
+  command->add_option("recording", run.recording, "Folder or file of the recording")
+      ->required()
+      ->type_name("RECORDING");
+  add_output_options(*command, run.outputs);
+  command->add_option("--from", run.from, "First frame, counting from 0")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
+  command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
+  add_choice(*command, line, "--pace", run.pace,
+             {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}},
+             "fast; realtime: by the recording's clock; stepped: a frame for each Enter; the mesh is the same")
+      ->type_name("PACE");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_shorthand(*command, line, "--poses", "acquire.poses",
+                "Where poses come from: auto, recording, track, refine, still");
+  add_turntable_options(*command, run);
+  add_texture_option(*command, line.common.config);
+  add_export_options(*command, line.common.config);
+  add_view_options(*command, run.view);
+  add_common(*command, line);
+  command->final_callback([&line] {
+    line.run.view.is_orbit = is_orbit(line.common.config);
+    line.command = [&line] { return run_command(line.run, line.common); };
+  });
+}
+
+void add_capture(CLI::App& app, CommandLine& line) {
+  CaptureArguments& capture = line.capture;
+  CLI::App* command = app.add_subcommand("capture", "Scan with a scanner that is plugged in, and write the mesh");
+  add_output_options(*command, capture.outputs);
+  add_scanner_options(*command, capture.scanner);
+  auto* recording = command->add_option("--recording", capture.recording, "Keep the raw pictures here (default: OUT)")
+                        ->check(why_not_mcap)
+                        ->type_name("FILE.mcap");
+  command->add_flag("!--no-recording", capture.wants_recording, "Do not keep the raw pictures")->excludes(recording);
+  add_shorthand(*command, line, "--poses", "acquire.poses", "track (the default), or still");
+  add_texture_option(*command, line.common.config);
+  add_export_options(*command, line.common.config);
+  add_view_options(*command, capture.view);
+  add_common(*command, line);
+  command->final_callback([&line] {
+    line.capture.view.is_orbit = is_orbit(line.common.config);
+    line.command = [&line] { return capture_command(line.capture, line.common); };
+  });
+}
+
+void add_view(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("view", "Show a mesh in a browser");
+  command->add_option("file", line.show.file, "A mesh (.glb .ply .obj .stl), or the folder that `run` wrote one into")
+      ->required()
+      ->type_name("FILE|OUT");
+  add_server_options(*command, line.show.server, nullptr);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return view_command(line.show, line.common); }; });
+}
+
+void add_report(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and what is beside it");
+  command
+      ->add_option("place", line.report.place,
+                   "The folder that `run`, `capture`, `extract` or `align` wrote, or a report.json")
+      ->required()
+      ->type_name("OUT|FILE.json");
+  command->add_option("--report", line.report.report, "Where the report of that folder is, default: OUT/report.json")
+      ->type_name("FILE");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return report_command(line.report, line.common); }; });
+}
+
+void add_record(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("record", "Keep what a scanner sends, for `run`");
+  command->add_option("-o,--output", line.record.output, "The recording")
+      ->required()
+      ->check(why_not_mcap)
+      ->type_name("FILE.mcap");
+  add_scanner_options(*command, line.record.scanner);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return record_command(line.record, line.common); }; });
+}
+
+void add_extract(CLI::App& app, CommandLine& line) {
+  ExtractArguments& extract = line.extract;
+  CLI::App* command = app.add_subcommand("extract", "Mesh a volume: its isosurface");
+  command
+      ->add_option("volume", extract.volume,
+                   "OpenVDB, NRRD, MetaImage, NIfTI, raw samples, or a folder of DICOM, PNG or TIFF slices")
+      ->required()
+      ->type_name("VOLUME");
+  add_output_options(*command, extract.outputs);
+  auto* isovalue = add_shorthand(*command, line, "--isovalue", "extract.isovalue", "Value of the surface");
+  command->add_flag("--auto-isovalue", extract.wants_auto_isovalue, "Propose a value from the volume's (Otsu 1979)")
+      ->excludes(isovalue);
+  command->add_flag("--stats", extract.wants_stats, "Print how often each configuration and sub-case occurred");
+  add_shorthand(*command, line, "--decider", "extract.decider", "How ambiguous cells are resolved");
+  add_shorthand(*command, line, "--inside", "extract.inside", "Which side is matter: auto, low, high");
+  add_volume_options(*command, line, extract.options);
+  add_refused_texture_option(*command, line.common.config);
+  add_export_options(*command, line.common.config);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
+}
+
+void add_align(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("align", "Bring several scans of one thing together, and write one mesh");
+  add_align_options(*command, line.align);
+  add_output_options(*command, line.align.outputs);
+  add_shorthand(*command, line, "--poses", "acquire.poses", "Where the poses of a recording's own frames come from");
+  add_refused_texture_option(*command, line.common.config);
+  add_export_options(*command, line.common.config);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
+}
+
+void add_synth(CLI::App& app, CommandLine& line) {
+  SynthArguments& synth = line.synth;
+  CLI::App* command = app.add_subcommand("synth", "Scan a scene that is known exactly, for tests and demonstrations");
+  auto* scene =
+      command->add_option("scene", synth.scene, "Name of a scene (--list), or a closed mesh file")->type_name("SCENE");
+  line.words[scene] = scene_names();
+  auto* output = command->add_option("-o,--output", synth.output, "Folder of the new recording")->type_name("DIR");
+  command->add_option("--frames", synth.frames, "Number of frames")->check(CLI::Range(1, 100'000))->type_name("N");
+  command->add_option("--width", synth.width, "Width of the pictures, pixels")->check(CLI::Range(16, 4096));
+  command->add_option("--height", synth.height, "Height of the pictures, pixels")->check(CLI::Range(16, 4096));
+  command->add_flag("--noise", synth.has_noise, "Noise like a Kinect's");
+  command->add_option("--seed", synth.seed, "Seed of the noise")->check(CLI::NonNegativeNumber)->type_name("N");
+  command->add_flag("--jpeg", synth.has_jpeg_colour, "Colour pictures as JPEG, smaller than PNG");
+  const auto set_size = [&synth](const std::string& text) {
+    const auto length = parse_length(text);
+    if (!length || length->metres <= 0) throw CLI::ValidationError("--size", "expected a length such as 20cm, 0.2");
+    synth.size_m = length->metres;
+  };
+  command->add_option_function<std::string>("--size", set_size, "Longest side of a mesh: 20cm")->type_name("LENGTH");
+  add_rig_options(*command, synth);
+  command->add_flag("--list", synth.only_list, "List the scenes")->excludes(scene)->excludes(output);
+  add_common(*command, line);
+  command->final_callback([&line] {
+    const SynthArguments& given = line.synth;
+    if (!given.only_list && given.scene.empty()) throw CLI::RequiredError("SCENE (or --list)");
+    if (!given.only_list && given.output.empty()) throw CLI::RequiredError("--output");
+    line.command = [&line] { return synth_command(line.synth, line.common); };
+  });
+}
+
+void add_convert(CLI::App& app, CommandLine& line) {
+  ConvertArguments& convert = line.convert;
+  CLI::App* command = app.add_subcommand("convert", "Write a recording in another layout");
+  command->add_option("recording", convert.recording, "Folder or file of the recording")
+      ->required()
+      ->type_name("RECORDING");
+  command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
+  add_choice(*command, line, "--to", convert.target,
+             {{"mcap", ConvertTarget::kMcap},
+              {"tum", ConvertTarget::kTum},
+              {"open3d", ConvertTarget::kOpen3d},
+              {"7-scenes", ConvertTarget::kSevenScenes},
+              {"fakenect", ConvertTarget::kFakenect}},
+             "mcap, tum, open3d, 7-scenes, fakenect")
+      ->required()
+      ->type_name("LAYOUT");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
+  add_common(*command, line);
+  command->final_callback([&line] {
+    const std::string why = why_not_mcap(line.convert.output.string());
+    if (line.convert.target == ConvertTarget::kMcap && !why.empty()) throw CLI::ValidationError("--output", why);
+    line.command = [&line] { return convert_command(line.convert, line.common); };
+  });
+}
+
+void add_repair(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("repair", "Mend a recording (.mcap) that was cut short or damaged");
+  command->add_option("file", line.repair.file, "The recording")->required()->type_name("FILE.mcap");
+  command->add_option("-o,--output", line.repair.output, "Write the mended recording here, not in its place")
+      ->check(why_not_mcap)
+      ->type_name("OUT.mcap");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return repair_command(line.repair, line.common); }; });
+}
+
+void add_info(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("info", "Describe a recording, a volume or a mesh");
+  command->add_option("file", line.info.file, "What to describe")->required()->type_name("FILE");
+  add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_volume_options(*command, line, line.info.options);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return info_command(line.info, line.common); }; });
+}
+
+void add_distance(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("distance", "Accuracy and completeness of a mesh against a synthetic scene");
+  command->add_option("mesh", line.distance.mesh, "The mesh")->required()->type_name("MESH");
+  command->add_option("truth", line.distance.truth, "Folder that `synth` wrote")->required()->type_name("DIR");
+  command
+      ->add_option("--trajectory", line.distance.trajectory,
+                   "The run's trajectory.txt, where it has a world of its own")
+      ->type_name("FILE");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = [&line] { return distance_command(line.distance, line.common); }; });
+}
+
+void add_config(CLI::App& app, CommandLine& line) {
+  CLI::App* config = app.add_subcommand("config", "Print, check and document the configuration");
+  config->require_subcommand(1);
+  CLI::App* print = config->add_subcommand("print", "The configuration that `run` would use, as YAML to edit");
+  print->add_flag("--defaults", line.config.built_in, "Without the defaults of `run`: what is built in");
+  add_common(*print, line);
+  print->final_callback([&line] { line.command = [&line] { return config_print_command(line.config, line.common); }; });
+
+  CLI::App* check = config->add_subcommand("check", "Report every error of a file");
+  check->add_option("file", line.config.file, "Configuration file")->required()->type_name("FILE");
+  add_common(*check, line);
+  check->final_callback([&line] { line.command = [&line] { return config_check_command(line.config, line.common); }; });
+
+  CLI::App* schema = config->add_subcommand("schema", "JSON Schema for editors");
+  schema->final_callback([&line] { line.command = [] { return config_schema_command(); }; });
+  CLI::App* docs = config->add_subcommand("docs", "docs/configuration.md");
+  docs->final_callback([&line] { line.command = [] { return config_docs_command(); }; });
+}
+
+void add_devices(CLI::App& app, CommandLine& line) {
+  const auto add = [&](const char* name, const char* text, int (*command)(const CommonArguments&)) {
+    CLI::App* added = app.add_subcommand(name, text);
+    add_common(*added, line);
+    added->final_callback([&line, command] { line.command = [&line, command] { return command(line.common); }; });
+  };
+  add("devices", "List the scanners that are plugged in", devices_command);
+  add("doctor", "Find what keeps a scanner from working", doctor_command);
+
+  CLI::App* rules = app.add_subcommand("udev-rules", "Print the rules that let you use your scanners");
+  rules
+      ->add_option("--device", line.rules_device,
+                   "Of this camera only, be it known or not: 1234:5678 or usb:1234:5678; "
+                   "default: of all that are known")
+      ->type_name("VID:PID");
+  add_common(*rules, line);
+  rules->final_callback(
+      [&line] { line.command = [&line] { return udev_rules_command(line.rules_device, line.common); }; });
+}
+
+void add_completion(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("completion", "Print what lets a shell complete this program's command line");
+  add_choice(*command, line, "shell", line.completion.shell,
+             {{"bash", Shell::kBash}, {"zsh", Shell::kZsh}, {"fish", Shell::kFish}}, "bash, zsh, fish")
+      ->required()
+      ->type_name("SHELL");
+  command->final_callback([&app, &line] {
+    line.command = [&app, &line] { return completion_command(describe_command(app, line), line.completion); };
+  });
+}
+
+void add_man(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("man", "Write the manual pages: scanknit.1, and one for each command");
+  command->add_option("-o,--output", line.man.output, "Folder of the pages")->required()->type_name("DIR");
+  command->final_callback(
+      [&app, &line] { line.command = [&app, &line] { return man_command(describe_command(app, line), line.man); }; });
+}
+
+}  // namespace
+
+void add_commands(CLI::App& app, CommandLine& line) {
+  add_run(app, line);
+  add_capture(app, line);
+  add_record(app, line);
+  add_view(app, line);
+  add_report(app, line);
+  add_extract(app, line);
+  add_align(app, line);
+  add_synth(app, line);
+  add_convert(app, line);
+  add_repair(app, line);
+  add_info(app, line);
+  add_distance(app, line);
+  add_devices(app, line);
+  add_config(app, line);
+  add_completion(app, line);
+  add_man(app, line);
+}
+
+}  // namespace scanknit

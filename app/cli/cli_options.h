@@ -1,0 +1,64 @@
+// The options that several commands share, and the building blocks of options.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/cli/command_line.h"
+
+namespace scanknit {
+
+/// `--name VALUE` as a short form of `--set key=VALUE`.
+CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
+                           const std::string& text);
+
+/// An option that is one of a few words.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& name, Value& place,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& text) {
+  const auto assign = [&place, name, choices](const std::string& given) {
+    std::string words;
+    for (const auto& [word, value] : choices) {
+      if (word == given) {
+        place = value;
+        return;
+      }
+      words += (words.empty() ? "" : ", ") + word;
+    }
+    throw CLI::ValidationError(name, "expected one of " + words + ", got '" + given + "'");
+  };
+  CLI::Option* option = app.add_option_function<std::string>(name, assign, text);
+  for (const auto& choice : choices) line.words[option].push_back(choice.first);
+  return option;
+}
+
+/// What every command understands: configuration, threads, how much is said.
+void add_common(CLI::App& app, CommandLine& line);
+
+/// `-o` and where else files go, of a command that writes a mesh. Poses and volume only where `outputs.has_trajectory`.
+void add_output_options(CLI::App& app, OutputRequest& outputs);
+
+/// How raw samples and stacks of images are to be read.
+void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options);
+
+/// Which scanner, its pictures, and when the scan ends.
+void add_scanner_options(CLI::App& app, ScannerArguments& scanner);
+
+/// Where the live view is served. `needed`: the option without which these mean nothing; may be null.
+void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed);
+
+/// `--view`, and where it is served.
+void add_view_options(CLI::App& app, ViewArguments& view);
+
+/// `--quantize` and `--compress`, of a command that writes a GLB.
+void add_export_options(CLI::App& app, ConfigSources& config);
+
+/// `--texture`, of a command that has colour frames.
+CLI::Option* add_texture_option(CLI::App& app, ConfigSources& config);
+
+/// Understood and not shown: the command says why there is none (refuse_texture()).
+void add_refused_texture_option(CLI::App& app, ConfigSources& config);
+
+}  // namespace scanknit

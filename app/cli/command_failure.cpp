@@ -1,0 +1,33 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "app/cli/exit_codes.h"
+#include "app/commands/commands.h"
+
+namespace scanknit {
+
+int fail(const Error& error, const CommonArguments& common) {
+  Console console(common.verbosity);
+  // Errors of the configuration already are lines of "file:line:column: error: message", as editors expect them.
+  if (error.code == ErrorCode::kConfig && error.where.empty()) {
+    console.plain(error.message);
+  } else {
+    console.error(error.text());
+  }
+  return exit_code_of(error.code);
+}
+
+ConfigSources with_run_defaults(ConfigSources sources) {
+  sources.presets.insert(sources.presets.begin(), "default");
+  return sources;
+}
+
+int print_result(std::string_view text, const CommonArguments& common) {
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (is_written) return kExitOk;
+  return fail({ErrorCode::kOutput, std::string("the result cannot be written: ") + std::strerror(errno), "stdout"},
+              common);
+}
+
+}  // namespace scanknit

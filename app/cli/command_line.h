@@ -1,0 +1,45 @@
+// The command line, parsed: what was said, and which command is to run.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+
+namespace scanknit {
+
+/// The parsed command line, and the command that was chosen.
+struct CommandLine {
+  CommonArguments common;
+  RunArguments run;
+  CaptureArguments capture;
+  RecordArguments record;
+  ShowArguments show;
+  ReportArguments report;
+  ExtractArguments extract;
+  AlignArguments align;
+  SynthArguments synth;
+  ConfigArguments config;
+  InfoArguments info;
+  ConvertArguments convert;
+  RepairArguments repair;
+  DistanceArguments distance;
+  CompletionArguments completion;
+  ManArguments man;
+  std::string rules_device;
+  std::size_t threads = 0;  ///< 0: as many as the machine has
+  bool is_quiet = false, is_verbose = false;
+  std::function<int()> command;
+
+  /// What the value of an option may be, or begin with ("fusion.voxel_size="). For completion and manual pages.
+  std::map<const CLI::Option*, std::vector<std::string>> words;
+};
+
+/// Adds every command of the program. `app` and `line` must outlive the parsing and the command.
+void add_commands(CLI::App& app, CommandLine& line);
+
+}  // namespace scanknit

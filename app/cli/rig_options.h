@@ -1,0 +1,18 @@
+// Options of turntables: of `run`, and of `synth`, which puts a scene on one.
+#pragma once
+
+#include "app/commands/commands.h"
+
+namespace CLI {
+class App;
+}
+
+namespace scanknit {
+
+/// `run` outlives the command.
+void add_turntable_options(CLI::App& command, RunArguments& run);
+
+/// `synth` outlives the command.
+void add_rig_options(CLI::App& command, SynthArguments& synth);
+
+}  // namespace scanknit

@@ -1,0 +1,87 @@
+// record: what a scanner sends, kept as it comes.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/exit_codes.h"
+#include "app/commands/commands.h"
+#include "app/scan/live_scanner.h"
+#include "app/terminal/signals.h"
+#include "core/files/atomic_file.h"
+
+namespace scanknit {
+namespace {
+
+struct Recorded {
+  std::size_t frames = 0;  ///< depth pictures that came
+  RecorderSummary file;
+  LossCounters losses;
+  std::optional<Error> failure;  ///< of the scanner, or of the file: what came before it is kept
+};
+
+Result<Recorded> record(const RecordArguments& arguments, const Config& config, std::stop_token stop,
+                        Console& console) {
+  if (auto writable = check_writable(arguments.output); !writable) return writable.error();
+  const Warn warn = [&console](const std::string& text) { console.warn(text); };
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, console, warn);
+  if (!scanner) return scanner.error();
+  auto recorder = Recorder::create(arguments.output, scanner->calibration);
+  if (!recorder) return recorder.error();
+  auto source =
+      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, warn), recorder->get());
+  if (!source) return source.error();
+  console.info("recording; Ctrl-C ends it");
+
+  Recorded recorded;
+  while (!(*recorder)->failure()) {
+    const FrameEvent event = (*source)->next(stop);
+    if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) break;
+    console.progress("recording", ++recorded.frames, arguments.scanner.frames.value_or(0));
+  }
+  recorded.failure = (*source)->failure();
+  recorded.losses = (*source)->losses();
+  recorded.losses.queue = 0;  // what did not reach us in time is in the file all the same
+  source->reset();            // nothing comes any more
+  const auto kept = (*recorder)->finish();
+  if (!kept) return kept.error();
+  recorded.file = *kept;
+  recorded.losses.writer += (*recorder)->lost();
+  return recorded;
+}
+
+int print_summary(const Recorded& recorded, const RecordArguments& arguments, const CommonArguments& common) {
+  const std::string output = arguments.output.string();
+  if (common.is_json) {
+    using Json = nlohmann::ordered_json;
+    const Json json = {{"output", output},
+                       {"depth_pictures", recorded.frames},
+                       {"pictures", recorded.file.frames},
+                       {"bytes", recorded.file.bytes},
+                       {"losses", named(recorded.losses)}};
+    return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
+  }
+  if (common.verbosity == Verbosity::kQuiet) return kExitOk;
+  return print_result(fmt::format("Written  {}: {} pictures, {:.1f} MB\n", output, recorded.file.frames,
+                                  static_cast<double>(recorded.file.bytes) / 1e6),
+                      common);
+}
+
+}  // namespace
+
+int record_command(const RecordArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal stop_on_signal;  // before any other thread
+  const auto config = load_config(with_run_defaults(common.config));
+  if (!config) return fail(config.error(), common);
+  Console console(common.verbosity);
+  const auto recorded = record(arguments, *config, stop_on_signal.token(), console);
+  if (!recorded) return fail(recorded.error(), common);
+  warn_of_losses(recorded->losses, console);
+  if (recorded->file.frames == 0) {  // there is no file
+    return fail(recorded->failure.value_or(Error{ErrorCode::kDevice, "no picture came: nothing was recorded"}), common);
+  }
+  const int printed = print_summary(*recorded, arguments, common);
+  if (recorded->failure) return fail(*recorded->failure, common);
+  return printed;
+}
+
+}  // namespace scanknit

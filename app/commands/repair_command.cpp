@@ -1,0 +1,31 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "acquire/record/repair_recording.h"
+#include "app/cli/exit_codes.h"
+#include "app/commands/commands.h"
+
+namespace scanknit {
+
+int repair_command(const RepairArguments& arguments, const CommonArguments& common) {
+  const auto config = load_config(common.config);
+  if (!config) return fail(config.error(), common);
+  const std::filesystem::path output = arguments.output.empty() ? arguments.file : arguments.output;
+  const auto summary = repair_recording(arguments.file, output, config->acquire.limits);
+  if (!summary) return fail(summary.error(), common);
+  if (common.is_json) {
+    using Json = nlohmann::ordered_json;
+    const Json json = {{"file", output.string()},
+                       {"messages", summary->messages},
+                       {"lost_messages", summary->lost},
+                       {"fault", summary->fault ? Json(*summary->fault) : Json(nullptr)}};
+    return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
+  }
+  if (common.verbosity == Verbosity::kQuiet) return kExitOk;
+  return print_result(fmt::format("Written  {}: {} messages kept, {} lost\nFault    {}\n", output.string(),
+                                  summary->messages, summary->lost, summary->fault.value_or("none: it was whole")),
+                      common);
+}
+
+}  // namespace scanknit

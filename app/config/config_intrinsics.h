@@ -1,0 +1,23 @@
+// acquire.intrinsics: the one key whose value has a shape of its own.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "acquire/acquire_config.h"
+#include "app/config/yaml_node.h"
+
+namespace scanknit {
+
+/// Told of everything that is wrong, with its place.
+using YamlComplaint = std::function<void(const YamlNode& where, const std::string& what)>;
+
+/// [fx, fy, cx, cy]; a map of width, height, fx, fy, cx, cy and distortion: [k1, k2, p1, p2, k3] (fx, fy, cx, cy
+/// required; width and height both or neither); or the name of a file, relative to `folder`, with nine numbers of a 3x3
+/// matrix, an Open3D camera_intrinsic.json or such a map. Nothing when a complaint was made.
+[[nodiscard]] std::optional<CameraModel> read_intrinsics(const YamlNode& node, const std::filesystem::path& folder,
+                                                         const YamlComplaint& complain);
+
+}  // namespace scanknit

@@ -1,0 +1,53 @@
+#include "app/terminal/signals.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "app/cli/exit_codes.h"
+
+namespace scanknit {
+namespace {
+
+constexpr int kWakeUp = SIGUSR1;  // sent to the waiting thread alone, to end it
+
+/// As nohup leaves it.
+bool outlives_terminal() {
+  struct sigaction action {};
+  return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+sigset_t awaited_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  if (!outlives_terminal()) sigaddset(&signals, SIGHUP);
+  sigaddset(&signals, kWakeUp);
+  return signals;
+}
+
+void wait_for_signals(std::stop_source source) {
+  const sigset_t signals = awaited_signals();
+  for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kWakeUp;) {
+    // Nothing half-written has its final name (core/files/atomic_file.h), so leaving here is safe.
+    const bool is_first = source.request_stop();
+    if (!is_first && signal != SIGHUP) ::_exit(kExitInterrupted);
+  }
+}
+
+}  // namespace
+
+StopOnSignal::StopOnSignal() {
+  // Ctrl-C ends a `tee` that reads what we say as well: that is no reason to throw the scan away.
+  ::signal(SIGPIPE, SIG_IGN);
+  const sigset_t signals = awaited_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  waiter_ = std::jthread([source = source_] { wait_for_signals(source); });
+}
+
+StopOnSignal::~StopOnSignal() {
+  pthread_kill(waiter_.native_handle(), kWakeUp);
+}
+
+}  // namespace scanknit

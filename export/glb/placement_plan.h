@@ -1,0 +1,37 @@
+// Where each format puts a mesh, and the checks that all writers share.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/axes.h"
+#include "core/result.h"
+#include "export/export_config.h"
+#include "export/glb/placement.h"
+#include "export/mesh/mesh_extension.h"
+#include "export/mesh/write_mesh.h"
+
+namespace scanknit {
+
+struct PlacementPlan {
+  MeshFormat format;
+  Placement placement;
+  std::string convention;  ///< WrittenFile::convention
+};
+
+/// The rules of write_mesh().
+[[nodiscard]] PlacementPlan plan_placement(MeshFormat format, const ExportConfig& config, UpAxis world_up,
+                                           std::optional<double> file_unit_m);
+
+/// kMesh beyond 2^31 - 1 vertices or triangles: PLY's indices are ints.
+[[nodiscard]] Result<void> check_counts(std::size_t vertices, std::size_t triangles);
+
+/// The error with `path` where it names no place.
+[[nodiscard]] Error located(Error error, const std::filesystem::path& path);
+
+/// What was written at `path`, its size looked up.
+[[nodiscard]] WrittenFile written_file(const std::filesystem::path& path, const PlacementPlan& plan);
+
+}  // namespace scanknit

@@ -1,0 +1,49 @@
+// What every part of report.html is written with.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/image.h"
+#include "export/report/page_json.h"
+
+namespace scanknit {
+
+/// As text or as an attribute's value in HTML: control characters become the replacement character, and what is longer
+/// than any text of ours ends in "...".
+[[nodiscard]] std::string escaped(std::string_view text);
+
+[[nodiscard]] std::string base64(std::span<const std::byte> bytes);
+
+/// The number at `pointer`, see PageJson::at(); nothing when there is none.
+[[nodiscard]] std::optional<double> number_at(const PageJson& json, const std::string& pointer);
+/// The text there, not escaped; empty when there is none.
+[[nodiscard]] std::string text_at(const PageJson& json, const std::string& pointer);
+
+/// "1,234,567"
+[[nodiscard]] std::string grouped_digits(double count);
+/// "12.3 mm", "1.20 m": three digits.
+[[nodiscard]] std::string length_words(double metres);
+/// A figure of a step of finishing, by the unit that its name ends in: "area_removed_mm2" becomes "area removed 693,027
+/// mm2", "invented_share" "invented 12.1 %". Not escaped.
+[[nodiscard]] std::string figure_words(std::string_view name, double value);
+/// "0.85 s", "2 min 5 s"
+[[nodiscard]] std::string time_words(double milliseconds);
+/// "97 %"
+[[nodiscard]] std::string percent(double share);
+/// "#rrggbb"
+[[nodiscard]] std::string css_colour(Rgb8 colour);
+
+/// Rows of two cells or more; the first row may be heads. Cells are HTML already.
+[[nodiscard]] std::string table(const std::vector<std::string>& heads,
+                                const std::vector<std::vector<std::string>>& rows);
+
+/// "fusion.voxel_size" and "0.002" for every value in `json`, at any depth; both not escaped. At most `most` rows.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> flattened(const PageJson& json, std::size_t most);
+
+}  // namespace scanknit

@@ -1,0 +1,52 @@
+// Which blocks of 8^3 voxels a frame concerns.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "fusion/integrate/cube_projector.h"
+#include "fusion/integrate/observation.h"
+
+namespace scanknit {
+
+/// Where cubes of samples are seen; every pixel beside a sample's projection, clipped to the picture.
+class SampleProjector {
+ public:
+  SampleProjector(const CameraIntrinsics& intrinsics, const Pose& T_world_camera, double voxel_size_m)
+      : projector_(intrinsics, T_world_camera, voxel_size_m), width_(intrinsics.width), height_(intrinsics.height) {}
+
+  struct View {
+    PixelRect pixels;
+    DepthRange z;
+  };
+  /// Nothing when no sample is in front of the camera.
+  [[nodiscard]] std::optional<View> view(const openvdb::Coord& origin, int side) const;
+  /// Of the eight halves of a cube, of which each has `side` samples along an edge; see CubeViews.
+  [[nodiscard]] std::array<std::optional<View>, 8> views(const openvdb::Coord& origin, int side) const;
+
+ private:
+  [[nodiscard]] std::optional<View> view_of(const CubeView& cube) const;
+
+  CubeProjector projector_;
+  int width_, height_;
+};
+
+/// False when the frame's voxel indices would leave the 32-bit range (a pose thousands of kilometres away).
+[[nodiscard]] bool is_indexable(const Observation& observation, const Pose& T_world_camera, double voxel_size_m);
+
+struct BandBlock {
+  openvdb::Coord origin;
+  float far_m;  ///< behind this z the frame says nothing of it
+};
+
+/// All blocks, in Morton order, whose cube of samples meets the truncation band of some pixel, and few others: an
+/// octree over the camera's frustum, cut where the pyramid of bands shows nothing. No ray is walked; no block is
+/// missed. The frame must be indexable.
+[[nodiscard]] std::vector<BandBlock> find_band_blocks(const Observation& observation, const Pose& T_world_camera,
+                                                      double voxel_size_m);
+
+}  // namespace scanknit

@@ -1,0 +1,29 @@
+// Point features of a picture with depth, and the motion between two such pictures.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "fusion/track/surface_pyramid.h"
+
+namespace scanknit {
+
+struct Feature {
+  std::array<std::uint8_t, 32> descriptor;  ///< compared bit by bit
+  Eigen::Vector2f pixel;
+  Eigen::Vector3f p_camera;
+};
+
+/// ORB features (Rublee et al. 2011) where there is depth. None without colour.
+[[nodiscard]] std::vector<Feature> find_features(const SurfaceLevel& picture);
+
+/// T_from_to by the features that both pictures have: P3P in RANSAC, the same draws in every run. Nothing unless at
+/// least a dozen agree.
+[[nodiscard]] std::optional<Pose> match_features(const std::vector<Feature>& from, const std::vector<Feature>& to,
+                                                 const CameraIntrinsics& to_camera);
+
+}  // namespace scanknit

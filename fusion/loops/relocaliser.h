@@ -1,0 +1,43 @@
+// Relocaliser: places that were seen before, for finding the camera again.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "fusion/loops/feature_match.h"
+#include "fusion/loops/ferns.h"
+#include "fusion/track/surface_pyramid.h"
+
+namespace scanknit {
+
+class Relocaliser {
+ public:
+  /// Keeps the frame as a key frame unless it looks like one that is kept.
+  void learn(const SurfacePyramid& frame, const Pose& T_world_camera);
+
+  [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
+  [[nodiscard]] std::size_t key_frames_with_features() const;
+
+  /// Poses of the key frames that look most like `frame`, the most alike first.
+  [[nodiscard]] std::vector<Pose> similar_poses(const SurfacePyramid& frame) const;
+
+  /// Poses by features shared with the key frames that look most like it: slower, and finds views from elsewhere.
+  [[nodiscard]] std::vector<Pose> matched_poses(const SurfacePyramid& frame) const;
+
+ private:
+  struct KeyFrame {
+    FernCode code;
+    Pose T_world_camera;
+    std::vector<Feature> features;  ///< none where those of a view from near are known
+  };
+  [[nodiscard]] bool has_features_near(const Pose& T_world_camera, double depth_m) const;
+  [[nodiscard]] std::vector<const KeyFrame*> most_alike(const SurfacePyramid& frame, std::size_t count,
+                                                        bool with_features) const;
+
+  std::optional<Ferns> ferns_;
+  std::vector<KeyFrame> keys_;
+};
+
+}  // namespace scanknit

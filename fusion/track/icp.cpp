@@ -1,0 +1,229 @@
+#include "fusion/track/icp.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "fusion/track/icp_rows.h"
+
+namespace scanknit {
+namespace {
+
+// A direction held by less than this share of the points is moved by noise. A wall's normals wander by two degrees
+// where it is seen in few noisy frames: the square of that.
+constexpr double kWeakStrength = 1e-3;
+constexpr double kInlierSigmas = 3;
+constexpr double kContradiction_m = 0.03;
+constexpr double kContradictionSigmas = 6;
+constexpr double kFewestPairs = 50;
+
+/// What one level does: `iterations` rounds, with gates that narrow from the first to the last.
+struct LevelPlan {
+  int iterations;
+  double distance_m, distance_per_m;
+  double first_tukey, last_tukey;  ///< sigmas
+  double min_cosine;
+  double intensity_share;  ///< of IcpConfig::intensity_sigma: coarse pictures differ less
+};
+
+// The coarse level begins wide: 3 degrees and 5 cm between frames are 30 sigma at arm's length.
+constexpr std::array<LevelPlan, kPyramidLevels> kPlans{{
+    {4, 0.02, 0.02, 6, 5, 0.7, 1.0},
+    {6, 0.05, 0.03, 12, 6, 0.6, 1.0},
+    {12, 0.10, 0.06, 40, 12, 0.5, 1.0},
+}};
+
+PairGate gate_of(const LevelPlan& plan, int iteration, const IcpConfig& config, double intensity_offset) {
+  const double progress =
+      plan.iterations <= 1 ? 1.0 : static_cast<double>(iteration) / static_cast<double>(plan.iterations - 1);
+  PairGate gate;
+  gate.distance_m = static_cast<float>(plan.distance_m);
+  gate.distance_per_m = static_cast<float>(plan.distance_per_m);
+  gate.min_cosine = static_cast<float>(plan.min_cosine);
+  gate.tukey_sigmas = static_cast<float>(plan.first_tukey * std::pow(plan.last_tukey / plan.first_tukey, progress));
+  gate.contradiction_m = static_cast<float>(kContradiction_m);
+  gate.contradiction_sigmas = static_cast<float>(kContradictionSigmas);
+  gate.inlier_sigmas = static_cast<float>(kInlierSigmas);
+  gate.intensity_sigma = static_cast<float>(config.intensity_sigma * plan.intensity_share);
+  gate.intensity_offset = static_cast<float>(intensity_offset);
+  return gate;
+}
+
+/// Row by row, in the rows' order.
+PairSums sum_pairs(const Registration& registration) {
+  std::vector<PairSums> rows(static_cast<std::size_t>(registration.frame->intrinsics.height));
+  constexpr std::size_t kRowsAtATime = 8;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.size(), kRowsAtATime), [&](const auto& range) {
+    for (std::size_t y = range.begin(); y != range.end(); ++y) rows[y] = sum_row(registration, static_cast<int>(y));
+  });
+  PairSums sums;
+  for (const PairSums& row : rows) sums += row;
+  return sums;
+}
+
+Matrix6d information_of(const PairSums& sums) {
+  Matrix6d JtJ;
+  std::size_t entry = 0;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) JtJ(row, column) = JtJ(column, row) = sums.JtJ[entry++];
+  }
+  return JtJ;
+}
+
+/// One Gauss-Newton step, and what it says of the scene.
+struct Step {
+  Vector6d motion = Vector6d::Zero();  ///< translation (m), rotation times scale
+  Vector6d strengths = Vector6d::Zero();
+  Matrix6d information = Matrix6d::Zero();  ///< of the directions that are not weak
+  int weak_directions = 6;
+};
+
+Step solve(const PairSums& sums) {
+  Step step;
+  if (sums.weights < kFewestPairs || !(sums.information > 0)) return step;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information_of(sums));
+  step.strengths = eigen.eigenvalues() / sums.information;
+  step.weak_directions = 0;
+  const Vector6d downhill = -Eigen::Map<const Vector6d>(sums.Jtr.data());
+  for (int i = 0; i < 6; ++i) {
+    if (!(step.strengths(i) > kWeakStrength)) {
+      ++step.weak_directions;
+      continue;
+    }
+    const Vector6d direction = eigen.eigenvectors().col(i);
+    step.motion += direction * (direction.dot(downhill) / eigen.eigenvalues()(i));
+    step.information += eigen.eigenvalues()(i) * direction * direction.transpose();
+  }
+  return step;
+}
+
+/// p' = R (p - centre) + centre + translation
+Pose motion_about(const Vector6d& motion, const Eigen::Vector3d& centre, double scale_m) {
+  const Eigen::Vector3d turn = motion.tail<3>() / scale_m;
+  const double angle = turn.norm();
+  Pose pose = Pose::Identity();
+  if (angle > 0) pose.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  pose.translation() = centre + motion.head<3>() - pose.linear() * centre;
+  return pose;
+}
+
+/// The mean depth of a level; 1 without a surface.
+double mean_depth(const SurfaceLevel& level) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const float z : level.z_m) {
+    if (!(z > 0)) continue;
+    sum += static_cast<double>(z);
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 1.0;
+}
+
+/// The unit of rotation: the mean depth, but for a small object far away, whose points a turn moves by far less than
+/// that: some times its extent.
+double turning_scale(const SurfaceLevel& level, double depth_m) {
+  constexpr double kTimes = 4;  // of the points' deviation: more than the depth where the picture is full
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double squares = 0;
+  double count = 0;
+  const CameraIntrinsics& camera = level.intrinsics;
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const double z = static_cast<double>(level.z_m[level.index(x, y)]);
+      if (!(z > 0)) continue;
+      const Eigen::Vector3d p = camera.unproject(x, y, z);
+      sum += p;
+      squares += p.squaredNorm();
+      ++count;
+    }
+  }
+  if (count == 0) return depth_m;
+  const double variance = std::max(0.0, squares / count - (sum / count).squaredNorm());
+  constexpr double kLeast_m = 0.01;  // a point is no object
+  return std::min(depth_m, std::max(kLeast_m, kTimes * std::sqrt(variance)));
+}
+
+void describe(const PairSums& sums, const Step& step, IcpResult& result) {
+  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0; };
+  result.points = static_cast<std::size_t>(sums.points);
+  result.overlap = share(sums.seen, sums.points);
+  result.inlier_share = share(sums.inliers, sums.seen);
+  result.contradicted_share = share(sums.contradictions, sums.seen);
+  result.rms_sigma = std::sqrt(share(sums.squares, sums.weights));
+  result.colour_agreement = sums.coloured > kFewestPairs ? sums.colour_weights / sums.coloured : 1;
+  result.support = share(sums.weights + sums.colour_weights, sums.points);
+  result.strengths = step.strengths;
+  result.weak_directions = step.weak_directions;
+}
+
+/// What the pairs say of a motion in the frame's axes, of the whole of the points.
+Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
+  if (!(sums.information > 0)) return Matrix6d::Zero();
+  // A motion (v, w) of the frame moves its point p by R (v + w x p): as a translation at the centre, and a turn about
+  // it.
+  const Eigen::Matrix3d R = registration.T_model_frame.linear();
+  const Eigen::Vector3d arm = registration.T_model_frame.inverse() * registration.centre;
+  Matrix6d to_step = Matrix6d::Zero();
+  to_step.topLeftCorner<3, 3>() = R;
+  to_step.topRightCorner<3, 3>() = -R * cross_matrix(arm);
+  to_step.bottomRightCorner<3, 3>() = registration.scale_m * R;
+  return to_step.transpose() * (information_of(sums) / sums.information) * to_step;
+}
+
+/// So small that the next round would change nothing that can be seen.
+bool has_settled(const Vector6d& motion) {
+  constexpr double kSettled_m = 5e-5;
+  return motion.norm() < kSettled_m;
+}
+
+}  // namespace
+
+IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& model, const Pose& T_model_frame,
+                         const IcpConfig& config) {
+  IcpResult result;
+  result.T_model_frame = T_model_frame;
+  Registration registration;
+  registration.noise = config.noise;
+  const double depth_m = mean_depth(frame.levels.back());
+  registration.scale_m = turning_scale(frame.levels.back(), depth_m);
+  registration.centre = Eigen::Vector3d(0, 0, depth_m);
+  double intensity_offset = 0;
+  PairSums sums;
+  Step step;
+  const auto look = [&](const LevelPlan& plan, int iteration) {
+    registration.T_model_frame = result.T_model_frame;
+    registration.gate = gate_of(plan, iteration, config, intensity_offset);
+    sums = sum_pairs(registration);
+    step = solve(sums);
+  };
+  for (int level = config.first_level; level >= config.last_level; --level) {
+    const LevelPlan& plan = kPlans[static_cast<std::size_t>(level)];
+    registration.frame = &frame.levels[static_cast<std::size_t>(level)];
+    registration.model = &model.levels[static_cast<std::size_t>(level)];
+    for (int iteration = 0; iteration < plan.iterations; ++iteration) {
+      look(plan, iteration);
+      result.T_model_frame =
+          motion_about(step.motion, registration.centre, registration.scale_m) * result.T_model_frame;
+      if (sums.colour_weights > kFewestPairs) intensity_offset = sums.colour_offset / sums.colour_weights;
+      if (has_settled(step.motion)) break;
+    }
+  }
+  result.T_model_frame.linear() = Eigen::Quaterniond(result.T_model_frame.linear()).normalized().toRotationMatrix();
+  if (!has_settled(step.motion)) {
+    const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
+    look(last, last.iterations - 1);
+  }
+  describe(sums, step, result);
+  result.shape = shape_of(sums, registration);
+  result.centre = registration.centre;
+  Vector6d units = Vector6d::Ones();  // of rotation: radians, not metres at `scale_m`
+  units.tail<3>().setConstant(registration.scale_m);
+  result.information = units.asDiagonal() * step.information * units.asDiagonal();
+  return result;
+}
+
+}  // namespace scanknit

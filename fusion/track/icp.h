@@ -1,0 +1,53 @@
+// Registration of a depth frame with a view of the model: projective point-to-plane ICP with a photometric term.
+#pragma once
+
+#include "core/noise_model.h"
+#include "core/pose.h"
+#include "fusion/track/motion_vector.h"
+#include "fusion/track/surface_pyramid.h"
+
+namespace scanknit {
+
+struct IcpConfig {
+  NoiseModel noise;
+  double intensity_sigma = 0.05;  ///< of a difference of intensity between frame and model; 0: depth alone
+  int first_level = 2;            ///< begin at this level; 2 is the coarsest
+  int last_level = 0;             ///< and end at this one
+};
+
+struct IcpResult {
+  Pose T_model_frame = Pose::Identity();  ///< p_model_camera = T_model_frame * p_frame_camera
+  std::size_t points = 0;                 ///< of the frame, at the last level
+  double overlap = 0;                     ///< of the points, the share before which the model has a surface
+  double inlier_share = 0;  ///< of those, the share within 3 sigma of the model's plane, alike in place and normal
+  double contradicted_share = 0;  ///< of those, the share that the model has in quite another depth
+  double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
+  double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 where none is
+  double support = 0;             ///< what the pairs weigh, colour included, a point: for comparing starts
+  /// How well each direction of motion is held, ascending: 1 is the whole of the points. Translation in metres and
+  /// rotation times the mean depth have one unit here.
+  Vector6d strengths = Vector6d::Zero();
+  int weak_directions = 0;  ///< those too weak: the result does not move along them
+  /// J^T J of the residuals in sigma, by translation (m) and rotation (rad) about `centre`, both in the model's camera;
+  /// 0 along directions that are too weak. Points count as if their errors were independent, which they are not.
+  Matrix6d information = Matrix6d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  /// The same for an edge of a pose graph: of a motion (m, rad) of the frame in its own axes, T_model_frame * motion,
+  /// where 1 / m^2 is a translation that is held by all points. Divided by the variance of a plane's distance (m^2) it
+  /// is the inverse covariance.
+  Matrix6d shape = Matrix6d::Zero();
+
+  [[nodiscard]] std::size_t inliers() const {
+    return static_cast<std::size_t>(static_cast<double>(points) * overlap * inlier_share + 0.5);
+  }
+};
+
+/// Moves the frame onto the model, from `T_model_frame`. Pairs by projection (Blais & Levine 1995), distances to planes
+/// (Chen & Medioni 1991), Tukey's weights on residuals in sigma(z), narrowing from level to level; Gauss-Newton with
+/// the 6 x 6 system in double. Directions that the scene does not hold are found by the eigenvalues and left as they
+/// were (Zhang, Kaess & Singh 2016, "On degeneracy of optimization-based state estimation problems"). The same bits for
+/// any number of threads and instruction set. Never fails: without pairs the pose is the one given, and `overlap` 0.
+[[nodiscard]] IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& model,
+                                       const Pose& T_model_frame, const IcpConfig& config);
+
+}  // namespace scanknit

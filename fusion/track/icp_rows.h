@@ -1,0 +1,61 @@
+// One row of a frame against a model view: the inner loop of registration.
+#pragma once
+
+#include <array>
+
+#include "core/noise_model.h"
+#include "core/pose.h"
+#include "fusion/track/surface_pyramid.h"
+
+namespace scanknit {
+
+/// What counts as a pair, and how much.
+struct PairGate {
+  float distance_m = 0;            ///< pairs farther apart than this ...
+  float distance_per_m = 0;        ///< ... and this share of their depth are none
+  float min_cosine = 0;            ///< between the normals
+  float tukey_sigmas = 0;          ///< a residual beyond this many sigma weighs nothing (Beaton & Tukey 1974)
+  float contradiction_m = 0;       ///< depths that differ by more than this ...
+  float contradiction_sigmas = 0;  ///< ... and so many sigma cannot be the same surface
+  float inlier_sigmas = 0;         ///< a residual within is an inlier
+  float intensity_sigma = 0;       ///< standard deviation of intensity; 0: colour is not looked at
+  float intensity_offset = 0;      ///< the frame is so much brighter than the model
+};
+
+/// Sums over pairs. Rows of J: the derivative of a residual in units of its sigma, by the motion of the frame's points
+/// in the view: translation (m), then rotation about `centre` times `scale_m`.
+struct PairSums {
+  std::array<double, 21> JtJ{};  ///< upper triangle, row by row
+  std::array<double, 6> Jtr{};
+  double information = 0;     ///< of distances: sum of weight / sigma^2
+  double weights = 0;         ///< of distances
+  double squares = 0;         ///< weighted, of distances in sigma
+  double contradictions = 0;  ///< of those seen: the depths differ by more than noise and edges explain
+  double coloured = 0;        ///< pairs whose intensity is compared
+  double colour_weights = 0;
+  double colour_offset = 0;  ///< weighted sum of (frame - model), before intensity_offset
+  double points = 0;         ///< of the frame
+  double seen = 0;           ///< of those, before the view's picture where it shows a surface
+  double inliers = 0;        ///< of those
+
+  PairSums& operator+=(const PairSums& other);
+};
+
+/// A frame's level in a view's level of any size.
+struct Registration {
+  const SurfaceLevel* frame;
+  const SurfaceLevel* model;
+  Pose T_model_frame;
+  NoiseModel noise;
+  PairGate gate;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in the view
+  double scale_m = 1;
+};
+
+/// Residuals of row y. Point to plane: n . (T p - q) for the pixel q that T p projects to (Chen & Medioni 1991; Blais &
+/// Levine 1995), and the difference of intensity there (as ElasticFusion: Whelan et al. 2015). Eight pixels at a time
+/// on the widest instructions of the processor; each operation is rounded as IEEE 754 says, none fused, and sums run in
+/// eight lanes on every machine, so all give the same bits.
+[[nodiscard]] PairSums sum_row(const Registration& registration, int y);
+
+}  // namespace scanknit

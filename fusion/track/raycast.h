@@ -1,0 +1,18 @@
+// Raycasting: the volume as a camera would see it.
+#pragma once
+
+#include "core/camera.h"
+#include "core/pose.h"
+#include "fusion/track/model_view.h"
+#include "fusion/volume/tsdf_volume.h"
+
+namespace scanknit {
+
+/// Follows the ray of each pixel to the first place where the trilinearly interpolated signed distance falls through
+/// zero, from observed free space into observed matter. Unknown voxels (weight 0) take part in no interpolation: no
+/// surface is invented between them. A ray that enters matter from behind sees nothing. Normals are the field's
+/// gradient. The same bits for any number of threads. Empty volume: an empty view of the right size.
+[[nodiscard]] ModelView raycast(const TsdfVolume& volume, const CameraIntrinsics& intrinsics,
+                                const Pose& T_world_camera);
+
+}  // namespace scanknit

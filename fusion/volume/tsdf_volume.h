@@ -1,0 +1,95 @@
+// TsdfVolume: the live volume, OpenVDB grids of one transform and one topology.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "core/image.h"
+#include "core/result.h"
+#include "fusion/fusion_config.h"
+#include "fusion/volume/block_index.h"
+#include "fusion/volume/volume_memory.h"
+
+namespace scanknit {
+
+/// What is known of one sample.
+struct Voxel {
+  float tsdf_m = 0;            ///< see TsdfVolume
+  float weight = 0;            ///< 0: unknown
+  std::optional<Rgb8> colour;  ///< nothing: none was seen
+};
+
+/// Three grids named "tsdf", "weight", "colour", a sample AT index (i, j, k), world = voxel_size * index, allocated in
+/// leaves of 8^3 voxels. Per voxel:
+///   weight  sum of the observations' weights; 0 = unknown (never seen), > 0 = observed
+///   tsdf    mean signed distance, metres, positive in free space; background +truncation
+///   colour  mean sRGB-encoded colour
+/// Ten bytes: weight and colour are codes (core/voxel_codes.h). A voxel is active iff its weight is > 0. Free space is
+/// weight > 0 with tsdf at +truncation.
+class TsdfVolume {
+ public:
+  /// Errors (kConfig): a voxel size or truncation that is not positive and finite; a budget that is too small for any
+  /// scan.
+  [[nodiscard]] static Result<TsdfVolume> create(const FusionConfig& config);
+
+  TsdfVolume(TsdfVolume&&) = default;
+  TsdfVolume& operator=(TsdfVolume&&) = default;
+  TsdfVolume(const TsdfVolume&) = delete;
+  TsdfVolume& operator=(const TsdfVolume&) = delete;
+  ~TsdfVolume() = default;
+
+  [[nodiscard]] const FusionConfig& config() const { return config_; }
+  [[nodiscard]] const TsdfGrid& tsdf() const { return *tsdf_; }
+  [[nodiscard]] const WeightGrid& weight() const { return *weight_; }
+  [[nodiscard]] const ColourGrid& colour() const { return *colour_; }
+  /// For looking at a few; a walk through three trees.
+  [[nodiscard]] Voxel voxel(const openvdb::Coord& index) const;
+
+  [[nodiscard]] std::size_t blocks() const { return index_.blocks().size(); }  ///< leaves of 8^3 voxels
+  [[nodiscard]] std::size_t active_voxels() const;                             ///< observed voxels
+  [[nodiscard]] const VolumeMemory& memory() const { return memory_; }
+
+  [[nodiscard]] const BlockIndex& index() const { return index_; }
+  [[nodiscard]] BlockIndex& index() { return index_; }
+  /// The leaves become those of a block. They are the volume's from now on.
+  void add_block(const VolumeBlock& block);
+  /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
+  /// once.
+  void count_colours_of_a_block() { memory_.add_colours(); }
+  /// The origins of the blocks that changed since the last call, for meshing these alone.
+  [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
+
+  /// True once integrate() had to leave out blocks because of the budget.
+  bool is_budget_reached = false;
+  std::uint32_t frames = 0;  ///< integrated
+
+  /// Writes the three grids, all or nothing, in stock types that any OpenVDB program opens: weights as floats, colours
+  /// as three floats from 0 to 1, negative where none was seen. Errors: kOutput.
+  [[nodiscard]] Result<void> save(const std::filesystem::path& path) const;
+
+ private:
+  TsdfVolume() = default;
+  FusionConfig config_;
+  TsdfGrid::Ptr tsdf_;
+  WeightGrid::Ptr weight_;
+  ColourGrid::Ptr colour_;
+  BlockIndex index_;
+  VolumeMemory memory_;
+};
+
+/// A volume read from a .vdb: ours, or any file with a FloatGrid.
+struct LoadedVolume {
+  openvdb::FloatGrid::Ptr field;    ///< "tsdf" if there is one, else the only (or first) FloatGrid
+  openvdb::FloatGrid::Ptr weight;   ///< "weight" or null
+  openvdb::Vec3SGrid::Ptr colour;   ///< "colour" or null
+  bool is_signed_distance = false;  ///< ours, or of grid class level set
+};
+
+/// Errors (kInput): not there, not a VDB file, damaged, no FloatGrid in it (the message lists the grids that are).
+[[nodiscard]] Result<LoadedVolume> load_volume(const std::filesystem::path& path);
+
+}  // namespace scanknit

@@ -1,0 +1,24 @@
+// Rendering: what an ideal depth and colour camera sees of a synthetic scene.
+#pragma once
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "synth/scene/scene.h"
+
+namespace scanknit {
+
+/// All pictures have the camera's size. Depth 0: nothing within range.
+struct RenderedView {
+  DepthImage depth_m;          ///< exact z-depth at the pixel's centre, rounded to float
+  Image<float> cos_incidence;  ///< cosine of the angle between the ray and the surface normal, 0 where no depth
+  ColourImage colour;          ///< black where no depth
+};
+
+/// Nothing farther than this along the ray is seen.
+inline constexpr double kRenderRange_m = 30;
+
+/// The same bits for any number of threads. `intrinsics` is valid and has a positive fx and fy.
+[[nodiscard]] RenderedView render(const SyntheticScene& scene, const CameraIntrinsics& intrinsics,
+                                  const Pose& T_world_camera);
+
+}  // namespace scanknit

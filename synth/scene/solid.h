@@ -1,0 +1,84 @@
+// Solid: one exact primitive placed in the world.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/pose.h"
+#include "synth/scene/scene.h"
+#include "synth/scene/texture.h"
+
+namespace scanknit {
+
+struct Sphere {
+  double radius_m;
+};
+
+/// `half_m` is half the side and includes the rounding of the edges.
+struct Box {
+  Eigen::Vector3d half_m;
+  double rounding_m = 0;
+};
+
+/// Round the z axis; the rims are rounded.
+struct Cylinder {
+  double radius_m;
+  double half_height_m;
+  double rounding_m = 0;
+};
+
+/// Round the z axis.
+struct Torus {
+  double major_m;
+  double minor_m;
+};
+
+/// A profile (radius, height) turned round the z axis: a cone, a bottle. It runs upwards from the axis to the axis.
+struct Lathe {
+  std::vector<Eigen::Vector2d> profile_m;
+};
+
+using Shape = std::variant<Sphere, Box, Cylinder, Torus, Lathe>;
+
+/// The value of a distance field and its gradient, a unit vector.
+struct FieldSample {
+  double distance_m;
+  Eigen::Vector3d gradient;
+};
+
+class Solid {
+ public:
+  Solid(Shape shape, const Pose& T_world_solid, const Texture& texture);
+
+  /// The outside of a box: walls, floor and ceiling of a room.
+  [[nodiscard]] static Solid room(const Eigen::Vector3d& half_m, const Pose& T_world_solid, const Texture& texture);
+
+  /// Exact on both sides of the surface.
+  [[nodiscard]] FieldSample field(const Eigen::Vector3d& p_world) const;
+
+  /// Not above field(p_world).distance_m, and cheap.
+  [[nodiscard]] double distance_bound(const Eigen::Vector3d& p_world) const;
+
+  /// The first place along the ray, up to `max_t_m`, where it enters the solid.
+  [[nodiscard]] std::optional<double> intersect(const Ray& ray, double max_t_m) const;
+
+  [[nodiscard]] Eigen::Vector3d colour(const Eigen::Vector3d& p_world) const;
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const;
+
+ private:
+  [[nodiscard]] std::optional<double> leave_room(const Ray& ray_solid) const;
+  [[nodiscard]] std::optional<double> trace_convex(const Ray& ray_solid, double t_m, double t_end_m) const;
+  [[nodiscard]] std::optional<double> trace_any(const Ray& ray_solid, double t_m, double t_end_m) const;
+
+  Shape shape_;
+  Pose T_world_solid_;
+  Pose T_solid_world_;
+  Texture texture_;
+  double bounding_radius_m_;  // of a sphere about the solid's origin
+  bool is_convex_;
+  bool is_room_ = false;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,126 @@
+#include "synth/write_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <system_error>
+#include <vector>
+
+#include "acquire/convert/picture_files.h"
+#include "core/files/atomic_file.h"
+#include "synth/scene/surface_samples.h"
+#include "synth/synthetic_source.h"
+#include "synth/truth_files.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Removes pictures with names of ours, so that a shorter recording does not end in frames of a longer one.
+Result<void> remove_old_pictures(const fs::path& folder) {
+  const auto is_ours = [](const fs::path& path) {
+    const std::string stem = path.stem().string();
+    return stem.size() == 6 && std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
+           (path.extension() == ".png" || path.extension() == ".jpg");
+  };
+  std::error_code code;
+  std::vector<fs::path> old;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    if (is_ours(entry->path())) old.push_back(entry->path());
+  }
+  for (std::size_t i = 0; i < old.size() && !code; ++i) fs::remove(old[i], code);
+  if (code) return Error{ErrorCode::kOutput, "old frames cannot be removed: " + code.message(), folder.string()};
+  return {};
+}
+
+Result<void> prepare_folder(const fs::path& folder) {
+  std::error_code code;
+  const bool is_foreign = fs::exists(folder / "depth", code) && !fs::exists(folder / kGroundTruthFile, code);
+  if (is_foreign) {
+    return Error{ErrorCode::kOutput, "holds a recording that is not synthetic; choose another folder", folder.string()};
+  }
+  for (const char* part : {"depth", "color"}) {
+    fs::create_directories(folder / part, code);
+    if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), (folder / part).string()};
+    if (auto removed = remove_old_pictures(folder / part); !removed) return removed;
+  }
+  return {};
+}
+
+/// An older recording may have had poses where this one has none.
+Result<void> remove_old_poses(const fs::path& folder) {
+  std::error_code code;
+  for (const char* file : {kPosesFile, kTruePosesFile, kEncoderFile}) {
+    fs::remove(folder / file, code);
+    if (code) return Error{ErrorCode::kOutput, "cannot be removed: " + code.message(), (folder / file).string()};
+  }
+  return {};
+}
+
+/// One line a frame, degrees.
+std::string encoder_text(const TurntableRig& rig, std::size_t frames) {
+  std::string text;
+  for (std::size_t i = 0; i < frames; ++i) {
+    text += fmt::format("{:.6f}\n", rig.steady_angle_rad(i) * 180 / std::numbers::pi);
+  }
+  return text;
+}
+
+Result<void> write_poses(const SyntheticScanner& scanner, const SynthConfig& config, std::size_t pictures,
+                         const std::string& trajectory, const fs::path& folder) {
+  const TurntableRig* rig = scanner.turntable();
+  if (rig == nullptr) return write_file_atomically(folder / kPosesFile, trajectory);
+  if (auto done = write_file_atomically(folder / kTruePosesFile, trajectory); !done) return done;
+  return write_file_atomically(folder / kEncoderFile,
+                               encoder_text(*rig, pictures / static_cast<std::size_t>(config.stills)));
+}
+
+Result<void> write_shot(const Shot& shot, std::size_t number, const SynthConfig& config, const fs::path& folder) {
+  const fs::path depth_path = folder / "depth" / fmt::format("{:06}.png", number);
+  if (auto done = write_depth_png(to_raw_depth(shot.depth_m, config.depth_scale), depth_path); !done) return done;
+  const fs::path colour_path = folder / "color" / fmt::format("{:06}.{}", number, config.jpeg_colour ? "jpg" : "png");
+  return config.jpeg_colour ? write_colour_jpeg(shot.exact.colour, colour_path)
+                            : write_colour_png(shot.exact.colour, colour_path);
+}
+
+}  // namespace
+
+Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, const SynthConfig& config,
+                                               const fs::path& folder, const SynthProgress& progress,
+                                               std::stop_token stop) {
+  if (auto valid = validate(config); !valid) return valid.error();
+  if (auto ready = prepare_folder(folder); !ready) return ready.error();
+  // Written first as well: it marks the folder as ours should the run be killed.
+  if (auto marked = write_truth(scene, config, 0, {}, folder); !marked) return marked.error();
+  if (auto done = write_camera_json(config.intrinsics, config.depth_scale, folder / "camera_intrinsic.json"); !done) {
+    return done.error();
+  }
+
+  const SyntheticScanner scanner(scene, config);
+  if (auto removed = remove_old_poses(folder); !removed) return removed.error();
+  std::vector<TruthPoint> points = sample_surface(scene, config.truth_points, config.seed);
+  SynthSummary summary;
+  summary.truth_points = points.size();
+  std::string trajectory;
+  for (; summary.frames < scanner.pictures(); ++summary.frames) {
+    if (stop.stop_requested()) {
+      summary.was_stopped = true;
+      break;
+    }
+    const Shot shot = scanner.shoot(summary.frames);
+    count_views(shot.exact, config.intrinsics, shot.T_world_camera, points);
+    append_log_pose(trajectory, summary.frames, shot.T_world_camera.matrix());
+    if (auto done = write_shot(shot, summary.frames, config, folder); !done) return done.error();
+    if (progress) progress(summary.frames + 1, scanner.pictures());
+  }
+  std::erase_if(points,
+                [&](const TruthPoint& point) { return point.views < static_cast<std::uint32_t>(config.min_views); });
+  summary.visible_points = points.size();
+  if (auto done = write_poses(scanner, config, summary.frames, trajectory, folder); !done) return done.error();
+  if (auto done = write_truth(scene, config, summary.frames, points, folder); !done) return done.error();
+  return summary;
+}
+
+}  // namespace scanknit
