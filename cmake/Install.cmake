@@ -6,7 +6,7 @@ get_property(rooms GLOBAL PROPERTY SCANKNIT_ROOMS)
 install(TARGETS ${rooms} EXPORT ScanKnitTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
-foreach(room core acquire synth fusion extract finish export)
+foreach(room core acquire synth fusion extract finish export scan)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit COMPONENT dev FILES_MATCHING PATTERN "*.h")
 endforeach()

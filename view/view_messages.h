@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/crop_box.h"
 #include "core/pose.h"
 #include "core/result.h"
 
@@ -65,9 +66,6 @@ struct ViewFile {
   std::string name;
   std::uintmax_t bytes = 0;
 };
-
-/// Axes of the world, metres; nothing: no crop.
-using CropBox = std::optional<Eigen::AlignedBox3d>;
 
 [[nodiscard]] std::string to_message(const ViewHello& hello);
 [[nodiscard]] std::string to_message(const ViewState& state);

@@ -8,7 +8,7 @@
 #include "app/cli/cli_options.h"
 #include "app/cli/command_tree.h"
 #include "app/cli/rig_options.h"
-#include "app/config/quantity.h"
+#include "core/files/quantity.h"
 #include "synth/scene/scene.h"
 
 namespace scanknit {

@@ -149,7 +149,7 @@ void add_view_options(CLI::App& app, ViewArguments& view) {
   add_server_options(app, view.server, wanted);
 }
 
-void add_scanner_options(CLI::App& app, ScannerArguments& scanner) {
+void add_scanner_options(CLI::App& app, ScannerRequest& scanner) {
   const std::string group = "Scanner";
   app.add_option("--device", scanner.device, "Which scanner, as `scanknit devices` lists it; default: the first")
       ->type_name("URI")

@@ -44,7 +44,7 @@ void add_output_options(CLI::App& app, OutputRequest& outputs);
 void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options);
 
 /// Which scanner, its pictures, and when the scan ends.
-void add_scanner_options(CLI::App& app, ScannerArguments& scanner);
+void add_scanner_options(CLI::App& app, ScannerRequest& scanner);
 
 /// Where the live view is served. `needed`: the option without which these mean nothing; may be null.
 void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed);

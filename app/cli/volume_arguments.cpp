@@ -3,8 +3,8 @@
 #include <limits>
 #include <vector>
 
-#include "app/config/quantity.h"
 #include "core/files/ascii_numbers.h"
+#include "core/files/quantity.h"
 
 namespace scanknit {
 namespace {

@@ -11,10 +11,11 @@
 #include "acquire/convert/convert_recording.h"
 #include "acquire/replay/paced_source.h"
 #include "app/config/config_load.h"
-#include "app/scan/live_scanner.h"
-#include "app/scan/outputs.h"
+#include "app/config/outputs.h"
 #include "app/terminal/console.h"
 #include "extract/volume/slice_reader.h"
+#include "scan/align/align.h"
+#include "scan/live/live_scanner.h"
 #include "view/live_view.h"
 
 namespace scanknit {
@@ -64,7 +65,7 @@ struct RepairArguments {
 };
 
 struct CaptureArguments {
-  ScannerArguments scanner;
+  ScannerRequest scanner;
   OutputRequest outputs;
   bool wants_recording = true;
   std::optional<std::filesystem::path> recording;  ///< nothing: beside the mesh
@@ -72,7 +73,7 @@ struct CaptureArguments {
 };
 
 struct RecordArguments {
-  ScannerArguments scanner;
+  ScannerRequest scanner;
   std::filesystem::path output;
 };
 
@@ -85,10 +86,8 @@ struct ExtractArguments {
 };
 
 struct AlignArguments {
-  std::vector<std::filesystem::path> inputs;
+  AlignRequest request;
   OutputRequest outputs;
-  std::optional<std::filesystem::path> points, initial, markers;
-  bool wants_refinement = false;  ///< poses that the files carry are a beginning, not the end
 };
 
 struct InfoArguments {

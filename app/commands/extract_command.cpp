@@ -3,10 +3,10 @@
 #include <limits>
 
 #include "app/commands/commands.h"
-#include "app/scan/extract_volume.h"
-#include "app/scan/run_report.h"
-#include "app/scan/texture_output.h"
+#include "app/report/conclude.h"
 #include "app/terminal/signals.h"
+#include "scan/mesh/write_texture.h"
+#include "scan/volume/extract_volume.h"
 
 namespace scanknit {
 namespace {
@@ -14,12 +14,12 @@ namespace {
 /// The configuration, and whether any of its sources gives the isovalue: what is not a number stays so unless it is
 /// set.
 struct IsovalueAndConfig {
-  Config config;
+  ScanConfig config;
   bool has_isovalue;
 };
 
 Result<IsovalueAndConfig> load(const ConfigSources& sources) {
-  Config config;
+  ScanConfig config;
   const double built_in = config.extract.isovalue;
   config.extract.isovalue = std::numeric_limits<double>::quiet_NaN();
   auto loaded = load_config(sources, config);
@@ -32,8 +32,8 @@ Result<IsovalueAndConfig> load(const ConfigSources& sources) {
 }  // namespace
 
 int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal
-      stop_on_signal;  // before any other thread; a volume is meshed whole or, at a second signal, not at all
+  // Before any other thread. A volume is meshed whole or, at a second signal, not at all.
+  const StopOnSignal stop_on_signal;
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load(common.config);
   if (!loaded) return fail(loaded.error(), common);
@@ -43,13 +43,11 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
 
   VolumeRequest request{arguments.options, loaded->has_isovalue ? IsovalueWish::kGiven : IsovalueWish::kUnsaid};
   if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
-  const Job job{arguments.volume, std::move(loaded->config), *outputs};
-  RunReport report = begin_report(job);
+  const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
   Console console(common.verbosity);
-  warn_of_unused_options(job, console, report);
-  const Result<void> result = extract_volume(job, request, stop_on_signal.token(), console, report);
-  close_report(report, result, stop_on_signal.token().stop_requested(), begin);
-  return conclude(report, result, job, common, arguments.wants_stats);
+  Run run = close_run(extract_volume(job, request, console, stop_on_signal.token()),
+                      stop_on_signal.token().stop_requested(), begin);
+  return conclude(run, *outputs, common, arguments.wants_stats);
 }
 
 }  // namespace scanknit

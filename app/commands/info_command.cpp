@@ -10,14 +10,14 @@
 #include "acquire/frame_source.h"
 #include "app/cli/exit_codes.h"
 #include "app/commands/commands.h"
-#include "app/scan/extract_volume.h"
-#include "app/scan/volume_values.h"
 #include "core/mesh.h"
 #include "export/mesh/mesh_stats.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
 #include "export/spill/stitch_borders.h"
 #include "fusion/volume/tsdf_volume.h"
+#include "scan/volume/extract_volume.h"
+#include "scan/volume/volume_values.h"
 
 namespace scanknit {
 namespace {
@@ -117,13 +117,13 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   return json;
 }
 
-Result<Json> describe_volume(const InfoArguments& arguments, const Config& config) {
+Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& config) {
   const auto reader = open_volume_file(arguments.file, arguments.options, config.extract);
   return reader ? volume_json(**reader) : reader.error();
 }
 
 /// Without options a folder may hold a recording or a volume.
-Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const Config& config) {
+Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const ScanConfig& config) {
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
   const auto extension = arguments.file.extension();
@@ -136,7 +136,7 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
                recording.error().where};
 }
 
-Result<Json> describe(const InfoArguments& arguments, const Config& config) {
+Result<Json> describe(const InfoArguments& arguments, const ScanConfig& config) {
   const std::filesystem::path& file = arguments.file;
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(file, ignored);

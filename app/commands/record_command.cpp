@@ -5,9 +5,10 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/commands/commands.h"
-#include "app/scan/live_scanner.h"
 #include "app/terminal/signals.h"
 #include "core/files/atomic_file.h"
+#include "scan/live/live_scanner.h"
+#include "scan/scan_session.h"
 
 namespace scanknit {
 namespace {
@@ -19,24 +20,23 @@ struct Recorded {
   std::optional<Error> failure;  ///< of the scanner, or of the file: what came before it is kept
 };
 
-Result<Recorded> record(const RecordArguments& arguments, const Config& config, std::stop_token stop,
-                        Console& console) {
+Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& config, std::stop_token stop,
+                        ScanSession& session) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
-  const Warn warn = [&console](const std::string& text) { console.warn(text); };
-  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, console, warn);
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, session);
   if (!scanner) return scanner.error();
   auto recorder = Recorder::create(arguments.output, scanner->calibration);
   if (!recorder) return recorder.error();
-  auto source =
-      LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, warn), recorder->get());
+  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, session),
+                                  recorder->get());
   if (!source) return source.error();
-  console.info("recording; Ctrl-C ends it");
+  session.info("recording; Ctrl-C ends it");
 
   Recorded recorded;
   while (!(*recorder)->failure()) {
     const FrameEvent event = (*source)->next(stop);
     if (std::holds_alternative<EndOfStream>(event) || std::holds_alternative<Error>(event)) break;
-    console.progress("recording", ++recorded.frames, arguments.scanner.frames.value_or(0));
+    session.progress("recording", ++recorded.frames, arguments.scanner.frames.value_or(0));
   }
   recorded.failure = (*source)->failure();
   recorded.losses = (*source)->losses();
@@ -73,9 +73,10 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   const auto config = load_config(with_run_defaults(common.config));
   if (!config) return fail(config.error(), common);
   Console console(common.verbosity);
-  const auto recorded = record(arguments, *config, stop_on_signal.token(), console);
+  ScanSession session(console, {});
+  const auto recorded = record(arguments, *config, stop_on_signal.token(), session);
   if (!recorded) return fail(recorded.error(), common);
-  warn_of_losses(recorded->losses, console);
+  warn_of_losses(recorded->losses, session);
   if (recorded->file.frames == 0) {  // there is no file
     return fail(recorded->failure.value_or(Error{ErrorCode::kDevice, "no picture came: nothing was recorded"}), common);
   }

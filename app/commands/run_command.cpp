@@ -1,10 +1,12 @@
 #include <chrono>
+#include <utility>
 
 #include "app/commands/commands.h"
 #include "app/live/scan_view.h"
-#include "app/scan/pipeline.h"
-#include "app/scan/run_report.h"
+#include "app/report/conclude.h"
+#include "app/terminal/pace_control.h"
 #include "app/terminal/signals.h"
+#include "scan/scan.h"
 
 namespace scanknit {
 
@@ -20,16 +22,18 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  const Job job{arguments.recording, std::move(*config), *outputs,
-                arguments.pace,      arguments.angles,   arguments.cut_recording};
-  RunReport report = begin_report(job);
+  ScanJob job = job_of(arguments.recording, *config, *outputs);
+  job.pace = arguments.pace;
+  job.pace_control = terminal_pace_control;
+  job.angles = arguments.angles;
+  job.cut_recording = arguments.cut_recording;
   Console console(common.verbosity);
-  warn_of_unused_options(job, console, report);
-  ScanView view(arguments.view, job, "run", stop_on_signal.token(), console);
-  const Result<void> result = run_pipeline(job, stop_on_signal.token(), console, report, view);
-  close_report(report, result, stop_on_signal.token().stop_requested(), begin);
-  const int exit_code = conclude(report, result, job, common);
-  view.linger(report);
+  ScanView view(arguments.view, job, ScanView::Mode::kRun, stop_on_signal.token(), console);
+  ScanResult scan = scan_recording(job, view, stop_on_signal.token());
+  add_times(view.times(), scan.stages);
+  Run run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
+  const int exit_code = conclude(run, *outputs, common);
+  view.serve_result(run);
   return exit_code;
 }
 

@@ -85,7 +85,7 @@ int synth_command(const SynthArguments& arguments, const CommonArguments& common
   Console console(common.verbosity);
   const auto scene = open_scene(arguments, console);
   if (!scene) return fail(scene.error(), common);
-  const auto progress = [&](std::size_t done, std::size_t total) { console.progress("rendering", done, total); };
+  const auto progress = [&](std::size_t done, std::size_t total) { console.on_progress("rendering", done, total); };
   const auto summary =
       write_synthetic_recording(**scene, synth_config(arguments), arguments.output, progress, stop_on_signal.token());
   if (!summary) return fail(summary.error(), common);

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "app/config/quantity.h"
 #include "core/files/ascii_numbers.h"
+#include "core/files/quantity.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
 

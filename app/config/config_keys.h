@@ -39,11 +39,11 @@ inline ConfigKey describe(ConfigType type, const Key& key, Range range = {0, 0})
   return described;
 }
 
-/// `field` is a generic lambda: Config& -> reference to the member, const Config& -> const reference.
+/// `field` is a generic lambda: ScanConfig& -> reference to the member, const ScanConfig& -> const reference.
 template <typename Stored, typename Field>
 void bind_plain(ConfigKey& key, Field field) {
-  key.get = [field](const Config& config) { return ConfigValue(static_cast<Stored>(field(config))); };
-  key.set = [field](Config& config, const ConfigValue& value) {
+  key.get = [field](const ScanConfig& config) { return ConfigValue(static_cast<Stored>(field(config))); };
+  key.set = [field](ScanConfig& config, const ConfigValue& value) {
     using Member = std::remove_cvref_t<decltype(field(config))>;
     field(config) = static_cast<Member>(std::get<Stored>(value));
   };
@@ -90,11 +90,11 @@ ConfigKey memory(const Key& key, Range range_mib, Field field) {
 template <typename Stored, typename Field>
 void bind_optional(ConfigKey& key, Field field) {
   key.allows_auto = true;
-  key.get = [field](const Config& config) {
+  key.get = [field](const ScanConfig& config) {
     const auto& member = field(config);
     return member ? ConfigValue(static_cast<Stored>(*member)) : ConfigValue();
   };
-  key.set = [field](Config& config, const ConfigValue& value) {
+  key.set = [field](ScanConfig& config, const ConfigValue& value) {
     auto& member = field(config);
     member.reset();
     using Member = typename std::remove_cvref_t<decltype(member)>::value_type;
@@ -126,8 +126,8 @@ ConfigKey describe_words(const Key& key, const Words<E>& words) {
 template <typename E, typename Field>
 ConfigKey choice(const Key& key, const Words<E>& words, Field field) {
   ConfigKey described = describe_words(key, words);
-  described.get = [words, field](const Config& config) { return ConfigValue(word_of<E>(words, field(config))); };
-  described.set = [words, field](Config& config, const ConfigValue& value) {
+  described.get = [words, field](const ScanConfig& config) { return ConfigValue(word_of<E>(words, field(config))); };
+  described.set = [words, field](ScanConfig& config, const ConfigValue& value) {
     field(config) = value_of(words, std::get<std::string>(value));
   };
   return described;
@@ -137,11 +137,11 @@ template <typename E, typename Field>
 ConfigKey optional_choice(const Key& key, const Words<E>& words, Field field) {
   ConfigKey described = describe_words(key, words);
   described.allows_auto = true;
-  described.get = [words, field](const Config& config) {
+  described.get = [words, field](const ScanConfig& config) {
     const auto& member = field(config);
     return member ? ConfigValue(word_of<E>(words, *member)) : ConfigValue();
   };
-  described.set = [words, field](Config& config, const ConfigValue& value) {
+  described.set = [words, field](ScanConfig& config, const ConfigValue& value) {
     auto& member = field(config);
     member.reset();
     if (const auto* word = std::get_if<std::string>(&value)) member = value_of(words, *word);

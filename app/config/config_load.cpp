@@ -34,7 +34,7 @@ std::vector<std::string> known_names() {
 /// Walks a YAML tree, sets what it can, notes what it cannot.
 class ConfigReader {
  public:
-  ConfigReader(std::string name, std::filesystem::path folder, Config& config)
+  ConfigReader(std::string name, std::filesystem::path folder, ScanConfig& config)
       : name_(std::move(name)), folder_(std::move(folder)), config_(config) {}
 
   void read_section(const YamlNode& node, const std::string& section) {
@@ -120,13 +120,13 @@ class ConfigReader {
 
   std::string name_;
   std::filesystem::path folder_;
-  Config& config_;
+  ScanConfig& config_;
   std::set<std::string> seen_;
   std::vector<ConfigProblem> problems_;
 };
 
 /// What no single key can tell.
-std::vector<ConfigProblem> check_together(const Config& config) {
+std::vector<ConfigProblem> check_together(const ScanConfig& config) {
   std::vector<ConfigProblem> problems;
   const AcquireConfig& acquire = config.acquire;
   if (acquire.max_depth_m != 0 && acquire.max_depth_m <= acquire.min_depth_m) {
@@ -155,7 +155,7 @@ std::vector<ConfigProblem> check_together(const Config& config) {
   return problems;
 }
 
-std::vector<ConfigProblem> apply_preset(const std::string& name, Config& config) {
+std::vector<ConfigProblem> apply_preset(const std::string& name, ScanConfig& config) {
   if (const Preset* preset = find_preset(name))
     return apply_yaml(preset->text, "configs/" + name + ".yaml", "", config);
   std::vector<std::string> names;
@@ -165,7 +165,7 @@ std::vector<ConfigProblem> apply_preset(const std::string& name, Config& config)
                                            near ? fmt::format("; did you mean '{}'?", *near) : "")}};
 }
 
-std::vector<ConfigProblem> apply_file(const std::filesystem::path& file, Config& config) {
+std::vector<ConfigProblem> apply_file(const std::filesystem::path& file, ScanConfig& config) {
   const auto text = read_text_file(file, Limits{}.max_config_bytes);
   if (!text) return {{file.string(), text.error().message}};
   return apply_yaml(*text, file.string(), file.parent_path(), config);
@@ -174,7 +174,7 @@ std::vector<ConfigProblem> apply_file(const std::filesystem::path& file, Config&
 }  // namespace
 
 std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& name,
-                                      const std::filesystem::path& folder, Config& config) {
+                                      const std::filesystem::path& folder, ScanConfig& config) {
   ConfigReader reader(name, folder, config);
   const auto parsed = parse_yaml(text);
   if (const auto* error = std::get_if<YamlError>(&parsed)) {
@@ -185,7 +185,7 @@ std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& 
   return reader.take_problems();
 }
 
-std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Config& config) {
+std::vector<ConfigProblem> apply_assignment(const std::string& assignment, ScanConfig& config) {
   const std::string where = "--set " + assignment;
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos) return {{where, "expected key=value, for instance fusion.voxel_size=2mm"}};
@@ -210,7 +210,7 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Confi
   return problems;
 }
 
-Result<Config> load_config(const ConfigSources& sources, Config config) {
+Result<ScanConfig> load_config(const ConfigSources& sources, ScanConfig config) {
   std::vector<ConfigProblem> problems;
   const auto collect = [&](std::vector<ConfigProblem> more) {
     std::move(more.begin(), more.end(), std::back_inserter(problems));

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/config/config_schema.h"
-#include "app/config/quantity.h"
+#include "core/files/quantity.h"
 
 namespace scanknit {
 namespace {
@@ -164,7 +164,7 @@ Json key_schema(const ConfigKey& key) {
   Json schema = value_schema(key);
   if (key.allows_auto) schema = {{"anyOf", {{{"const", "auto"}}, schema}}};
   schema["description"] = key.text + (key.unit.empty() ? "" : " [" + key.unit + "]");
-  const ConfigValue fallback = key.get(Config{});
+  const ConfigValue fallback = key.get(ScanConfig{});
   schema["default"] =
       key.allows_auto && std::holds_alternative<std::monostate>(fallback) ? Json("auto") : value_json(fallback);
   return schema;
@@ -172,7 +172,7 @@ Json key_schema(const ConfigKey& key) {
 
 }  // namespace
 
-std::string config_to_yaml(const Config& config) {
+std::string config_to_yaml(const ScanConfig& config) {
   constexpr std::size_t kWidth = 110;
   std::string yaml;
   std::vector<std::string> open;  // the sections that the next line is in
@@ -192,7 +192,7 @@ std::string config_to_yaml(const Config& config) {
   return yaml;
 }
 
-std::string config_to_json(const Config& config) {
+std::string config_to_json(const ScanConfig& config) {
   Json json = Json::object();
   for (const ConfigKey& key : config_schema()) {
     Json* place = &json;
@@ -218,7 +218,7 @@ std::string config_json_schema() {
   return schema.dump(2) + "\n";
 }
 
-std::string config_markdown(const Config& run_defaults) {
+std::string config_markdown(const ScanConfig& run_defaults) {
   std::string page =
       "# Configuration\n\n"
       "Written by `scanknit config docs` from the table in `app/config/config_schema.cpp`; a test keeps it up to "
@@ -236,7 +236,7 @@ std::string config_markdown(const Config& run_defaults) {
       section = current;
       page += fmt::format("\n## {}\n\n| key | values | built-in | `run` | what |\n|---|---|---|---|---|\n", section);
     }
-    const std::string built_in = value_text(key, key.get(Config{}));
+    const std::string built_in = value_text(key, key.get(ScanConfig{}));
     const std::string run = value_text(key, key.get(run_defaults));
     page += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, allowed_text(key), built_in,
                         run == built_in ? "" : run, key.text);

@@ -9,8 +9,8 @@
 
 #include "app/cli/suggestion.h"
 #include "app/config/config_keys.h"
-#include "app/config/quantity.h"
 #include "core/files/ascii_numbers.h"
+#include "core/files/quantity.h"
 
 namespace scanknit {
 namespace {

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
-#include "app/config/config.h"
 #include "core/result.h"
+#include "scan/scan_config.h"
 
 namespace scanknit {
 
@@ -40,8 +40,8 @@ struct ConfigKey {
   std::vector<std::string> choices;
   bool allows_auto = false;
   std::string text;  ///< what it does, one sentence or two
-  std::function<ConfigValue(const Config&)> get;
-  std::function<void(Config&, const ConfigValue&)> set;  ///< the value's type must be the key's
+  std::function<ConfigValue(const ScanConfig&)> get;
+  std::function<void(ScanConfig&, const ConfigValue&)> set;  ///< the value's type must be the key's
 };
 
 /// All keys, in the order in which they are printed; keys of one section are neighbours.

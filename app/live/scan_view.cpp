@@ -8,12 +8,11 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/live/tracking_advice.h"
-#include "app/scan/frame_count.h"
-#include "app/scan/live_scanner.h"
-#include "app/scan/stage_timer.h"
 #include "app/terminal/view_links.h"
 #include "export/mesh/up_rotation.h"
 #include "export/picture/depth_picture.h"
+#include "scan/frames/frame_count.h"
+#include "scan/live/live_scanner.h"
 #include "view/mesh_chunk.h"
 
 namespace scanknit {
@@ -49,39 +48,51 @@ double seconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
-/// Before anything has come of a frame there is nothing to be seen yet.
-ViewPhase phase_in_progress(const RunReport& report) {
-  return report.frames.fused + report.frames.lost > 0 ? ViewPhase::kScanning : ViewPhase::kWaiting;
-}
-
 std::map<std::string, std::uint64_t> without_zeros(std::map<std::string, std::uint64_t> counts) {
   std::erase_if(counts, [](const auto& count) { return count.second == 0; });
   return counts;
 }
 
-std::string why_not(const Result<void>& result) {
-  return result ? "" : result.error().text();
+ViewPhase view_phase(ScanPhase phase) {
+  switch (phase) {
+    case ScanPhase::kWaiting: return ViewPhase::kWaiting;
+    case ScanPhase::kScanning: return ViewPhase::kScanning;
+    case ScanPhase::kPaused: return ViewPhase::kPaused;
+    case ScanPhase::kExporting:
+    case ScanPhase::kWriting: return ViewPhase::kExporting;
+  }
+  return ViewPhase::kWaiting;
+}
+
+ScanCommand::Kind kind_of(ViewAction action) {
+  switch (action) {
+    case ViewAction::kStart: return ScanCommand::Kind::kStart;
+    case ViewAction::kPause: return ScanCommand::Kind::kPause;
+    case ViewAction::kReset: return ScanCommand::Kind::kReset;
+    case ViewAction::kCrop: return ScanCommand::Kind::kCrop;
+    case ViewAction::kExport: return ScanCommand::Kind::kExport;
+    case ViewAction::kFinish: return ScanCommand::Kind::kFinish;
+  }
+  return ScanCommand::Kind::kStart;
 }
 
 }  // namespace
 
-ScanView::ScanView(const ViewArguments& arguments, const Job& job, std::string mode, std::stop_token stop,
+ScanView::ScanView(const ViewArguments& arguments, const ScanJob& job, Mode mode, std::stop_token stop,
                    Console& console)
     : arguments_(arguments),
       job_(job),
-      mode_(std::move(mode)),
-      is_paced_(mode_ == "capture" || job.pace == Pace::kRealtime),
+      mode_(mode),
+      is_paced_(mode == Mode::kCapture || job.pace == Pace::kRealtime),
       stop_(std::move(stop)),
       console_(console) {}
 
-Result<void> ScanView::open(UpAxis world_up) {
+Result<void> ScanView::on_open(const RecordingInfo& info) {
   if (!arguments_.is_wanted) return {};
-  console_.watch_progress(
-      [this](std::string_view what, std::size_t done, std::size_t total) { note_work(what, done, total); });
   ViewHello hello;
   hello.title = job_.input.empty() ? "scanner" : job_.input.filename().string();
-  hello.mode = mode_;
-  hello.up = direction(job_.config.output.world_up.value_or(world_up)).cast<double>();
+  hello.mode = mode_ == Mode::kCapture ? "capture" : "run";
+  hello.up = direction(job_.config.output.world_up.value_or(info.world_up)).cast<double>();
   hello.is_orbit = arguments_.is_orbit;
   hello.is_paced = is_paced_;
   hello.voxel_size_m = job_.config.fusion.voxel_size_m;
@@ -96,30 +107,41 @@ Result<void> ScanView::open(UpAxis world_up) {
   return {};
 }
 
-Result<void> ScanView::begin(const TsdfVolume& volume, const RecordingInfo& info) {
-  is_other_ = has_ended_;
-  if (server_ == nullptr || has_ended_) return {};
-  if (auto made = make_mesh(volume); !made) return made;
+Result<void> ScanView::on_begin(const ScanState& scan) {
+  is_second_pass_ = has_ended_;
+  if (!shows_frames()) return {};
+  if (std::exchange(has_begun_, true)) {  // a reset
+    drop_mesh();
+    publish_crop(scan.crop);
+    T_world_camera_.reset();
+    note_tracking(nullptr);
+    note_counts(scan);
+    return make_mesh(scan.volume);
+  }
+  if (auto made = make_mesh(scan.volume); !made) return made;
   server_->refuse_commands("");
   state_.message.clear();
   frame_at_ = Clock::now();
-  is_tracked_ = is_tracked(info.poses);
-  state_.frames_total = is_paced_ && info.frames == 0 ? 0 : selected_frames(info, job_.config.acquire);
+  state_.frames_total = is_paced_ && scan.info.frames == 0 ? 0 : selected_frames(scan.info, job_.config.acquire);
   begun_at_ = Clock::now();
   budget_.go_on(begun_at_);
   return {};
 }
 
-void ScanView::show(const Frame& frame, const std::optional<Pose>& T_world_camera, TsdfVolume& volume,
-                    RunReport& report) {
-  if (server_ == nullptr || has_ended_) return;
-  const StageTimer timer(report.stages["view"]);
+void ScanView::on_frame(const Frame& frame, const std::optional<Pose>& T_world_camera, const ScanState& scan) {
+  if (!shows_frames()) return;
+  const StageTimer timer(times_["view"]);
   const auto begin = Clock::now();
   budget_.earn(begin);
-  note(frame, T_world_camera, report);
+  if (T_world_camera) fused_at_.push_back(begin);
+  note_counts(scan);
+  if (state_.phase != ViewPhase::kScanning) state_at_ = {};  // that is news
+  state_.phase = ViewPhase::kScanning;
+  note_tracking(scan.newest);
+  note_pose(frame, T_world_camera);
   is_mesh_behind_ = true;
-  state_.memory_mib = static_cast<double>(volume.memory().bytes()) / (1024 * 1024);
-  if (budget_.allows(mesh_cost_)) update_some_of_mesh(volume);
+  state_.memory_mib = static_cast<double>(scan.volume.memory().bytes()) / (1024 * 1024);
+  if (budget_.allows(mesh_cost_)) update_some_of_mesh(scan.volume);
   const auto picture_every = server_->clients() > 0 ? kPictureEvery : kPictureForLater;
   if (begin - picture_at_ >= picture_every && budget_.allows(Clock::now() - begin + picture_cost_)) {
     show_picture(frame);
@@ -134,43 +156,45 @@ void ScanView::show_picture(const Frame& frame) {
   server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
 }
 
-void ScanView::show_progress(const FrameIntake& intake, TsdfVolume& volume, RunReport& report) {
-  if (server_ == nullptr || has_ended_) return;
-  note_counts(report);
-  if (const auto trouble = intake.trouble()) note_trouble(*trouble);
+void ScanView::on_no_frame(const Frame* passed_by, const ScanState& scan) {
+  if (!shows_frames()) return;
+  note_counts(scan);
+  if (scan.phase == ScanPhase::kPaused) {
+    if (passed_by != nullptr && Clock::now() - picture_at_ >= kPictureEvery) show_picture(*passed_by);
+    budget_.go_on(Clock::now());
+    return publish_news();
+  }
+  if (scan.trouble) note_trouble(*scan.trouble);
   if (is_mesh_behind_ && budget_.allows(mesh_cost_)) {
-    const StageTimer timer(report.stages["view"]);
+    const StageTimer timer(times_["view"]);
     const auto begin = Clock::now();
-    update_some_of_mesh(volume);
+    update_some_of_mesh(scan.volume);
     budget_.spend(Clock::now() - begin);
   }
   publish_news();
 }
 
-void ScanView::note_counts(const RunReport& report) {
+void ScanView::note_counts(const ScanState& scan) {
+  note_counts(scan.frames, scan.losses);
+}
+
+void ScanView::note_counts(const FrameCounts& frames, const std::optional<LossCounters>& losses) {
   const auto now = Clock::now();
-  if (state_.frame != report.frames.read) frame_at_ = now;
-  state_.frame = report.frames.read;
-  state_.fused = report.frames.fused;
-  state_.dropped = report.frames.dropped;
-  state_.lost = report.frames.lost;
-  if (losses_) state_.losses = without_zeros(named(losses_()));
+  if (state_.frame != frames.read) frame_at_ = now;
+  state_.frame = frames.read;
+  state_.fused = frames.fused;
+  state_.dropped = frames.dropped;
+  state_.lost = frames.lost;
+  if (losses) state_.losses = without_zeros(named(*losses));
   while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
   const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
   state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;
-  const bool is_silent = mode_ == "capture" && now - frame_at_ >= kSilence;
+  const bool is_silent = mode_ == Mode::kCapture && now - frame_at_ >= kSilence;
   state_.silent_s = is_silent ? static_cast<std::size_t>(seconds(now - frame_at_)) : 0;
 }
 
-void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camera, const RunReport& report) {
-  if (T_world_camera) {
-    T_world_camera_ = T_world_camera;
-    fused_at_.push_back(Clock::now());
-  }
-  note_counts(report);
-  if (state_.phase != ViewPhase::kScanning) state_at_ = {};
-  state_.phase = ViewPhase::kScanning;
-  note_tracking(report);
+void ScanView::note_pose(const Frame& frame, const std::optional<Pose>& T_world_camera) {
+  if (T_world_camera) T_world_camera_ = T_world_camera;
   if (!T_world_camera_) return;
   const CameraIntrinsics& camera = frame.intrinsics;
   server_->publish(ViewPose{*T_world_camera_,
@@ -179,14 +203,12 @@ void ScanView::note(const Frame& frame, const std::optional<Pose>& T_world_camer
 }
 
 /// Of the frame that came last; where poses are given there is nothing to tell of one that could be used.
-void ScanView::note_tracking(const RunReport& report) {
-  RunReport::TrackedFrame tracked;
-  tracked.state = "none";
-  if (report.tracking && !report.tracking->frames.empty()) tracked = report.tracking->frames.back();
-  if (tracked.state != state_.tracking) state_at_ = {};  // that is news
-  state_.tracking = tracked.state;
-  state_.reason = tracked.reason;
-  state_.advice = tracking_advice(tracked.reason);
+void ScanView::note_tracking(const TrackedFrame* newest) {
+  const std::string tracking = newest == nullptr ? "none" : to_string(newest->state);
+  if (tracking != state_.tracking) state_at_ = {};  // that is news
+  state_.tracking = tracking;
+  state_.reason = newest == nullptr ? "" : newest->reason;
+  state_.advice = tracking_advice(state_.reason);
 }
 
 /// Frames come, and none can be used.
@@ -201,7 +223,8 @@ void ScanView::note_trouble(DropReason reason) {
 }
 
 /// Before the first frame and after the last: what is worked on, while it is.
-void ScanView::note_work(std::string_view what, std::size_t done, std::size_t total) {
+void ScanView::on_progress(std::string_view what, std::size_t done, std::size_t total) {
+  console_.on_progress(what, done, total);
   const bool has_frames = state_.phase != ViewPhase::kExporting && !(state_.phase == ViewPhase::kWaiting && !mesh_);
   if (server_ == nullptr || has_frames) return;
   state_.message = done < total ? fmt::format("{} {} of {}", what, done, total) : "";
@@ -249,62 +272,39 @@ void ScanView::update_some_of_mesh(TsdfVolume& volume) {
   }
 }
 
-void ScanView::obey(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  if (server_ == nullptr || has_ended_) return;
-  while (!intake.is_over()) {  // what was asked for after Finish is refused by linger()
-    const auto command = server_->next_command(stop_, 0ns);
-    if (!command) break;
-    obey_one(*command, scan, intake, report);
-  }
-  if (state_.phase == ViewPhase::kPaused) wait_while_paused(scan, intake, report);
+std::optional<ScanCommand> ScanView::next_command(std::stop_token stop, std::chrono::nanoseconds patience) {
+  if (!shows_frames()) return std::nullopt;
+  command_ = server_->next_command(std::move(stop), patience);
+  if (!command_) return std::nullopt;
+  return ScanCommand{kind_of(command_->action), command_->box};
 }
 
-void ScanView::wait_while_paused(Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  show_all(scan.volume(), report);
-  while (state_.phase == ViewPhase::kPaused && !intake.is_over() && !stop_.stop_requested()) {
-    const auto command = server_->next_command(stop_, is_paced_ ? 0ns : 500ms);
-    if (command) obey_one(*command, scan, intake, report);
-    if (!command && is_paced_) {
-      const auto frame = intake.pass_over("paused");
-      if (frame && Clock::now() - picture_at_ >= kPictureEvery) show_picture(*frame);
-    }
-    note_counts(report);
-    publish_news();
-  }
-  budget_.go_on(Clock::now());
-}
-
-void ScanView::obey_one(const ViewCommand& command, Reconstruction& scan, FrameIntake& intake, RunReport& report) {
-  std::string error;
-  switch (command.action) {
-    case ViewAction::kStart: state_.phase = phase_in_progress(report); break;
-    case ViewAction::kPause: state_.phase = ViewPhase::kPaused; break;
-    case ViewAction::kReset: error = why_not(start_over(scan, report)); break;
-    case ViewAction::kExport: error = why_not(export_now(scan, report)); break;
-    case ViewAction::kFinish: intake.finish(); break;
-    case ViewAction::kCrop: crop(command.box, scan); break;
-  }
-  server_->answer(command, error);
+void ScanView::on_answer(const ScanCommand& command, const Result<void>& outcome, const FilesByKind& files,
+                         const ScanState& scan) {
+  if (!command_) return;
+  if (state_.phase == ViewPhase::kPaused) budget_.go_on(Clock::now());
+  state_.phase = view_phase(scan.phase);
+  if (command.kind == ScanCommand::Kind::kCrop) publish_crop(scan.crop);
+  if (!files.empty()) publish_files(files);
+  server_->answer(*command_, outcome ? "" : outcome.error().text());
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::crop(const CropBox& box, Reconstruction& scan) {
-  scan.crop(box);
-  crop_ = box;
-  server_->publish(box);
+void ScanView::on_phase(const ScanState& scan) {
+  if (!shows_frames()) return;
+  state_.phase = view_phase(scan.phase);
+  if (scan.phase == ScanPhase::kPaused) return show_all(scan.volume);
+  if (scan.phase == ScanPhase::kWriting) {
+    has_ended_ = true;
+    state_.message.clear();
+    server_->refuse_commands("the scan has ended: its mesh is being made");
+  }
+  publish_state(/*is_urgent=*/true);
 }
 
-Result<void> ScanView::start_over(Reconstruction& scan, RunReport& report) {
-  drop_mesh();
-  if (auto begun = scan.start_over(); !begun) return begun;
-  if (is_tracked_) crop(std::nullopt, scan);  // another world: the box would be somewhere else
-  report.warnings.push_back(fmt::format("begun anew from the live view after frame {}", report.frames.read));
-  T_world_camera_.reset();
-  state_.tracking = "none";
-  state_.reason.clear();
-  state_.advice.clear();
-  note_counts(report);
-  return make_mesh(scan.volume());
+void ScanView::publish_crop(const CropBox& box) {
+  crop_ = box;
+  server_->publish(box);
 }
 
 Result<void> ScanView::make_mesh(const TsdfVolume& volume) {
@@ -321,75 +321,53 @@ void ScanView::drop_mesh() {
   server_->clear(revision_);
 }
 
-Result<void> ScanView::export_now(const Reconstruction& scan, const RunReport& report) {
-  const ViewPhase before = state_.phase;
-  state_.phase = ViewPhase::kExporting;
-  publish_state(/*is_urgent=*/true);
-  RunReport of_now = report;
-  auto written = scan.write_mesh(of_now, EmptyCrop::kRefused);
-  if (written) publish_files(of_now);
-  state_.phase = before;
-  return written ? Result<void>() : written.error();
-}
-
-void ScanView::show_writing() {
+void ScanView::on_tracked_mesh(const ScanState& scan) {
   if (server_ == nullptr) return;
-  has_ended_ = true;
-  state_.phase = ViewPhase::kExporting;
-  state_.message.clear();
-  server_->refuse_commands("the scan has ended: its mesh is being made");
-  publish_state(/*is_urgent=*/true);
+  if (is_second_pass_) return on_refined(scan);
+  show_all(scan.volume);
 }
 
-void ScanView::show_result(Reconstruction& scan, const FrameIntake& intake, RunReport& report) {
-  if (server_ == nullptr) return;
-  if (is_other_) return show_anew(scan, intake, report);
-  show_all(scan.volume(), report);
-}
-
-void ScanView::show_all(TsdfVolume& volume, RunReport& report) {
-  const StageTimer timer(report.stages["view_all"]);
+void ScanView::show_all(TsdfVolume& volume) {
+  const StageTimer timer(times_["view_all"]);
   update_mesh(volume, kAll);
   publish_state(/*is_urgent=*/true);
 }
 
-void ScanView::show_anew(Reconstruction& scan, const FrameIntake& intake, RunReport& report) {
+void ScanView::on_refined(const ScanState& scan) {
   if (server_ == nullptr) return;
   state_.message.clear();
   drop_mesh();
   std::vector<Eigen::Vector3d> trail;
-  for (const StampedPose& pose : intake.trajectory()) trail.push_back(pose.T_world_camera.translation());
+  for (const PosedFrame& frame : scan.trajectory) trail.push_back(frame.T_world_camera.translation());
   server_->publish_trail(trail);
-  if (!scan.crop()) crop(std::nullopt, scan);
-  if (const auto made = make_mesh(scan.volume()); !made) return console_.warn(made.error().text());
-  show_all(scan.volume(), report);
+  if (!scan.crop) publish_crop(std::nullopt);
+  if (const auto made = make_mesh(scan.volume); !made) return console_.warn(made.error().text());
+  show_all(scan.volume);
 }
 
-void ScanView::publish_files(const RunReport& report) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& [kind, path] : report.files) {
-    if (kind == "glb" || kind == "stl" || kind == "ply" || kind == "obj") files.emplace_back(path);
+void ScanView::publish_files(const FilesByKind& files) {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& [kind, path] : files) {
+    if (kind == "glb" || kind == "stl" || kind == "ply" || kind == "obj") paths.emplace_back(path);
   }
-  server_->publish_files(files);
+  server_->publish_files(paths);
 }
 
-void ScanView::linger(const RunReport& report) {
+void ScanView::serve_result(const Run& run) {
   if (server_ == nullptr) return;
   constexpr const char* kOver = "the scan is over";
   server_->refuse_commands(kOver);
-  const bool is_well = report.exit_code == kExitOk || report.exit_code == kExitInterrupted;
+  const bool is_well = run.exit_code == kExitOk || run.exit_code == kExitInterrupted;
   state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
-  state_.message = report.exit_code == kExitOk ? "" : report.status;
-  const auto& warnings = report.warnings;
-  for (const char* of_crop : {kCropIgnored, kCropGone}) {
-    const bool is_told = std::find(warnings.begin(), warnings.end(), of_crop) != warnings.end();
-    if (state_.message.empty() && is_told) state_.message = of_crop;
+  state_.message = run.exit_code == kExitOk ? "" : run.status;
+  for (const WarningCode of_crop : {WarningCode::kCropBoxIgnored, WarningCode::kCropBoxDropped}) {
+    const ScanWarning* warning = find_warning(run.scan, of_crop);
+    if (state_.message.empty() && warning != nullptr) state_.message = warning->text;
   }
-  note_counts(report);
-  if (report.losses) state_.losses = without_zeros(*report.losses);
-  publish_files(report);
+  note_counts(run.scan.frames, run.scan.losses);
+  publish_files(run.scan.files);
   publish_state(/*is_urgent=*/true);
-  if (stop_.stop_requested() || report.frames.fused == 0) return;
+  if (stop_.stop_requested() || run.scan.frames.fused == 0) return;
   console_.info("the live view stays open until Ctrl-C");
   while (!stop_.stop_requested()) {
     if (const auto command = server_->next_command(stop_, 1s)) server_->answer(*command, kOver);

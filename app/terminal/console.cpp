@@ -58,7 +58,7 @@ Console::~Console() {
   clear_line();
 }
 
-void Console::write(LogLevel level, std::string_view message) {
+void Console::on_message(LogLevel level, std::string_view message) {
   clear_line();
   logger_->log(level_of(level), "{}", message);
 }
@@ -68,12 +68,11 @@ void Console::plain(std::string_view lines) {
   say(fmt::format("{}\n", lines));
 }
 
-void Console::progress(std::string_view what, std::size_t done, std::size_t total) {
-  if (watcher_) watcher_(what, done, total);
+void Console::on_progress(std::string_view what, std::size_t done, std::size_t total) {
   if (is_quiet_ || total == 0) return;
   if (!is_terminal_) {
     const std::size_t tenths = done * 10 / total;
-    if (tenths > tenths_shown_ || done == total) write(LogLevel::kInfo, fmt::format("{} {}/{}", what, done, total));
+    if (tenths > tenths_shown_ || done == total) info(fmt::format("{} {}/{}", what, done, total));
     tenths_shown_ = done == total ? 0 : tenths;
     return;
   }

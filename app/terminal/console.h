@@ -3,13 +3,12 @@
 
 #include <chrono>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "core/log.h"
+#include "scan/scan_observer.h"
 
 namespace spdlog {
 class logger;
@@ -19,26 +18,24 @@ namespace scanknit {
 
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
-/// One thread. Quiet: errors only. Colours on a terminal unless NO_COLOR is set.
-class Console final : public Log {
+/// One thread. Quiet: errors only. Colours on a terminal unless NO_COLOR is set. As an observer of a scan it says its
+/// messages and warnings and draws its progress.
+class Console final : public ScanObserver {
  public:
   explicit Console(Verbosity verbosity);
   ~Console() override;
 
-  void write(LogLevel level, std::string_view message) override;
-  void error(std::string_view message) { write(LogLevel::kError, message); }
-  void debug(std::string_view message) { write(LogLevel::kDebug, message); }
+  void info(std::string_view message) { on_message(LogLevel::kInfo, message); }
+  void warn(std::string_view message) { on_message(LogLevel::kWarning, message); }
+  void error(std::string_view message) { on_message(LogLevel::kError, message); }
 
   /// One or more lines as they are, at every verbosity.
   void plain(std::string_view lines);
 
+  void on_message(LogLevel level, std::string_view message) override;
+  void on_warning(const ScanWarning& warning) override { warn(warning.text); }
   /// "fusing 12/50": on a terminal one line, redrawn ten times a second at most; else a line every tenth of the way.
-  void progress(std::string_view what, std::size_t done, std::size_t total);
-
-  /// Told of all progress, at every verbosity; empty: nobody is.
-  void watch_progress(std::function<void(std::string_view what, std::size_t done, std::size_t total)> watcher) {
-    watcher_ = std::move(watcher);
-  }
+  void on_progress(std::string_view what, std::size_t done, std::size_t total) override;
 
  private:
   void clear_line();
@@ -49,7 +46,6 @@ class Console final : public Log {
   bool has_line_ = false;
   std::chrono::steady_clock::time_point drawn_at_{};
   std::size_t tenths_shown_ = 0;
-  std::function<void(std::string_view, std::size_t, std::size_t)> watcher_;
 };
 
 }  // namespace scanknit

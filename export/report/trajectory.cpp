@@ -1,9 +1,9 @@
+#include "export/report/trajectory.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <iterator>
-
-#include "export/report/report.h"
 
 namespace scanknit {
 

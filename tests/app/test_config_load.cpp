@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 /// The problems as a user sees them, one a line.
 std::string problems_of(const std::string& text, const fs::path& folder = "") {
-  Config config;
+  ScanConfig config;
   std::string lines;
   for (const ConfigProblem& problem : apply_yaml(text, "a.yaml", folder, config)) {
     lines += problem.where + ": error: " + problem.message + "\n";
@@ -23,8 +23,8 @@ std::string problems_of(const std::string& text, const fs::path& folder = "") {
   return lines;
 }
 
-Config config_of(const std::string& text) {
-  Config config;
+ScanConfig config_of(const std::string& text) {
+  ScanConfig config;
   const auto problems = apply_yaml(text, "a.yaml", "", config);
   EXPECT_TRUE(problems.empty()) << problems.front().message;
   return config;
@@ -47,13 +47,13 @@ class TempFolder {
 };
 
 TEST(ConfigFile, SetsWhatItMentionsAndLeavesTheRest) {
-  const Config config = config_of("fusion:\n  voxel_size: 2mm\n");
+  const ScanConfig config = config_of("fusion:\n  voxel_size: 2mm\n");
   EXPECT_EQ(config.fusion.voxel_size_m, 0.002);
-  EXPECT_EQ(config.fusion.truncation_voxels, Config{}.fusion.truncation_voxels);
+  EXPECT_EQ(config.fusion.truncation_voxels, ScanConfig{}.fusion.truncation_voxels);
 }
 
 TEST(ConfigFile, ReadsEveryTypeOfValue) {
-  const Config config = config_of(
+  const ScanConfig config = config_of(
       "acquire: {bilateral: true, min_confidence: 1, depth_scale: 5000, poses: still}\n"
       "fusion:\n  memory_budget: 2GiB\n  noise: {floor: 0.2 cm}\n"
       "extract: {placement: mid_edge}\n"
@@ -70,7 +70,7 @@ TEST(ConfigFile, ReadsEveryTypeOfValue) {
 }
 
 TEST(ConfigFile, AutoGivesAKeyBackToTheRecording) {
-  Config config;
+  ScanConfig config;
   config.acquire.depth_scale = 5000;
   EXPECT_TRUE(apply_yaml("acquire: {depth_scale: auto, intrinsics: auto}", "a.yaml", "", config).empty());
   EXPECT_FALSE(config.acquire.depth_scale);
@@ -146,9 +146,9 @@ TEST(ConfigFile, ReportsEveryErrorInOneGo) {
 }
 
 TEST(ConfigFile, KeysAtFaultKeepTheirValue) {
-  Config config;
+  ScanConfig config;
   (void)apply_yaml("fusion: {voxel_size: 2 m, truncation: 5}", "a.yaml", "", config);
-  EXPECT_EQ(config.fusion.voxel_size_m, Config{}.fusion.voxel_size_m);
+  EXPECT_EQ(config.fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
   EXPECT_EQ(config.fusion.truncation_voxels, 5);
 }
 
@@ -158,13 +158,13 @@ TEST(ConfigFile, SyntaxErrorsHaveTheirPlace) {
 }
 
 TEST(Intrinsics, ComeAsAList) {
-  const Config config = config_of("acquire: {intrinsics: [481.2, -480, 319.5, 239.5]}");
+  const ScanConfig config = config_of("acquire: {intrinsics: [481.2, -480, 319.5, 239.5]}");
   ASSERT_TRUE(config.acquire.intrinsics);
   EXPECT_EQ(config.acquire.intrinsics->intrinsics, (CameraIntrinsics{0, 0, 481.2, -480, 319.5, 239.5}));
 }
 
 TEST(Intrinsics, ComeAsAMapWithDistortion) {
-  const Config config = config_of(
+  const ScanConfig config = config_of(
       "acquire:\n  intrinsics: {width: 640, height: 480, fx: 517.3, fy: 516.5, cx: 318.6, cy: 255.3, "
       "distortion: [0.26, -0.95, -0.005, 0.002, 1.16]}\n");
   ASSERT_TRUE(config.acquire.intrinsics);
@@ -178,7 +178,7 @@ TEST(Intrinsics, ComeFromAFileBesideTheConfiguration) {
   folder.write("camera.json",
                R"({"width": 640, "height": 480, "intrinsic_matrix": [525,0,0, 0,526,0, 319.5,239.5,1]})");
   for (const char* name : {"K.txt", "camera.json"}) {
-    Config config;
+    ScanConfig config;
     const std::string text = std::string("acquire: {intrinsics: ") + name + "}";
     ASSERT_TRUE(apply_yaml(text, "a.yaml", folder.path(), config).empty()) << name;
     EXPECT_EQ(config.acquire.intrinsics->intrinsics.fx, 525) << name;
@@ -205,7 +205,7 @@ TEST(Intrinsics, SayWhatIsWrongWithThem) {
 }
 
 TEST(Assignment, TakesAnyYamlValue) {
-  Config config;
+  ScanConfig config;
   EXPECT_TRUE(apply_assignment("fusion.voxel_size=2mm", config).empty());
   EXPECT_TRUE(apply_assignment("export.formats=[glb, stl]", config).empty());
   EXPECT_TRUE(apply_assignment("acquire.intrinsics=[1, 2, 3, 4]", config).empty());
@@ -215,7 +215,7 @@ TEST(Assignment, TakesAnyYamlValue) {
 }
 
 TEST(Assignment, SaysWhatIsWrongWithIt) {
-  Config config;
+  ScanConfig config;
   const auto message = [&](const std::string& assignment) {
     const auto problems = apply_assignment(assignment, config);
     return problems.empty() ? "" : problems.front().where + ": " + problems.front().message;
@@ -235,7 +235,7 @@ TEST(Assignment, SaysWhatIsWrongWithIt) {
 TEST(Precedence, AssignmentsBeatTheFileWhichBeatsPresetsWhichBeatDefaults) {
   const TempFolder folder;
   ConfigSources sources;
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, Config{}.fusion.voxel_size_m);
+  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
   sources.presets = {"object"};
   EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, 0.002);
   sources.presets = {"object", "room"};

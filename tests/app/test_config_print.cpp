@@ -19,18 +19,18 @@ std::string file_text(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Config run_defaults() {
+ScanConfig run_defaults() {
   return *load_config({{"default"}, {}, {}});
 }
 
 TEST(ConfigYaml, ReadsBackAsTheSameConfiguration) {
-  Config unusual = *load_config({{"tum_freiburg1", "phone_lidar"}, {}, {}});
+  ScanConfig unusual = *load_config({{"tum_freiburg1", "phone_lidar"}, {}, {}});
   unusual.fusion.noise.growth_per_m = 1.0 / 3.0;
   unusual.fusion.voxel_size_m = 0.0012345678901234567;
   unusual.fusion.memory_budget_mib = 1023;
   unusual.output.up = UpAxis::kMinusZ;
-  for (const Config& config : {Config{}, run_defaults(), unusual}) {
-    Config back;
+  for (const ScanConfig& config : {ScanConfig{}, run_defaults(), unusual}) {
+    ScanConfig back;
     const auto problems = apply_yaml(config_to_yaml(config), "printed.yaml", "", back);
     ASSERT_TRUE(problems.empty()) << problems.front().where << problems.front().message;
     for (const ConfigKey& key : config_schema()) {
@@ -49,7 +49,7 @@ TEST(ConfigYaml, OfTheRunDefaultsIsTheCommittedFile) {
 }
 
 TEST(ConfigJson, IsOneObjectWithNumbersInBaseUnits) {
-  const auto json = nlohmann::json::parse(config_to_json(Config{}));
+  const auto json = nlohmann::json::parse(config_to_json(ScanConfig{}));
   EXPECT_TRUE(json["fusion"]["voxel_size"].is_number());
   EXPECT_TRUE(json["fusion"]["noise"]["floor"].is_number());
   EXPECT_TRUE(json["acquire"]["depth_scale"].is_null());
@@ -73,7 +73,7 @@ TEST(ConfigSchema, EveryKeyIsInTheJsonSchemaWithTextAndDefault) {
 
 TEST(ConfigSchema, DefaultsLieWithinTheirRanges) {
   for (const ConfigKey& key : config_schema()) {
-    const ConfigValue value = key.get(Config{});
+    const ConfigValue value = key.get(ScanConfig{});
     const double* number = std::get_if<double>(&value);
     if (number == nullptr) continue;
     EXPECT_GE(*number, key.minimum) << key.name;
@@ -82,8 +82,8 @@ TEST(ConfigSchema, DefaultsLieWithinTheirRanges) {
 }
 
 TEST(ConfigSchema, SettingWhatWasGotChangesNothing) {
-  const Config config = *load_config({{"icl_nuim"}, {}, {}});
-  Config copy = config;
+  const ScanConfig config = *load_config({{"icl_nuim"}, {}, {}});
+  ScanConfig copy = config;
   for (const ConfigKey& key : config_schema()) key.set(copy, key.get(config));
   EXPECT_EQ(config_to_json(copy), config_to_json(config));
 }

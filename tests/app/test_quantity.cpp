@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "app/config/quantity.h"
+#include "core/files/quantity.h"
 
 namespace scanknit {
 namespace {

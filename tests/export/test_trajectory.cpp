@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <sstream>
 
-#include "export/report/report.h"
+#include "export/report/trajectory.h"
 
 namespace scanknit {
 namespace {

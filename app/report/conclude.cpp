@@ -1,0 +1,95 @@
+#include "app/report/conclude.h"
+
+#include <sys/resource.h>
+
+#include <utility>
+
+#include "app/cli/exit_codes.h"
+#include "app/report/case_table.h"
+#include "app/report/report_json.h"
+#include "app/report/summary.h"
+#include "core/files/atomic_file.h"
+#include "export/report/report_page.h"
+
+namespace scanknit {
+namespace {
+
+double peak_rss_mib() {
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+}
+
+/// A volume that was full and lost its camera is meshed as far as it goes.
+bool is_partial(const Run& run) {
+  return run.exit_code == exit_code_of(ErrorCode::kBudget) && run.scan.mesh.check;
+}
+
+/// Which outcomes leave a report: whatever was found out about the input. A refused option, disk or budget leaves none.
+bool wants_report(const Run& run) {
+  switch (run.exit_code) {
+    case exit_code_of(ErrorCode::kUsage):
+    case exit_code_of(ErrorCode::kOutput): return false;
+    case exit_code_of(ErrorCode::kBudget): return is_partial(run);
+    default: return true;
+  }
+}
+
+Result<void> write_report(const Outputs& outputs, Run& run) {
+  if (!outputs.report || !wants_report(run)) return {};
+  FilesByKind& files = run.scan.files;
+  files["report"] = outputs.report->string();
+  if (outputs.page) files["page"] = outputs.page->string();
+  const std::string json = report_json(run);
+  if (outputs.page) {                             // first: report.json must not tell of a success that was none
+    const auto poses = files.find("trajectory");  // of this run, wherever it is
+    const std::filesystem::path trajectory = poses == files.end() ? "" : poses->second;
+    if (auto written = write_report_page(json, *outputs.page, trajectory); !written) return written;
+  }
+  return write_file_atomically(*outputs.report, json);
+}
+
+std::string result_text(const Run& run, const CommonArguments& common, bool with_case_table) {
+  if (common.is_json) return report_json(run);
+  if (!run.scan.outcome && !is_partial(run)) return "";
+  std::string text;
+  if (common.verbosity != Verbosity::kQuiet) text = summary_text(run);
+  if (with_case_table) text += (text.empty() ? "" : "\n") + case_table_text(run.scan.mesh.cases.value_or(CaseCounts{}));
+  return text;
+}
+
+}  // namespace
+
+Run close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
+  Run run{std::move(scan), "ok", kExitOk, spent.count(), peak_rss_mib()};
+  const Result<void>& outcome = run.scan.outcome;
+  if (!outcome) {
+    run.status = outcome.error().text();
+    run.exit_code = exit_code_of(outcome.error().code);
+  }
+  if (!was_interrupted) return run;
+  run.exit_code = kExitInterrupted;
+  if (outcome) run.status = "interrupted: what there was has been meshed and written";
+  return run;
+}
+
+int conclude(Run& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
+  if (auto written = write_report(outputs, run); !written) {
+    run.scan.files.erase("report");
+    run.scan.files.erase("page");
+    if (!run.scan.outcome) {
+      (void)fail(written.error(), common);
+    } else {
+      run.scan.outcome = written;
+      run.status = written.error().text();
+      run.exit_code = exit_code_of(written.error().code);
+    }
+  }
+  const std::string text = result_text(run, common, with_case_table);
+  const int printed = text.empty() ? kExitOk : print_result(text, common);
+  if (!run.scan.outcome) (void)fail(run.scan.outcome.error(), common);
+  return run.exit_code != kExitOk ? run.exit_code : printed;
+}
+
+}  // namespace scanknit

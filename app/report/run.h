@@ -1,0 +1,22 @@
+// Run: a scan's result, and how the program ends with it.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "scan/scan_result.h"
+
+namespace scanknit {
+
+struct Run {
+  ScanResult scan;
+  std::string status;  ///< "ok", or the error's text
+  int exit_code = 0;
+  double total_ms = 0;
+  double peak_rss_mib = 0;
+};
+
+/// `begin`: of the command. `was_interrupted`: by a signal, where that is not how the command ends.
+[[nodiscard]] Run close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin);
+
+}  // namespace scanknit

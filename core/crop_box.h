@@ -1,0 +1,12 @@
+// CropBox: what a person cut a scan to.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+namespace scanknit {
+
+/// Axes of the world, metres; nothing: no crop.
+using CropBox = std::optional<Eigen::AlignedBox3d>;
+
+}  // namespace scanknit

@@ -1,0 +1,190 @@
+#include "scan/align/align.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/files/atomic_file.h"
+#include "core/files/quantity.h"
+#include "export/mesh/write_points.h"
+#include "scan/align/align_output.h"
+#include "scan/align/align_warnings.h"
+#include "scan/settings_check.h"
+
+namespace scanknit {
+namespace {
+
+/// Two digits of the spacing of the coarsest scan: finer voxels show nothing more.
+double voxel_size_for(const AlignInputs& inputs) {
+  double spacing = 0;
+  for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
+    if (inputs.inputs[i].kind == AlignKind::kRange) spacing = std::max(spacing, inputs.models[i].spacing_m);
+  }
+  const double digit = std::pow(10.0, std::floor(std::log10(spacing)) - 1);
+  return std::clamp(std::round(spacing / digit) * digit, 0.0002, 0.1);
+}
+
+class AlignRun {
+ public:
+  AlignRun(const ScanJob& job, const AlignRequest& request, ScanObserver& observer, const std::stop_token& stop)
+      : job_(job), request_(request), session_(observer, stop) {}
+
+  [[nodiscard]] ScanResult run() {
+    result_.outcome = align();
+    result_.input = job_.input.string();
+    result_.config = job_.config;
+    result_.warnings = session_.warnings();
+    result_.stages = session_.times();
+    for (const auto& [kind, path] : result_.mesh.files) result_.files[kind] = path;
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] Result<void> align() {
+    warn_of_settings_without_effect(job_, session_);
+    if (auto writable = check(); !writable) return writable;
+    const auto loaded = load_align_inputs(request_.inputs, job_.config, session_, inputs_);
+    result_.frames = inputs_.frames;
+    if (session_.is_stopped()) return stopped_while("the scans were read");
+    if (!loaded) return loaded;
+    if (auto known = find_priors(); !known) return known;
+    alignment_ = session_.timed("align", [&] { return compare(); });
+    if (session_.is_stopped()) return stopped_while("pairs of scans were compared");
+    if (auto told = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !told) return told;
+    warn(priors_.are_final ? given_pose_warnings(inputs_, alignment_) : prior_warnings(inputs_, priors_, alignment_));
+    if (auto placed = check_placed(); !placed) return placed;
+    return write();
+  }
+
+  [[nodiscard]] static Error stopped_while(const char* what) {
+    return {ErrorCode::kTooLittle, fmt::format("interrupted while {}: no mesh", what)};
+  }
+
+  [[nodiscard]] AlignedScans aligned() const { return {inputs_, alignment_}; }
+
+  void warn(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) session_.warn(WarningCode::kAlignment, warning);
+  }
+
+  [[nodiscard]] Result<void> check() const {
+    if (request_.points && !is_points_path(*request_.points)) {
+      return Error{ErrorCode::kUsage, "--points writes .ply or .pcd", request_.points->string()};
+    }
+    if (auto writable = check_files(job_); !writable) return writable;
+    return request_.points ? check_writable(*request_.points) : Result<void>();
+  }
+
+  /// Where the scans are, as far as it is known, and the world that they are in.
+  [[nodiscard]] Result<void> find_priors() {
+    warn(unit_warnings(inputs_));
+    std::vector<std::string> warnings;
+    auto priors = load_align_priors(request_.known, inputs_, job_.config.acquire.limits, warnings);
+    if (!priors) return priors.error();
+    priors_ = *std::move(priors);
+    warn(warnings);
+    if (priors_.T_world_scan[0]) inputs_.world = "that of the poses that were given";
+    const Eigen::Vector3d offset = move_near_origin(priors_);
+    if (!offset.isZero(0)) {
+      inputs_.world += fmt::format(", less {:.0f} {:.0f} {:.0f} m", offset.x(), offset.y(), offset.z());
+      warn(
+          {fmt::format("the given poses are far from the origin: the result is moved near it; add {:.0f} {:.0f} "
+                       "{:.0f} m to its positions",
+                       offset.x(), offset.y(), offset.z())});
+    }
+    const bool has_given = std::any_of(inputs_.inputs.begin(), inputs_.inputs.end(),
+                                       [](const AlignInput& input) { return input.T_world_scan.has_value(); });
+    if (has_given && !priors_.are_final) {
+      session_.info(
+          "the poses of the files are a beginning and are corrected, since --refine, --initial or --markers "
+          "is given, or a scan without a pose is among them");
+    }
+    return {};
+  }
+
+  [[nodiscard]] Alignment compare() {
+    return align_scans(inputs_.models, priors_, [&](std::size_t done, std::size_t total) {
+      session_.progress("comparing", done, total);
+      return !session_.is_stopped();
+    });
+  }
+
+  /// Where the preview goes, too: with one file as output there are no pictures.
+  [[nodiscard]] std::optional<std::filesystem::path> picture_folder() const {
+    if (!job_.files.preview) return std::nullopt;
+    return job_.files.preview->parent_path();
+  }
+
+  [[nodiscard]] Result<void> check_placed() const {
+    std::vector<std::string> lost;
+    for (std::size_t i = 0; i < inputs_.inputs.size(); ++i) {
+      if (!alignment_.is_placed[i]) lost.push_back(fmt::format("{} ({})", i + 1, inputs_.inputs[i].name));
+    }
+    if (lost.empty()) return {};
+    std::string reasons;
+    for (const AlignedPair& pair : alignment_.pairs) {
+      if (alignment_.is_placed[pair.from] == alignment_.is_placed[pair.to]) continue;
+      reasons += fmt::format("\n  {} and {}: {}", pair.from + 1, pair.to + 1, pair.judgement.reason);
+    }
+    return Error{ErrorCode::kTooLittle,
+                 fmt::format("no place was found for {} beside scan 1 ({}). Scan so that at least a third of each scan "
+                             "is in another one too, say where it is with --initial or --markers, or leave it out{}",
+                             fmt::join(lost, ", "), inputs_.inputs[0].name, reasons)};
+  }
+
+  [[nodiscard]] Result<void> write() {
+    const auto fusable = std::count_if(inputs_.inputs.begin(), inputs_.inputs.end(),
+                                       [](const AlignInput& input) { return input.is_fusable(); });
+    auto points = request_.points;
+    if (fusable == 0) {
+      session_.warn(WarningCode::kPointsOnly,
+                    "meshes and points alone hold nothing to fuse: their points are written, each scan in its place, "
+                    "and no mesh");
+      if (!points) points = default_points();
+    } else if (fusable < static_cast<std::ptrdiff_t>(inputs_.inputs.size())) {
+      session_.warn(WarningCode::kPointsOnly,
+                    "meshes and points are brought to their place, but only range scans and recordings are fused");
+    }
+    if (points) {
+      result_.files["points"] = points->string();
+      if (auto written = write_aligned_points(aligned(), *points, session_); !written) return written;
+    }
+    if (fusable == 0) return {};
+    choose_voxel_size();
+    return AlignedFusion(aligned(), job_, session_, result_).run();
+  }
+
+  [[nodiscard]] std::filesystem::path default_points() const {
+    const auto& meshes = job_.files.meshes;
+    return meshes.empty() ? "points.ply" : std::filesystem::path(meshes[0]).replace_filename("points.ply");
+  }
+
+  void choose_voxel_size() {
+    const bool has_grids = std::any_of(inputs_.inputs.begin(), inputs_.inputs.end(),
+                                       [](const AlignInput& input) { return input.kind == AlignKind::kRange; });
+    if (!has_grids || request_.has_voxel_size) return;
+    job_.config.fusion.voxel_size_m = voxel_size_for(inputs_);
+    session_.info(
+        fmt::format("fusion.voxel_size: {}, the spacing of the points; --set fusion.voxel_size=... for another",
+                    format_length(job_.config.fusion.voxel_size_m)));
+  }
+
+  ScanJob job_;
+  const AlignRequest& request_;
+  ScanSession session_;
+  AlignInputs inputs_;
+  AlignPriors priors_;
+  Alignment alignment_;
+  ScanResult result_;
+};
+
+}  // namespace
+
+ScanResult align_and_mesh(const ScanJob& job, const AlignRequest& request, ScanObserver& observer,
+                          std::stop_token stop) {
+  return AlignRun(job, request, observer, stop).run();
+}
+
+}  // namespace scanknit

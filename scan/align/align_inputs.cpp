@@ -1,0 +1,244 @@
+#include "scan/align/align_inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "acquire/frame_source.h"
+#include "acquire/range/range_files.h"
+#include "acquire/replay/text_numbers.h"
+#include "core/files/read_file.h"
+#include "export/mesh/read_mesh.h"
+#include "export/mesh/write_mesh.h"
+#include "extract/extract_surface.h"
+#include "scan/frames/frame_count.h"
+#include "scan/frames/frame_intake.h"
+#include "scan/reconstruction.h"
+#include "scan/tracking_verdict.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Frames of a recording that tell of free space, and how wide their pictures are for that.
+constexpr std::size_t kSightFrames = 10;
+constexpr int kSightWidth = 160;
+
+/// A frame as a scan from one centre, every few pixels.
+RangeScan coarse_scan_of(const Frame& frame) {
+  const int stride = std::max(1, frame.depth_m.width() / kSightWidth);
+  RangeScan scan;
+  scan.points_m = Image<Eigen::Vector3f>(frame.depth_m.width() / stride, frame.depth_m.height() / stride, kNoReturn);
+  for (int y = 0; y < scan.points_m.height(); ++y) {
+    for (int x = 0; x < scan.points_m.width(); ++x) {
+      const float z = frame.depth_m.at(x * stride, y * stride);
+      if (z > 0) scan.points_m.at(x, y) = frame.intrinsics.unproject(x * stride, y * stride, z).cast<float>();
+    }
+  }
+  scan.sight = {.kind = SightLines::Kind::kSphere, .pole = 1};
+  return scan;
+}
+
+class InputLoader {
+ public:
+  InputLoader(const ScanConfig& config, ScanSession& session, AlignInputs& loaded)
+      : config_(config), session_(session), loaded_(loaded) {}
+
+  [[nodiscard]] Result<void> load(const fs::path& path) {
+    if (path.extension() == ".conf") return load_conf(path);
+    if (is_range_path(path)) return load_range(path, std::nullopt);
+    if (is_mesh_path(path)) return load_mesh(path);
+    return load_recording(path);
+  }
+
+ private:
+  void warn(const std::string& message) { session_.warn(WarningCode::kAlignment, message); }
+
+  [[nodiscard]] Result<void> load_conf(const fs::path& path) {
+    const auto text = read_text_file(path, config_.acquire.limits.max_text_bytes);
+    if (!text) return text.error();
+    const auto scans = parse_conf(*text, config_.acquire.limits);
+    if (!scans) return Error{scans.error().code, scans.error().message, path.string()};
+    for (const TextLine& line : text_lines(*text)) {
+      if (line.words[0] != "mesh") continue;  // an older form, whose poses are not those of bmesh
+      warn(fmt::format(
+          "{}:{}: a line 'mesh' is not read, its scan is left out; expected bmesh FILE tx ty tz qx qy qz qw",
+          path.string(), line.number));
+    }
+    const std::size_t before = loaded_.inputs.size();
+    for (const NamedScan& scan : *scans) {
+      const fs::path named(scan.file);
+      const bool leaves = named.is_absolute() ||
+                          std::any_of(named.begin(), named.end(), [](const fs::path& part) { return part == ".."; });
+      if (leaves) {
+        return Error{ErrorCode::kInput, fmt::format("line {}: '{}' lies outside of its folder", scan.line, scan.file),
+                     path.string()};
+      }
+      fs::path file = path.parent_path() / named;
+      if (!fs::exists(file)) file += ".gz";
+      if (!fs::exists(file)) {
+        warn(fmt::format("{}:{}: {} is named, but is not there: left out", path.string(), scan.line, scan.file));
+        continue;
+      }
+      if (auto loaded = load_range(file, scan.T_world_scan); !loaded) return loaded;
+    }
+    if (loaded_.inputs.size() == before) {
+      return Error{ErrorCode::kInput, "none of the scans that it names is there", path.string()};
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<void> load_range(const fs::path& path, const std::optional<Pose>& T_world_scan) {
+    auto file = session_.timed("read", [&] { return read_range_file(path, config_.acquire.limits); });
+    if (!file) return file.error();
+    if (file->scans.empty() && file->clouds.empty()) return load_mesh(path);
+    const bool is_ptx = path.string().find(".ptx") != std::string::npos;
+    const bool is_pcd = path.string().find(".pcd") != std::string::npos;
+    for (RangeScan& scan : file->scans) {
+      const RangeSurface surface = session_.timed("filter", [&] { return find_surface(scan); });
+      if (surface.triangles.empty()) {
+        return Error{ErrorCode::kInput, "no surface in it: no three neighbours in its grid have a return",
+                     path.string()};
+      }
+      AlignInput input{.name = scan.name, .path = path, .noise_m = surface.noise_m};
+      input.world_up = is_ptx ? UpAxis::kZ : is_pcd ? UpAxis::kMinusY : UpAxis::kY;
+      input.T_world_scan = T_world_scan;
+      if (!T_world_scan && is_ptx) input.T_world_scan = scan.T_world_scan;
+      add_colours(scan, surface, input);
+      loaded_.models.push_back(model_of(scan, surface));
+      loaded_.inputs.push_back(std::move(input));
+      ++loaded_.frames.read;
+    }
+    for (PointCloud& cloud : file->clouds) {
+      Mesh points{std::move(cloud.points_m), std::move(cloud.normals), std::move(cloud.colours), {}};
+      if (auto added = add_mesh(path, std::move(points)); !added) return added;
+    }
+    return {};
+  }
+
+  static void add_colours(const RangeScan& scan, const RangeSurface& surface, AlignInput& input) {
+    if (scan.colours.empty()) return;
+    for (std::size_t i = 0; i < scan.colours.size(); ++i) {
+      if (surface.inset.pixels()[i] > 0) input.colours.push_back(scan.colours.pixels()[i]);
+    }
+  }
+
+  [[nodiscard]] Result<void> load_mesh(const fs::path& path) {
+    MeshNotes notes;
+    auto mesh = session_.timed("read", [&] { return read_mesh(path, config_.acquire.limits, &notes); });
+    if (!mesh) return mesh.error();
+    for (const std::string& warning : notes.warnings) warn(fmt::format("{}: {}", path.string(), warning));
+    return add_mesh(path, *std::move(mesh));
+  }
+
+  [[nodiscard]] Result<void> add_mesh(const fs::path& path, Mesh mesh) {
+    const bool is_cloud = mesh.triangles.empty();
+    if (is_cloud && mesh.normals.empty()) {
+      return Error{ErrorCode::kInput,
+                   "points without normals: nobody knows which side of them is outside; write them with normals, or "
+                   "give the organised grid that they come from",
+                   path.string()};
+    }
+    AlignInput input{
+        .name = path.filename().string(), .path = path, .kind = is_cloud ? AlignKind::kCloud : AlignKind::kMesh};
+    const bool has_colours = !mesh.colours.empty();
+    ScanModel model = model_of(mesh, input.name);
+    if (model.all.size() == 0) return Error{ErrorCode::kInput, "no point with a normal in it", path.string()};
+    if (has_colours && model.all.size() == mesh.positions_m.size()) input.colours = std::move(mesh.colours);
+    loaded_.models.push_back(std::move(model));
+    loaded_.inputs.push_back(std::move(input));
+    return {};
+  }
+
+  /// Fused by itself first: the model is the surface, the sights are some of its frames.
+  [[nodiscard]] Result<void> load_recording(const fs::path& path) {
+    auto source = open_recording(path, config_.acquire);
+    if (!source) return source.error();
+    for (const std::string& warning : (*source)->info().warnings) warn(warning);
+    AlignInput input{.name = path.filename().string(),
+                     .path = path,
+                     .kind = AlignKind::kRecording,
+                     .world_up = (*source)->info().world_up};
+    if (input.name.empty()) input.name = path.parent_path().filename().string();
+    ScanSession own(session_.observer(), session_.stop());
+    const auto model = model_of_frames(**source, own, input);
+    add_times(own.times(), session_.times());
+    if (!model) return model.error();
+    loaded_.models.push_back(*model);
+    loaded_.inputs.push_back(std::move(input));
+    return {};
+  }
+
+  /// Tracks and fuses all frames.
+  [[nodiscard]] Result<ScanModel> model_of_frames(FrameSource& source, ScanSession& session, AlignInput& input) {
+    FrameIntake intake(source, config_.acquire, session, {session.stop(), {}});
+    NoRefiner refiner;
+    auto scan = Reconstruction::create(config_, {source.info().poses}, refiner, session);
+    if (!scan) return scan.error();
+    std::vector<ModelSight> sights;
+    const std::size_t every = std::max<std::size_t>(1, selected_frames(source.info(), config_.acquire) / kSightFrames);
+    while (!intake.is_over()) {
+      auto frame = intake.next();
+      if (!frame) continue;
+      const auto added = scan->add(*frame);
+      if (!added) return added.error();
+      intake.count(*frame, *added);
+      if (!added->T_world_camera) continue;
+      if (input.T_scan_camera.size() % every == 0) {
+        const RangeScan view = coarse_scan_of(*frame);
+        sights.push_back({RangeView(view, find_surface(view)), *added->T_world_camera});
+      }
+      input.T_scan_camera[frame->sequence] = *added->T_world_camera;
+    }
+    const auto at_path = [&](const Error& error) { return Error{error.code, error.message, input.path.string()}; };
+    if (auto usable = intake.conclude(); !usable) return at_path(usable.error());
+    if (auto tracked = check_tracking({scan->tracking(), intake.counts(), scan->is_budget_reached()}); !tracked) {
+      return at_path(tracked.error());
+    }
+    FieldView field;
+    field.field = &scan->volume().tsdf();
+    field.weight_codes = &scan->volume().weight();
+    const auto surface = extract_surface(field, config_.extract);
+    if (!surface) return surface.error();
+    if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface comes of it", input.path.string()};
+    ScanModel model = model_of(surface->mesh, input.name);
+    model.sights = std::move(sights);
+    loaded_.frames.read += intake.counts().read;
+    loaded_.frames.dropped += intake.counts().dropped;
+    loaded_.frames.lost += intake.counts().lost;
+    return model;
+  }
+
+  const ScanConfig& config_;
+  ScanSession& session_;
+  AlignInputs& loaded_;
+};
+
+}  // namespace
+
+const char* to_string(AlignKind kind) {
+  switch (kind) {
+    case AlignKind::kRange: return "range scan";
+    case AlignKind::kRecording: return "recording";
+    case AlignKind::kMesh: return "mesh";
+    case AlignKind::kCloud: return "point cloud";
+  }
+  return "";
+}
+
+Result<void> load_align_inputs(const std::vector<fs::path>& paths, const ScanConfig& config, ScanSession& session,
+                               AlignInputs& inputs) {
+  InputLoader loader(config, session, inputs);
+  for (const fs::path& path : paths) {
+    if (auto loaded = loader.load(path); !loaded) return loaded;
+  }
+  if (inputs.inputs.size() > config.acquire.limits.max_scans) {
+    return Error{ErrorCode::kInput, fmt::format("{} scans, more than the limit of {}", inputs.inputs.size(),
+                                                config.acquire.limits.max_scans)};
+  }
+  return {};
+}
+
+}  // namespace scanknit

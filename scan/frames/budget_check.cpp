@@ -1,0 +1,168 @@
+#include "scan/frames/budget_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquire/filter/depth_filter.h"
+#include "acquire/frame_source.h"
+#include "core/files/quantity.h"
+#include "fusion/integrate/integrate.h"
+#include "fusion/volume/tsdf_volume.h"
+#include "scan/frames/frame_archive.h"
+#include "scan/frames/frame_count.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::size_t kSampleFrames = 20;
+
+struct Selection {
+  std::size_t of = 0;     ///< frames of the recording
+  bool is_whole = false;  ///< all of them are looked at
+};
+
+/// Some frames, evenly from the recording, filtered as the run will filter them: what they need depends on it by half.
+/// `visit` has each with its pose, and returns false when it has seen enough.
+Selection visit_samples(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop,
+                        const std::function<bool(Frame)>& visit) {
+  Selection selection;
+  const auto whole = open_recording(recording, config.acquire);
+  if (!whole) return selection;
+  selection.of = selected_frames((*whole)->info(), config.acquire);
+  AcquireConfig sparse = config.acquire;
+  const std::size_t stride = std::max<std::size_t>(1, selection.of / kSampleFrames);
+  selection.is_whole = stride == 1;
+  sparse.every *= stride;
+  const auto source = open_recording(recording, sparse);
+  if (!source) return selection;
+
+  (void)for_each_frame(**source, stop, [&](Frame& frame) -> Result<Reading> {
+    if (!frame.T_world_camera) return Reading::kGoOn;
+    frame.colour.reset();  // only depth is asked for
+    filter_frame(frame, config.acquire, config.fusion.noise);
+    return visit(std::move(frame)) ? Reading::kGoOn : Reading::kEnough;
+  });
+  return selection;
+}
+
+/// One frame at a time: most recordings fit, and twenty frames with their normals are 100 MB.
+bool fits_by_count(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
+  BlockCounter counter(config.fusion, config.fusion.memory_budget_mib << 20);
+  visit_samples(recording, config, stop, [&](const Frame& frame) {
+    counter.add(frame, *frame.T_world_camera);
+    return !counter.is_full();
+  });
+  return !counter.is_full();
+}
+
+struct Sample {
+  std::vector<Frame> frames;
+  Selection selection;
+};
+
+/// By counting the blocks that the frames may touch: fast, and a fifth too many, as some of them are never observed.
+bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
+  BlockCounter counter(fusion, max_bytes);
+  for (const Frame& frame : frames) {
+    counter.add(frame, *frame.T_world_camera);
+    if (counter.is_full()) return false;
+  }
+  return true;
+}
+
+/// By fusing the frames within the budget.
+bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
+  auto volume = TsdfVolume::create(fusion);
+  if (!volume) return false;
+  for (const Frame& frame : frames) {
+    const auto fused = integrate(frame, *frame.T_world_camera, *volume);
+    if (fused ? fused->is_budget_reached : fused.error().code == ErrorCode::kBudget) return false;
+  }
+  return volume->memory().most_bytes() <= max_bytes;
+}
+
+/// Large blocks are few, so that a trial is as fast as the count; and the count is far off, since bands that are wide
+/// touch blocks far away, whose inner nodes are counted and never kept.
+bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t spare_mib) {
+  constexpr double kLarge_m = 0.01;
+  const std::size_t max_bytes = (fusion.memory_budget_mib - spare_mib) << 20;
+  return fits_by_count(frames, fusion, max_bytes) ||
+         (fusion.voxel_size_m >= kLarge_m && fits_by_trial(frames, fusion, max_bytes));
+}
+
+/// From 0.5 mm to 10 cm, each at most a fifth above the one before.
+std::vector<double> round_sizes_mm() {
+  constexpr int kDigits[] = {10, 12, 14, 16, 18, 20, 22, 25, 28, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90};
+  std::vector<double> sizes_mm;
+  for (const double per_mm : {100.0, 10.0, 1.0}) {
+    for (const int digits : kDigits) {
+      if (digits / per_mm >= 0.5) sizes_mm.push_back(digits / per_mm);
+    }
+  }
+  sizes_mm.push_back(100);
+  return sizes_mm;
+}
+
+/// The finest round size that fits: in steps of four up to one that does, then through those between.
+std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, const FusionConfig& fusion,
+                                             std::size_t spare_mib) {
+  constexpr std::size_t kStep = 4;
+  std::vector<double> sizes_mm = round_sizes_mm();
+  std::erase_if(sizes_mm, [&](double size_mm) { return size_mm / 1000 <= fusion.voxel_size_m; });
+  const auto fits_at = [&](std::size_t i) {
+    FusionConfig coarser = fusion;
+    coarser.voxel_size_m = sizes_mm[i] / 1000;
+    return fits(frames, coarser, spare_mib);
+  };
+  for (std::size_t begin = 0; begin < sizes_mm.size(); begin += kStep) {
+    const std::size_t last = std::min(begin + kStep, sizes_mm.size()) - 1;
+    if (!fits_at(last)) continue;
+    std::size_t i = begin;
+    while (i < last && !fits_at(i)) ++i;
+    return sizes_mm[i];
+  }
+  return std::nullopt;
+}
+
+/// What to do next: a size that fits with an eighth of room for the frames that were not looked at, else just so.
+std::string advice(const Sample& sample, const FusionConfig& fusion) {
+  auto size_mm =
+      finest_fitting_size_mm(sample.frames, fusion, sample.selection.is_whole ? 0 : fusion.memory_budget_mib / 8);
+  const bool is_tight = !size_mm && !sample.selection.is_whole;
+  if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
+  if (!size_mm)
+    return "no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
+  const std::string known = sample.selection.is_whole ? ""
+                                                      : fmt::format(", judging by {} of its {} frames",
+                                                                    sample.frames.size(), sample.selection.of);
+  return fmt::format("{0} mm {1}{2}: --set fusion.voxel_size={0}mm", format_number(*size_mm),
+                     is_tight ? "might just fit" : "would fit", known);
+}
+
+}  // namespace
+
+Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses, const ScanConfig& config,
+                          std::stop_token stop) {
+  const auto volume = TsdfVolume::create(config.fusion);
+  if (!volume) return volume.error();
+  if (poses == PoseMode::kTrack) return {};
+  if (fits_by_count(recording, config, stop)) return {};
+  Sample sample;  // kept, for several sizes are tried
+  sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
+    sample.frames.push_back(std::move(frame));
+    return true;
+  });
+  if (fits(sample.frames, config.fusion, 0)) return {};
+  return Error{ErrorCode::kBudget,
+               fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget); {}",
+                           format_memory_mib(static_cast<std::int64_t>(config.fusion.memory_budget_mib)),
+                           format_length(config.fusion.voxel_size_m), advice(sample, config.fusion))};
+}
+
+}  // namespace scanknit

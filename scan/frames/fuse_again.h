@@ -1,0 +1,27 @@
+// Fusing frames a second time, at poses that are known better than when they first came.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "acquire/frame_source.h"
+#include "core/result.h"
+#include "fusion/volume/tsdf_volume.h"
+#include "scan/scan_config.h"
+#include "scan/scan_session.h"
+#include "scan/trajectory.h"
+
+namespace scanknit {
+
+struct FramesToFuse {
+  const PosesBySequence& T_world_camera;
+  /// Changes a frame before it is filtered and fused, for example by clearing pixels.
+  std::function<void(Frame&)> edit = {};
+};
+
+/// Reads `source` and fuses each frame that has a pose into `volume`; others are passed over. Returns how many were
+/// fused; fewer after a stop request. Errors: the source's; integrate()'s.
+[[nodiscard]] Result<std::size_t> fuse_again(FrameSource& source, const FramesToFuse& frames, const ScanConfig& config,
+                                             TsdfVolume& volume, ScanSession& session);
+
+}  // namespace scanknit

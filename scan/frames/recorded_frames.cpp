@@ -1,0 +1,21 @@
+#include "scan/frames/recorded_frames.h"
+
+#include <utility>
+
+#include "scan/frames/only_frames.h"
+
+namespace scanknit {
+
+Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, std::size_t every) {
+  AcquireConfig config = job.config.acquire;
+  config.every *= every;
+  auto source = open_recording(job.input, config);
+  if (!source || !job.frames) return source;
+  return std::unique_ptr<FrameSource>(std::make_unique<OnlyFrames>(*std::move(source), *job.frames));
+}
+
+FrameArchive archive_of(const ScanJob& job) {
+  return FrameArchive([&job](std::size_t every) { return open_frames(job, every); });
+}
+
+}  // namespace scanknit

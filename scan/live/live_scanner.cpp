@@ -1,0 +1,133 @@
+#include "scan/live/live_scanner.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+#include <vector>
+
+namespace scanknit {
+namespace {
+
+std::string stream_text(const StreamProfile& stream) {
+  return fmt::format("{} {}x{} {} at {:.3g} frames a second", stream.kind == StreamKind::kDepth ? "depth" : "colour",
+                     stream.width, stream.height, to_string(stream.format), stream.frames_per_second);
+}
+
+void leave_out_colour(std::vector<StreamProfile>& streams) {
+  std::erase_if(streams, [](const StreamProfile& stream) { return stream.kind == StreamKind::kColour; });
+}
+
+/// Colour of a camera that is nobody knows where does not fit the depth: it is not used unless the user says so.
+void choose_colour(LiveScanner& scanner, ScannerColour wanted, ScanSession& session) {
+  const bool has_colour = scanner.streams.size() > 1;
+  if (!has_colour || scanner.calibration.colour_unknown.empty()) return;
+  const std::string why = "it is not known where the colour camera is: " + scanner.calibration.colour_unknown;
+  if (wanted == ScannerColour::kRegistered) {
+    session.warn(WarningCode::kScanner,
+                 why + ". It is taken to see what the depth camera sees, as acquire.colour says");
+    return;
+  }
+  session.warn(WarningCode::kScanner, why + ". Colour is left out; acquire.colour: registered takes it as it is");
+  leave_out_colour(scanner.streams);
+}
+
+/// Intrinsics of another size would make every picture useless, which is better known before the scan than after it.
+Result<void> check_size(const LiveScanner& scanner) {
+  const StreamProfile& depth = scanner.streams.front();
+  const CameraIntrinsics& camera = scanner.calibration.depth.intrinsics;
+  if (camera.width == 0 || (camera.width == depth.width && camera.height == depth.height)) return {};
+  return Error{ErrorCode::kConfig,
+               fmt::format("acquire.intrinsics is for pictures of {} x {}, but the camera sends {} x {}; --width and "
+                           "--height choose another size",
+                           camera.width, camera.height, depth.width, depth.height),
+               scanner.device->info().name};
+}
+
+Result<void> check_depth_camera(const LiveScanner& scanner, Calibration need, ScanSession& session) {
+  const std::string& why = scanner.calibration.depth_unknown;
+  if (why.empty()) return {};
+  if (need == Calibration::kNeeded) {
+    return Error{ErrorCode::kDevice, why + ". Give the depth camera's intrinsics as acquire.intrinsics",
+                 scanner.device->info().name};
+  }
+  session.warn(WarningCode::kScanner,
+               why + ". The pictures are recorded all the same; to use them, `run` needs acquire.intrinsics");
+  return {};
+}
+
+void apply(const ScannerSettings& settings, DeviceSource& device, ScanSession& session) {
+  const auto set = [&](const char* key, DeviceControl control, std::optional<int> value) {
+    if (!value) return;
+    if (const auto done = device.set_control(control, *value); !done) {
+      session.warn(WarningCode::kScanner, fmt::format("{} has no effect: {}", key, done.error().text()));
+    }
+  };
+  set("acquire.preset", DeviceControl::kPreset, settings.preset);  // first: it changes the others
+  set("acquire.emitter", DeviceControl::kEmitter, settings.emitter);
+  set("acquire.laser_power", DeviceControl::kLaserPower, settings.laser_power_mw);
+}
+
+}  // namespace
+
+Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig& config, Calibration need,
+                                 const std::stop_token& stop, ScanSession& session) {
+  DeviceOptions options;
+  options.intrinsics = config.acquire.intrinsics;
+  options.depth_scale = config.acquire.depth_scale;
+  options.holds_automatics = config.scanner.locks_exposure;
+  options.wait_s = request.wait_s;
+  options.reconnect_s = request.reconnect_s;
+  options.takes_from_others = request.takes_from_others;
+  auto device = open_camera(request.device, options, stop);
+  if (!device) return device.error();
+
+  LiveScanner scanner;
+  scanner.device = *std::move(device);
+  scanner.streams =
+      choose_streams(scanner.device->profiles(), request.width, request.height, request.frames_per_second);
+  const std::string& uri = scanner.device->info().uri;
+  if (scanner.streams.empty()) {
+    return Error{ErrorCode::kDevice, "the camera offers no depth stream; `scanknit doctor` tells more", uri};
+  }
+  if (config.acquire.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
+  auto calibration = scanner.device->calibration(scanner.streams);
+  if (!calibration) return calibration.error();
+  scanner.calibration = *std::move(calibration);
+  session.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
+  for (const std::string& warning : scanner.calibration.warnings) session.warn(WarningCode::kScanner, warning);
+  if (auto usable = check_depth_camera(scanner, need, session); !usable) return usable.error();
+  if (auto fits = check_size(scanner); !fits) return fits.error();
+  choose_colour(scanner, config.acquire.colour, session);
+  apply(config.scanner, *scanner.device, session);
+  for (const StreamProfile& stream : scanner.streams) session.info(stream_text(stream));
+  return scanner;
+}
+
+LiveOptions live_options(const ScannerRequest& request, PoseMode poses, ScanSession& session) {
+  LiveOptions options;
+  options.poses = poses;
+  options.frames = request.frames;
+  options.seconds = request.seconds;
+  options.survives_unplugging = request.reconnect_s > 0;
+  options.on_event = [&session](const DeviceEvent& event) { session.warn(WarningCode::kScanner, event.text); };
+  return options;
+}
+
+std::map<std::string, std::uint64_t> named(const LossCounters& losses) {
+  return {{"device", losses.device},
+          {"transport", losses.transport},
+          {"overflow", losses.overflow},
+          {"queue", losses.queue},
+          {"writer", losses.writer}};
+}
+
+void warn_of_losses(const LossCounters& losses, ScanSession& session) {
+  if (losses.total() == 0) return;
+  std::vector<std::string> parts;
+  for (const auto& [where, count] : named(losses)) parts.push_back(fmt::format("{} {}", where, count));
+  session.warn(WarningCode::kPicturesLost,
+               fmt::format("pictures lost: {}; docs/devices.md says what the words mean", fmt::join(parts, ", ")));
+}
+
+}  // namespace scanknit

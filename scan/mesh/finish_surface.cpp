@@ -1,0 +1,404 @@
+#include "scan/mesh/finish_surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "core/mesh/mesh_area.h"
+#include "export/mesh/up_rotation.h"
+#include "finish/close_volume.h"
+#include "finish/ground_plane.h"
+#include "finish/invented.h"
+#include "finish/pieces.h"
+#include "finish/place_mesh.h"
+#include "finish/simplify_mesh.h"
+#include "finish/smooth_mesh.h"
+
+namespace scanknit {
+namespace {
+
+using Figures = std::map<std::string, double>;
+
+constexpr double kSquareMillimetres = 1e6;  // a square metre
+constexpr double kMillimetres = 1e3;
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kGroundVoxels = 2;  // of tolerance for what lies on the ground, and of clearance above it
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Eigen::AlignedBox3d crop_box(const CropLimits& limits) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.min()[static_cast<int>(axis)] = limits.low_m[axis].value_or(-kInfinity);
+    box.max()[static_cast<int>(axis)] = limits.high_m[axis].value_or(kInfinity);
+  }
+  return box;
+}
+
+Eigen::AlignedBox3d bounds_of(const Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& p : mesh.positions_m) box.extend(p.cast<double>());
+  return box;
+}
+
+/// The volume's samples within the box; nothing when the volume's axes are turned against the world's.
+std::optional<openvdb::CoordBBox> samples_within(const Eigen::AlignedBox3d& box, const openvdb::FloatGrid& field) {
+  constexpr double kFarthest = 1e9;  // a box may have no end
+  constexpr double kAcross = 1e-6;   // of a voxel
+  const openvdb::Vec3d origin = field.indexToWorld(openvdb::Vec3d(0, 0, 0));
+  openvdb::CoordBBox samples;
+  for (int axis = 0; axis < 3; ++axis) {
+    openvdb::Vec3d one(0, 0, 0);
+    one[axis] = 1;
+    openvdb::Vec3d step = field.indexToWorld(one) - origin;
+    const double along = step[axis];  // negative in a mirrored volume
+    step[axis] = 0;
+    if (step.length() > kAcross * std::abs(along)) return std::nullopt;
+    const auto index = [&](double metres) {
+      return std::clamp((metres - origin[axis]) / along, -kFarthest, kFarthest);
+    };
+    const auto [least, most] = std::minmax({index(box.min()[axis]), index(box.max()[axis])});
+    samples.min()[axis] = static_cast<int>(std::ceil(least));
+    samples.max()[axis] = static_cast<int>(std::floor(most));
+  }
+  return samples;
+}
+
+/// Outside of a box positive.
+double beyond_m(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
+  return std::max((box.min() - p).maxCoeff(), (p - box.max()).maxCoeff());
+}
+
+class SurfaceFinisher {
+ public:
+  SurfaceFinisher(const FinishRequest& request, ScanSession& session, MeshResult& result)
+      : config_(request.config),
+        wish_(request.config.finish),
+        up_(request.config.output.world_up.value_or(request.world_up)),
+        metres_per_unit_(request.metres_per_unit),
+        session_(session),
+        result_(result) {
+    if (!request.stop.stop_requested()) stop_ = request.stop;
+    session_.begin_mesh();
+    result_.finish.reset();
+    if (wish_.is_anything()) result_.finish.emplace();
+  }
+
+  [[nodiscard]] Result<FinishedSurface> from_volume(const FieldView& whole) {
+    if (auto sound = check(whole); !sound) return sound.error();
+    FieldView view = whole;
+    auto surface = cropped(view);
+    if (!surface || surface->mesh.empty() || !wish_.is_anything()) return handed_on(std::move(surface));
+    find_ground_of(surface->mesh, view.field->voxelSize().x());
+    if (auto cut = cut_ground(view, *surface); !cut) return cut.error();
+    if (auto closed = close(view, *surface); !closed) return closed.error();
+    return from_mesh(*std::move(surface));
+  }
+
+  [[nodiscard]] Result<FinishedSurface> from_mesh(Surface surface) {
+    FinishedSurface finished{std::move(surface)};
+    if (!wish_.is_anything() || finished.surface.mesh.empty()) return finished;
+    session_.timed("finish", [&] {
+      drop_pieces(finished.surface.mesh);
+      smooth(finished.surface.mesh);
+      simplify(finished.surface.mesh);
+      finished.T_mesh_world = place(finished.surface.mesh);
+    });
+    return finished;
+  }
+
+ private:
+  void note(const char* step, Figures figures) { result_.finish->steps.push_back({step, "", std::move(figures)}); }
+
+  void refuse(const char* step, const std::string& reason) {
+    result_.finish->steps.push_back({step, reason, {}});
+    session_.warn_of_mesh(WarningCode::kFinishStep, fmt::format("finish: {} was not done: {}", step, reason));
+  }
+
+  /// Then `step`, which was to be done, is told of as not done.
+  [[nodiscard]] bool is_stopped(const char* step) {
+    if (!stop_.stop_requested()) return false;
+    refuse(step, "interrupted; the mesh is as the steps before left it");
+    return true;
+  }
+
+  [[nodiscard]] static Result<FinishedSurface> handed_on(Result<Surface> surface) {
+    if (!surface) return surface.error();
+    return FinishedSurface{*std::move(surface)};
+  }
+
+  [[nodiscard]] Result<void> check(const FieldView& view) const {
+    const bool needs_distances = wish_.watertight != Watertight::kOff || wish_.ground != GroundWish::kKeep;
+    const bool is_matter_low = !is_inside_high(config_.extract.inside, view.is_signed_distance);
+    if (!needs_distances || (view.is_signed_distance && is_matter_low)) return {};
+    return Error{ErrorCode::kConfig,
+                 "finish.watertight and finish.ground work on signed distances, with matter below the isovalue "
+                 "(scans, VDB level sets); leave them out for this volume",
+                 "finish"};
+  }
+
+  [[nodiscard]] Result<Surface> extract(const FieldView& view) {
+    return session_.timed("extract", [&] { return extract_surface(view, config_.extract); });
+  }
+
+  /// Narrows the view to the crop box.
+  [[nodiscard]] Result<Surface> cropped(FieldView& view) {
+    if (!wish_.crop.is_set()) return extract(view);
+    auto whole = extract(view);
+    if (!whole || whole->mesh.empty()) return whole;
+    const auto region_before = view.region;
+    auto region = samples_within(crop_box(wish_.crop), *view.field);
+    if (!region) {
+      refuse("crop", "finish.crop lies along the axes of the world, and those of this volume are turned against them");
+      return whole;
+    }
+    if (view.region) region->intersect(*view.region);
+    view.region = region;
+    auto part = extract(view);
+    if (!part) return part;
+    if (part->mesh.empty()) {
+      refuse("crop", "nothing of the scan lies within finish.crop, whose limits are metres in the recording's world");
+      view.region = region_before;
+      return whole;
+    }
+    note("crop", {{"triangles_before", static_cast<double>(whole->mesh.triangles.size())},
+                  {"triangles", static_cast<double>(part->mesh.triangles.size())},
+                  {"area_removed_mm2", (area_m2(whole->mesh) - area_m2(part->mesh)) * kSquareMillimetres}});
+    return part;
+  }
+
+  void find_ground_of(const Mesh& mesh, double voxel_m) {
+    if (!wish_.needs_plane() || is_stopped("ground")) return;
+    GroundSearch search;
+    search.expected_up = direction(up_).cast<double>();
+    search.tolerance_m = kGroundVoxels * voxel_m;
+    ground_ = session_.timed("finish", [&] { return find_ground(mesh, search); });
+    clearance_m_ = wish_.ground_clearance_m.value_or(kGroundVoxels * voxel_m);
+    if (!ground_) {
+      refuse("ground",
+             "no plane that could be a table or a floor was found: it must face the world's up within 45 "
+             "degrees (export.world_up), be a twentieth of the surface, and reach beyond what stands on it");
+    }
+  }
+
+  /// Of what is cut off by the ground, metres; positive below.
+  [[nodiscard]] double below_ground_m(const Eigen::Vector3d& p) const {
+    return ground_ && wish_.ground != GroundWish::kKeep ? clearance_m_ - ground_->height_m(p) : -kInfinity;
+  }
+
+  [[nodiscard]] SeenVolume seen(const FieldView& view) const {
+    SeenVolume volume;
+    volume.field = view.field;
+    volume.weight = view.weight;
+    volume.weight_codes = view.weight_codes;
+    volume.least_weight = config_.extract.min_weight;
+    volume.isovalue_m = config_.extract.isovalue;
+    volume.band_voxels = config_.fusion.truncation_voxels;
+    return volume;
+  }
+
+  [[nodiscard]] std::string why_nothing_is_above() const {
+    const std::size_t least = config_.extract.min_component_triangles;
+    return fmt::format(
+        "the cut would leave nothing: no {} lies more than {:.4g} mm (finish.ground_clearance) above the plane that "
+        "was found; what finish.ground would cut away stays{}",
+        least > 1 ? fmt::format("piece of {} triangles (extract.min_component_triangles) or more", least) : "surface",
+        clearance_m_ * kMillimetres, wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn it" : "");
+  }
+
+  /// The view of a volume without the ground takes the place of the one with it, if anything is left.
+  [[nodiscard]] Result<void> cut_ground(FieldView& view, Surface& surface) {
+    if (!ground_) return {};
+    Figures figures = {{"plane_area_mm2", ground_->area_m2 * kSquareMillimetres},
+                       {"plane_rms_mm", ground_->rms_m * kMillimetres},
+                       {"tilt_degrees", ground_->tilt_rad * kDegrees}};
+    if (wish_.ground != GroundWish::kKeep) {
+      without_ground_ = session_.timed("finish", [&] {
+        return cut_open(seen(view), [this](const Eigen::Vector3d& p) { return below_ground_m(p); });
+      });
+      FieldView cut = view;
+      cut.field = without_ground_.get();
+      cut.weight = nullptr;
+      cut.weight_codes = nullptr;
+      auto above = extract(cut);
+      if (!above) return above.error();
+      if (above->mesh.empty()) {
+        refuse("ground", why_nothing_is_above());
+        ground_.reset();
+        return {};
+      }
+      seen_ = std::exchange(view, cut);
+      figures["area_removed_mm2"] = (area_m2(surface.mesh) - area_m2(above->mesh)) * kSquareMillimetres;
+      surface = *std::move(above);
+    }
+    note("ground", std::move(figures));
+    return {};
+  }
+
+  [[nodiscard]] CloseRequest close_request(const FieldView& view, const Mesh& open) const {
+    CloseRequest request;
+    request.is_outside_free = wish_.watertight == Watertight::kFull;
+    request.memory_bytes = static_cast<std::size_t>(config_.fusion.memory_budget_mib) << 20;
+    Mesh pieces = open;  // what will be left out need not be within the box
+    (void)remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m, pieces);
+    request.surface = bounds_of(pieces);
+    if (!request.is_outside_free) return request;
+    const bool is_cut = ground_ && wish_.ground != GroundWish::kKeep;
+    if (!is_cut && !view.region) return request;
+    Eigen::AlignedBox3d box = crop_box(wish_.crop);
+    if (view.region) {  // also that of the live view
+      const openvdb::Vec3d low = view.field->indexToWorld(view.region->min());
+      const openvdb::Vec3d high = view.field->indexToWorld(view.region->max());
+      box = Eigen::AlignedBox3d(Eigen::Vector3d(low.x(), low.y(), low.z()),
+                                Eigen::Vector3d(high.x(), high.y(), high.z()));
+    }
+    request.cut_m = [this, box](const Eigen::Vector3d& p) { return std::max(beyond_m(box, p), below_ground_m(p)); };
+    return request;
+  }
+
+  [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
+    if (wish_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
+    const bool is_full = wish_.watertight == Watertight::kFull;
+    // What is cut away is cut by a plane, for which the distances below it are needed.
+    const FieldView& source = is_full && seen_ ? *seen_ : view;
+    const CloseRequest request = close_request(view, surface.mesh);
+    const auto closed = session_.timed("finish", [&] { return close_volume(seen(source), request); });
+    if (!closed) return refuse("watertight", closed.error().message), Result<void>();
+    FieldView closed_view = view;
+    closed_view.field = closed->field.get();
+    closed_view.weight = nullptr;
+    closed_view.weight_codes = nullptr;
+    if (is_full) closed_view.region.reset();
+    auto meshed = extract(closed_view);
+    if (!meshed) return meshed.error();
+    const StageTimer timer(session_.times()["finish"]);
+    const std::size_t open_edges = check_mesh(surface.mesh).boundary_edges;
+    std::vector<std::uint8_t> invented = invented_triangles(meshed->mesh, *closed);
+    Figures figures;
+    if (!is_full) {
+      const PatchCount patches = keep_small_patches(wish_.max_hole_m, meshed->mesh, invented);
+      figures["holes_closed"] = static_cast<double>(patches.kept);
+      figures["holes_left"] = static_cast<double>(patches.left_open);
+    }
+    drop_invented_pieces(config_.extract.min_component_triangles, meshed->mesh, invented);
+    if (meshed->mesh.empty()) {
+      refuse("watertight", "nothing of what was seen would be left; the mesh stays as it was");
+      return {};
+    }
+    const double invented_m2 = area_m2(meshed->mesh, invented);
+    figures["invented_area_mm2"] = invented_m2 * kSquareMillimetres;
+    figures["invented_share"] = invented_m2 / std::max(area_m2(meshed->mesh), 1e-30);
+    figures["boundary_edges_before"] = static_cast<double>(open_edges);
+    figures["boundary_edges"] = static_cast<double>(check_mesh(meshed->mesh).boundary_edges);
+    note("watertight", std::move(figures));
+    left_out_ = count_removed(surface.mesh, triangles_left_out(surface.mesh, meshed->mesh, *closed));
+    if (wish_.invented_colour) paint_invented(invented, *wish_.invented_colour, meshed->mesh);
+    surface = *std::move(meshed);
+    return {};
+  }
+
+  void drop_pieces(Mesh& mesh) {
+    if (!(wish_.min_piece_share > 0) && !(wish_.min_piece_size_m > 0)) return;
+    if (is_stopped("pieces")) return;
+    PiecesRemoved removed = remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m / metres_per_unit_, mesh);
+    removed.pieces += left_out_.pieces;
+    removed.triangles += left_out_.triangles;
+    removed.area_m2 += left_out_.area_m2;
+    note("pieces", {{"pieces_removed", static_cast<double>(removed.pieces)},
+                    {"triangles_removed", static_cast<double>(removed.triangles)},
+                    {"area_removed_mm2", removed.area_m2 * metres_per_unit_ * metres_per_unit_ * kSquareMillimetres}});
+  }
+
+  void smooth(Mesh& mesh) {
+    if (wish_.smooth_steps == 0 || is_stopped("smooth")) return;
+    const double before = signed_volume_m3(mesh);
+    const MeshMoved moved = smooth_mesh(wish_.smooth_steps, mesh, stop_);
+    if (moved.is_stopped && is_stopped("smooth")) return;
+    const double change = before == 0 ? 0 : signed_volume_m3(mesh) / before - 1;
+    note("smooth", {{"mean_moved_mm", moved.mean_m * metres_per_unit_ * kMillimetres},
+                    {"max_moved_mm", moved.max_m * metres_per_unit_ * kMillimetres},
+                    {"volume_change_share", change}});
+  }
+
+  void simplify(Mesh& mesh) {
+    if ((!wish_.triangles && !wish_.simplify_error_m) || is_stopped("simplify")) return;
+    SimplifyWish wish{wish_.triangles, wish_.simplify_error_m};
+    if (wish.max_error_m) *wish.max_error_m /= metres_per_unit_;
+    const MeshSimplified done = simplify_mesh(wish, mesh);
+    note("simplify", {{"triangles_before", static_cast<double>(done.triangles_before)},
+                      {"triangles", static_cast<double>(done.triangles)},
+                      {"pieces_lost", static_cast<double>(done.pieces_lost)},
+                      {"error_mm", done.error_m * metres_per_unit_ * kMillimetres}});
+    if (!done.is_held_back) return;
+    session_.warn_of_mesh(
+        WarningCode::kFinishStep,
+        fmt::format("finish: the mesh was simplified to {} triangles only: where fewer would break what is manifold or "
+                    "closed, its triangles are kept",
+                    done.triangles));
+  }
+
+  [[nodiscard]] Pose place(Mesh& mesh) {
+    const bool turns = wish_.up == UpWish::kGround && ground_;
+    const bool moves = wish_.origin == OriginWish::kGround;
+    Pose T = Pose::Identity();
+    if ((!turns && !moves) || is_stopped("place")) return T;
+    const Eigen::Vector3d up = direction(up_).cast<double>();
+    if (turns) T = turn_up(ground_->up, up);
+    if (turns) transform_mesh(T, mesh);
+    if (moves) {
+      const Pose shift = stand_on_origin(mesh, up);
+      transform_mesh(shift, mesh);
+      T = shift * T;
+    }
+    result_.finish->T_mesh_world = T;
+    note("place", {{"turned_degrees", Eigen::AngleAxisd(T.linear()).angle() * kDegrees},
+                   {"moved_mm", T.translation().norm() * metres_per_unit_ * kMillimetres}});
+    return T;
+  }
+
+  const ScanConfig& config_;
+  const FinishConfig& wish_;
+  UpAxis up_;
+  double metres_per_unit_;
+  ScanSession& session_;
+  MeshResult& result_;
+  std::stop_token stop_;  ///< never asked to, where it was before
+  std::optional<GroundPlane> ground_;
+  double clearance_m_ = 0;
+  openvdb::FloatGrid::Ptr without_ground_;  ///< seen by the view
+  std::optional<FieldView> seen_;           ///< the view before that
+  PiecesRemoved left_out_;                  ///< of the mesh before it was closed; scans are in metres
+};
+
+}  // namespace
+
+Result<FinishedSurface> finished_surface(const FieldView& view, const FinishRequest& request, ScanSession& session,
+                                         MeshResult& result) {
+  return SurfaceFinisher(request, session, result).from_volume(view);
+}
+
+Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session,
+                                      MeshResult& result) {
+  const FinishConfig& wish = request.config.finish;
+  if (wish.changes_volume() || wish.needs_plane()) {
+    return Error{
+        ErrorCode::kConfig,
+        "finish.crop, finish.ground, finish.watertight and finish.up: ground work on scans and .vdb only; leave "
+        "them out for this volume",
+        "finish"};
+  }
+  return SurfaceFinisher(request, session, result).from_mesh(std::move(surface));
+}
+
+Result<void> refuse_to_finish_streamed(const FinishConfig& config) {
+  if (!config.is_anything()) return {};
+  return Error{ErrorCode::kConfig,
+               "the volume is read a few slices at a time, and its mesh goes to disk: nothing of finish: can be done. "
+               "Raise extract.memory_budget so that it is meshed whole, or leave finish: out",
+               "finish"};
+}
+
+}  // namespace scanknit

@@ -1,0 +1,77 @@
+#include "scan/mesh/mesh_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "scan/mesh/finish_surface.h"
+#include "scan/mesh/write_surface.h"
+
+namespace scanknit {
+namespace {
+
+/// The samples within the box.
+openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m) {
+  const auto index = [&](double metres, double (*round)(double)) {
+    constexpr double kFarthest = 1e9;  // a box may reach far beyond any volume
+    return static_cast<int>(std::clamp(round(metres / voxel_size_m), -kFarthest, kFarthest));
+  };
+  const auto first = [&](int axis) { return index(box.min()[axis], std::ceil); };
+  const auto last = [&](int axis) { return index(box.max()[axis], std::floor); };
+  return {{first(0), first(1), first(2)}, {last(0), last(1), last(2)}};
+}
+
+FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
+  FieldView view;
+  view.field = &volume.tsdf();
+  view.weight_codes = &volume.weight();
+  view.colour_codes = &volume.colour();
+  if (crop) view.region = index_box(*crop, volume.config().voxel_size_m);
+  return view;
+}
+
+Result<FinishedSurface> surface_of(const TsdfVolume& volume, const MeshRequest& request, ScanSession& session,
+                                   MeshResult& result) {
+  const auto extract = [&](const CropBox& crop) {
+    return finished_surface(field_view(volume, crop), {request.job.config, request.world_up, 1, request.stop}, session,
+                            result);
+  };
+  auto cropped = extract(request.crop);
+  if (!cropped || !request.crop || !cropped->surface.mesh.empty()) return cropped;
+  if (request.empty_crop == EmptyCrop::kRefused) {
+    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
+  }
+  auto whole = extract(std::nullopt);
+  if (!whole || whole->surface.mesh.empty()) return whole;
+  session.warn_of_mesh(WarningCode::kCropBoxIgnored,
+                       "nothing lay within the crop box of the live view: the whole mesh was written");
+  return whole;
+}
+
+}  // namespace
+
+Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session,
+                              MeshResult& result) {
+  const Trajectory& trajectory = scan.trajectory();
+  if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
+  result.isovalue = request.job.config.extract.isovalue;
+  auto meshed = surface_of(scan.volume(), request, session, result);
+  if (!meshed) return meshed.error();
+  // Seen from where the scanner stood half way through the scan.
+  const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
+  MeshFrame frame{request.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
+  frame.depths = scan.depth_samples();
+  for (PosedDepth& depth : frame.depths) depth.T_world_camera = meshed->T_mesh_world * depth.T_world_camera;
+  if (auto written = write_surface(meshed->surface, frame, request.job, session, result); !written) {
+    return written.error();
+  }
+  WrittenMesh written{{}, request.world_up, {}};
+  if (request.job.config.output.texture == TextureFormat::kOff) return written;
+  written.mesh = std::move(meshed->surface.mesh);
+  for (const PosedFrame& posed : trajectory) {
+    written.T_mesh_camera[posed.sequence] = meshed->T_mesh_world * posed.T_world_camera;
+  }
+  return written;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,132 @@
+#include "scan/mesh/write_surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/files/quantity.h"
+#include "export/mesh/holes.h"
+#include "export/mesh/write_mesh.h"
+#include "export/picture/preview.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::size_t kHolesInResult = 20;
+
+/// `unit_m`: of the mesh's coordinates.
+HolesResult describe_holes(const Mesh& mesh, const MeshCheck& check, double unit_m) {
+  HolesResult holes;
+  if (check.boundary_edges == 0) return holes;
+  for (const Hole& hole : find_holes(mesh)) {
+    ++holes.count;
+    holes.total_length_m += unit_m * hole.length_m;
+    if (holes.longest_m.size() < kHolesInResult) holes.longest_m.push_back(unit_m * hole.length_m);
+  }
+  return holes;
+}
+
+class SurfaceWriter {
+ public:
+  SurfaceWriter(const Mesh& mesh, const MeshFrame& frame, const ScanJob& job, ScanSession& session, MeshResult& result)
+      : mesh_(mesh),
+        frame_(frame),
+        job_(job),
+        session_(session),
+        result_(result),
+        up_(job.config.output.world_up.value_or(frame.world_up)) {}
+
+  [[nodiscard]] Result<void> write_meshes() {
+    for (const std::filesystem::path& path : job_.files.meshes) {
+      const auto written = session_.timed(
+          "export", [&] { return write_mesh(mesh_, path, job_.config.output, frame_.world_up, frame_.file_unit_m); });
+      if (!written) return written.error();
+      result_.files[path.extension().string().substr(1)] = path.string();
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<void> write_pictures() {
+    std::optional<SurfaceFit> fit;
+    if (!frame_.depths.empty() && mesh_.normals.size() == mesh_.positions_m.size()) {
+      fit = session_.timed("export", [&] { return measure_fit(); });
+    }
+    if (!job_.files.preview) return {};
+    const ColourImage picture =
+        session_.timed("export", [&] { return render_preview(mesh_, up_, frame_.T_world_scanner); });
+    if (auto written = write_picture("preview", picture, *job_.files.preview); !written) return written;
+    return fit && job_.files.error ? write_maps(*fit) : Result<void>();
+  }
+
+ private:
+  [[nodiscard]] SurfaceFit measure_fit() {
+    const FusionConfig& fusion = job_.config.fusion;
+    const FitBand band{fusion.truncation_voxels * fusion.voxel_size_m, fusion.truncation_sigmas, fusion.noise};
+    SurfaceFit fit = fit_surface(mesh_, frame_.depths, band);
+    result_.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
+    return fit;
+  }
+
+  [[nodiscard]] Result<void> write_picture(const char* kind, const ColourImage& picture,
+                                           const std::filesystem::path& path) {
+    result_.files[kind] = path.string();
+    return session_.timed("write", [&] { return write_png(picture, path); });
+  }
+
+  /// What the preview is for colour, these are for the depth frames.
+  [[nodiscard]] Result<void> write_maps(const SurfaceFit& fit) {
+    const auto error =
+        session_.timed("export", [&] { return draw_error_map(mesh_, fit, up_, frame_.T_world_scanner); });
+    const auto coverage =
+        session_.timed("export", [&] { return draw_coverage_map(mesh_, fit, up_, frame_.T_world_scanner); });
+    if (auto written = write_picture("error", error, *job_.files.error); !written) return written;
+    return write_picture("coverage", coverage, *job_.files.coverage);
+  }
+
+  const Mesh& mesh_;
+  const MeshFrame& frame_;
+  const ScanJob& job_;
+  ScanSession& session_;
+  MeshResult& result_;
+  UpAxis up_;
+};
+
+}  // namespace
+
+Error empty_mesh_error(const ScanJob& job) {
+  const ExtractConfig& extract = job.config.extract;
+  std::string message = "the mesh is empty: no observed cell meets the surface";
+  if (extract.min_component_triangles > 0) {
+    message += fmt::format("; pieces below {} triangles are removed (extract.min_component_triangles)",
+                           extract.min_component_triangles);
+  }
+  if (extract.min_weight > 0) {
+    message +=
+        fmt::format("; voxels below weight {} are left out (extract.min_weight)", format_number(extract.min_weight));
+  }
+  if (extract.isovalue != 0) message += fmt::format("; extract.isovalue is {}", format_number(extract.isovalue));
+  return {ErrorCode::kMesh, std::move(message), job.input.string()};
+}
+
+Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const ScanJob& job, ScanSession& session,
+                           MeshResult& result) {
+  const Mesh& mesh = surface.mesh;
+  const double unit_m = frame.file_unit_m.value_or(1);
+  result.cases = surface.cases;
+  result.check = check_mesh(mesh);
+  result.check->min_m *= static_cast<float>(unit_m);
+  result.check->max_m *= static_cast<float>(unit_m);
+  if (mesh.empty()) return empty_mesh_error(job);
+  result.holes = describe_holes(mesh, *result.check, unit_m);
+  SurfaceWriter writer(mesh, frame, job, session, result);
+  if (auto written = writer.write_meshes(); !written) return written;
+  return writer.write_pictures();
+}
+
+void warn_of_holes(const ExtractConfig& config, ScanSession& session) {
+  if (config.decider != Decider::kLorensen) return;
+  session.warn(WarningCode::kMeshHasHoles,
+               "extract.decider: lorensen leaves holes in the mesh; it is for teaching only (trilinear leaves none)");
+}
+
+}  // namespace scanknit

@@ -1,0 +1,164 @@
+#include "scan/mesh/write_texture.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "export/mesh/write_mesh.h"
+#include "export/picture/encode_picture.h"
+#include "export/texture/texel_size.h"
+#include "export/texture/texture_atlas.h"
+#include "export/texture/texture_baker.h"
+#include "scan/frames/steady_frames.h"
+
+namespace scanknit {
+namespace {
+
+constexpr std::size_t kMostFrames = 256;  // that are baked: more cost time and show little more
+constexpr int kJpegQuality = 92;
+constexpr double kVisibleVoxels = 2;  // between a frame's depth and the mesh, where its noise is less
+
+class TextureMaker {
+ public:
+  TextureMaker(const WrittenMesh& written, const ScanConfig& config, ScanSession& session, TextureResult& result)
+      : written_(written),
+        config_(config),
+        poses_(steadiest(written.T_mesh_camera, kMostFrames)),
+        session_(session),
+        result_(result) {}
+
+  [[nodiscard]] Result<MeshTexture> make(FrameSource& source) {
+    if (auto unfolded = unfold(source.info()); !unfolded) return unfolded.error();
+    auto baked = bake(source);
+    if (!baked) return baked.error();
+    result_.frames = baked->frames;
+    result_.texels = baked->texels;
+    result_.seen_share = baked->seen_share;
+    const bool is_png = config_.output.texture == TextureFormat::kPng;
+    auto image = is_png ? encode_png(baked->image, PngEffort::kSmall) : encode_jpeg(baked->image, kJpegQuality);
+    if (!image) return image.error();
+    MeshTexture texture;
+    for (std::size_t v = 0; v < atlas_.source.size(); ++v) texture.coordinates.push_back(atlas_.coordinate(v));
+    texture.image = *std::move(image);
+    texture.mime = is_png ? "image/png" : "image/jpeg";
+    result_.bytes = texture.image.size();
+    return texture;
+  }
+
+  [[nodiscard]] Mesh unfolded_mesh() const { return atlas_.unfolded(written_.mesh); }
+
+ private:
+  [[nodiscard]] double fitting_texel(const RecordingInfo& info) const {
+    const auto camera = info.colour_intrinsics ? info.colour_intrinsics : info.intrinsics;
+    std::vector<Pose> poses;
+    for (const auto& [sequence, pose] : poses_) poses.push_back(pose);
+    const auto fitting = camera ? fitting_texel_m(written_.mesh, *camera, poses) : std::nullopt;
+    return fitting.value_or(config_.fusion.voxel_size_m / 2);
+  }
+
+  [[nodiscard]] Result<void> unfold(const RecordingInfo& info) {
+    AtlasRequest request;
+    request.may_be_coarser = !config_.output.texel_size_m;
+    request.texel = config_.output.texel_size_m ? *config_.output.texel_size_m : fitting_texel(info);
+    request.max_side = config_.output.texture_size / 4 * 4;
+    auto atlas = build_atlas(written_.mesh, request);
+    if (!atlas) return atlas.error();
+    atlas_ = *std::move(atlas);
+    result_.width = atlas_.width;
+    result_.height = atlas_.height;
+    result_.texel_m = atlas_.texel;
+    result_.charts = atlas_.charts;
+    const std::uint64_t needed_mib = TextureBaker::memory_bytes(atlas_) >> 20;
+    if (needed_mib <= static_cast<std::uint64_t>(config_.fusion.memory_budget_mib)) return {};
+    return Error{ErrorCode::kBudget,
+                 fmt::format("a texture of {} x {} takes {} MiB, more than fusion.memory_budget: take a smaller "
+                             "export.texture_size, larger texels (export.texel_size), or a larger budget",
+                             atlas_.width, atlas_.height, needed_mib)};
+  }
+
+  [[nodiscard]] Result<BakedTexture> bake(FrameSource& source) {
+    const FusionConfig& fusion = config_.fusion;
+    TextureBaker baker(written_.mesh, atlas_,
+                       {kVisibleVoxels * fusion.voxel_size_m, fusion.truncation_sigmas, fusion.noise});
+    std::size_t done = 0;
+    const auto read = for_each_frame(source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
+      const auto pose = poses_.find(frame.sequence);
+      if (pose == poses_.end()) return Reading::kGoOn;
+      if (frame.colour) baker.add(frame, pose->second);
+      session_.progress("baking the texture", ++done, poses_.size());
+      return done < poses_.size() ? Reading::kGoOn : Reading::kEnough;
+    });
+    if (!read) return read.error();
+    if (session_.is_stopped()) return Error{ErrorCode::kInput, "it was interrupted"};
+    BakedTexture baked = baker.bake();
+    if (baked.frames == 0) return Error{ErrorCode::kInput, "none of the frames has colour"};
+    return baked;
+  }
+
+  const WrittenMesh& written_;
+  const ScanConfig& config_;
+  PosesBySequence poses_;
+  ScanSession& session_;
+  TextureResult& result_;
+  TextureAtlas atlas_;
+};
+
+std::vector<std::filesystem::path> glb_files(const ScanJob& job) {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& path : job.files.meshes) {
+    if (is_glb_path(path)) files.push_back(path);
+  }
+  return files;
+}
+
+}  // namespace
+
+Result<void> write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
+                            ScanSession& session, std::optional<TextureResult>& result) {
+  const ExportConfig& config = job.config.output;
+  if (config.texture == TextureFormat::kOff) return {};
+  result.emplace();
+  const auto refuse = [&](const Error& error) {
+    result->refused = error.text();
+    session.warn(WarningCode::kNoTexture,
+                 fmt::format("export.texture: there is none, the GLB has colours at its vertices: {}", error.text()));
+    return Result<void>();
+  };
+  const auto files = glb_files(job);
+  if (files.empty()) {
+    result->refused = "only GLB can hold it, and none is written";  // warned of before the work
+    return {};
+  }
+  if (session.is_stopped()) return refuse({ErrorCode::kInput, "it was interrupted"});
+  if (!archive.is_kept()) return refuse({ErrorCode::kInput, "no recording was made that frames could be taken from"});
+  TextureMaker maker(written, job.config, session, *result);
+  const auto texture = session.timed("texture", [&]() -> Result<MeshTexture> {
+    auto source = archive.open();
+    return source ? maker.make(**source) : source.error();
+  });
+  if (!texture) return refuse(texture.error());
+  const Mesh mesh = maker.unfolded_mesh();
+  for (const std::filesystem::path& path : files) {
+    const auto rewritten = session.timed(
+        "export", [&] { return write_mesh(mesh, path, config, written.world_up, std::nullopt, &*texture); });
+    if (!rewritten) return rewritten.error();
+  }
+  return {};
+}
+
+Result<void> refuse_texture(const ScanConfig& config, const char* command) {
+  if (config.output.texture == TextureFormat::kOff) return {};
+  return Error{
+      ErrorCode::kConfig,
+      fmt::format(
+          "a texture is baked from the colour frames of one recording, by `run` and `capture`; `{}` bakes none: "
+          "leave export.texture off, its meshes have colours at their vertices",
+          command),
+      "export.texture"};
+}
+
+}  // namespace scanknit

@@ -1,0 +1,44 @@
+#include "scan/pose_finder.h"
+
+#include <chrono>
+
+#include "core/check.h"
+
+namespace scanknit {
+namespace {
+
+PosePrior prior_of(PoseMode mode) {
+  return mode == PoseMode::kRefine ? PosePrior::kRefine : PosePrior::kIgnore;
+}
+
+double milliseconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+}  // namespace
+
+PoseFinder::PoseFinder(PoseMode mode) : mode_(mode), tracker_(prior_of(mode)) {
+  SCANKNIT_CHECK(mode != PoseMode::kAuto);
+}
+
+std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, ScanSession& session) {
+  if (!is_tracked(mode_)) return frame.T_world_camera;
+  if (!tracking_) tracking_ = TrackingResult{prior_of(mode_), {}};
+  const auto begin = std::chrono::steady_clock::now();
+  const TrackResult tracked = tracker_.track(frame, volume);
+  const auto spent = std::chrono::steady_clock::now() - begin;
+  session.note_time("track", milliseconds(spent - tracked.raycast_time));
+  session.note_time("raycast", milliseconds(tracked.raycast_time));
+  tracking_->frames.push_back({.sequence = frame.sequence,
+                               .state = tracked.state,
+                               .reason = tracked.reason,
+                               .overlap = tracked.overlap,
+                               .inlier_share = tracked.inlier_share,
+                               .rms_sigma = tracked.rms_sigma,
+                               .points = tracked.points,
+                               .weak_directions = tracked.weak_directions});
+  if (tracked.is_lost()) return std::nullopt;
+  return tracked.T_world_camera;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,33 @@
+// PoseFinder: where each frame was taken, from the recording or by tracking.
+#pragma once
+
+#include <optional>
+
+#include "acquire/acquire_config.h"
+#include "core/frame.h"
+#include "core/pose.h"
+#include "fusion/track/tracker.h"
+#include "fusion/volume/tsdf_volume.h"
+#include "scan/scan_result.h"
+#include "scan/scan_session.h"
+
+namespace scanknit {
+
+class PoseFinder {
+ public:
+  /// kAuto must have been settled.
+  explicit PoseFinder(PoseMode mode);
+
+  /// Nothing when tracking is lost: the frame must not be fused. Takes the time of the stages "track" and "raycast".
+  [[nodiscard]] std::optional<Pose> find(const Frame& frame, const TsdfVolume& volume, ScanSession& session);
+
+  /// How well each frame was tracked; nothing where poses are given, and before the first frame.
+  [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }
+
+ private:
+  PoseMode mode_;
+  Tracker tracker_;
+  std::optional<TrackingResult> tracking_;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,82 @@
+// Reconstruction: a volume that grows frame by frame.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "acquire/acquire_config.h"
+#include "core/frame.h"
+#include "core/result.h"
+#include "fusion/volume/tsdf_volume.h"
+#include "scan/frames/depth_samples.h"
+#include "scan/pose_finder.h"
+#include "scan/refine/pose_refiner.h"
+#include "scan/scan_config.h"
+#include "scan/scan_result.h"
+#include "scan/scan_session.h"
+#include "scan/trajectory.h"
+
+namespace scanknit {
+
+class Reconstruction {
+ public:
+  struct Options {
+    PoseMode poses = PoseMode::kTrack;  ///< settled: not kAuto
+    bool keeps_depth_samples = false;   ///< some depth frames, to compare the mesh with
+  };
+
+  /// `config`, `refiner` and `session` outlive it. Errors: TsdfVolume::create().
+  [[nodiscard]] static Result<Reconstruction> create(const ScanConfig& config, const Options& options,
+                                                     PoseRefiner& refiner, ScanSession& session);
+
+  /// What became of a frame.
+  struct Added {
+    std::optional<Pose> T_world_camera = std::nullopt;  ///< at which it was fused; nothing: it was left out
+    std::optional<Error> refused = std::nullopt;        ///< the volume would not have its pose; else tracking is lost
+  };
+
+  /// Filters the frame, finds its pose and fuses it. Errors: what ends the scan.
+  [[nodiscard]] Result<Added> add(Frame& frame);
+
+  /// As if nothing had been fused; the volume keeps its address. Errors: TsdfVolume::create().
+  [[nodiscard]] Result<void> start_over();
+
+  /// The same frames, or some of them, fused at other poses; the volume keeps its address.
+  void replace(TsdfVolume volume, Trajectory trajectory);
+
+  [[nodiscard]] TsdfVolume& volume() { return volume_; }
+  [[nodiscard]] const TsdfVolume& volume() const { return volume_; }
+  [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
+  [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return poses_.tracking(); }
+  /// Frames that were fused, filtered; some of them, with the poses they have now.
+  [[nodiscard]] std::vector<PosedDepth> depth_samples() const { return samples_.posed(trajectory_); }
+  [[nodiscard]] bool is_budget_reached() const { return is_budget_reached_; }
+
+ private:
+  Reconstruction(const ScanConfig& config, const Options& options, PoseRefiner& refiner, ScanSession& session,
+                 TsdfVolume volume)
+      : config_(config),
+        options_(options),
+        refiner_(refiner),
+        session_(session),
+        volume_(std::move(volume)),
+        poses_(options.poses) {}
+  void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
+
+  const ScanConfig& config_;
+  Options options_;
+  PoseRefiner& refiner_;
+  ScanSession& session_;
+  TsdfVolume volume_;
+  PoseFinder poses_;
+  Trajectory trajectory_;
+  DepthSamples samples_;
+  bool follows_gap_ = false;  ///< tracking was lost since the last frame that was fused
+  bool is_budget_reached_ = false;
+};
+
+[[nodiscard]] VolumeResult described(const TsdfVolume& volume);
+
+}  // namespace scanknit

@@ -1,0 +1,126 @@
+#include "scan/refine/loop_refiner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "scan/refine/track_alone.h"
+
+namespace scanknit {
+namespace {
+
+constexpr double kWorthFusing = 0.1;  // voxels: poses that change less than this are not worth fusing all frames again
+
+double farthest_moved_m(const Trajectory& from, const Trajectory& to) {
+  double farthest_m = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const Eigen::Vector3d moved = to[i].T_world_camera.translation() - from[i].T_world_camera.translation();
+    farthest_m = std::max(farthest_m, moved.norm());
+  }
+  return farthest_m;
+}
+
+}  // namespace
+
+LoopRefiner::LoopRefiner(const ScanConfig& config, const FrameArchive& archive, ScanSession& session)
+    : config_(config), archive_(archive), session_(session), keys_(config.fusion.noise) {}
+
+void LoopRefiner::note_fused(const Frame& frame, const Pose& T_world_camera, bool follows_gap) {
+  fused_.push_back(frame.sequence);
+  session_.timed("key_frames", [&] { keys_.add(frame, T_world_camera, follows_gap); });
+}
+
+void LoopRefiner::start_over() {
+  keys_ = KeyFrames(config_.fusion.noise);
+  fused_.clear();
+}
+
+LoopClosure LoopRefiner::find_loops() {
+  const double tolerance_m = kWorthFusing * config_.fusion.voxel_size_m;
+  return session_.timed("loops", [&] { return close_loops(keys_, config_.fusion.noise, tolerance_m); });
+}
+
+LoopResult LoopRefiner::described(const LoopClosure& closure) const {
+  LoopResult loops{closure.is_corrected, closure.drift_m, 0, {}};
+  for (const Loop& loop : closure.loops) {
+    loops.pairs.push_back(
+        {fused_[loop.from], fused_[loop.to], loop.shift_m, loop.overlap, loop.inlier_share, loop.refused});
+  }
+  return loops;
+}
+
+Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
+  LoopClosure closure = find_loops();
+  result_ = described(closure);
+  auto closed = close(walk, std::move(closure));
+  if (closed) return closed;
+  warn_not_closed(closed.error());
+  return std::optional<Trajectory>();
+}
+
+/// These frames are tracked with nothing in the volume but what they show; the walk from there on moves along with
+/// them. Frames after one at which that tracking is lost keep their steps.
+Result<void> LoopRefiner::track_again(const FrameRange& frames) {
+  const auto source = archive_.open();
+  if (!source) return source.error();
+  const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
+  const auto poses =
+      session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop()); });
+  if (!poses) return poses.error();
+  keys_.replace(frames.first, *poses);
+  return {};
+}
+
+Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
+  if (!closure.has_come_back()) return std::optional<Trajectory>();
+  if (!closure.pulled.empty() && archive_.is_kept()) {
+    session_.info("coming upon an old place bent the walk: that part is tracked again");
+    for (const FrameRange& frames : closure.pulled) {
+      if (const auto tracked = track_again(frames); !tracked) return tracked.error();
+    }
+    closure = find_loops();
+  }
+  result_ = described(closure);
+  if (!closure.is_corrected) return std::optional<Trajectory>();
+  result_->is_corrected = false;  // not before the frames have been fused again
+  session_.info(
+      fmt::format("the walk came back {:.0f} mm beside where it had been: closing the loop", closure.drift_m * 1000));
+  if (!archive_.is_kept()) {
+    return Error{ErrorCode::kInput,
+                 "closing it takes the frames again, and no recording was made; leave out --no-recording"};
+  }
+  Trajectory corrected = walk.trajectory;
+  for (std::size_t i = 0; i < corrected.size(); ++i) corrected[i].T_world_camera = closure.T_world_cameras[i];
+  largest_correction_m_ = farthest_moved_m(walk.trajectory, corrected);
+  wanted_ = corrected.size();
+  return std::optional(std::move(corrected));
+}
+
+Result<void> LoopRefiner::accept(TsdfVolume& /*volume*/) {
+  result_->is_corrected = true;
+  result_->largest_correction_m = largest_correction_m_;
+  return {};
+}
+
+Result<void> LoopRefiner::reject(const Result<std::size_t>& fused) {
+  warn_not_closed(
+      fused ? Error{ErrorCode::kInput, fmt::format("only {} of {} frames could be read again", *fused, wanted_)}
+            : fused.error());
+  return {};
+}
+
+void LoopRefiner::warn_not_closed(const Error& error) {
+  session_.warn(WarningCode::kLoopNotClosed,
+                session_.is_stopped() ? "closing the loop was interrupted: the mesh is as tracked"
+                                      : "the loop could not be closed, the mesh is as tracked: " + error.text());
+}
+
+std::unique_ptr<PoseRefiner> loop_refiner(const ScanConfig& config, PoseMode poses, const FrameArchive& archive,
+                                          ScanSession& session) {
+  if (poses != PoseMode::kTrack || !config.fusion.loop_closure) return std::make_unique<NoRefiner>();
+  return std::make_unique<LoopRefiner>(config, archive, session);
+}
+
+}  // namespace scanknit

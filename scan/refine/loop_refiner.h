@@ -1,0 +1,52 @@
+// LoopRefiner: where the walk came back to a place, its poses are corrected for the drift since.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "acquire/acquire_config.h"
+#include "fusion/loops/loop_closure.h"
+#include "scan/frames/frame_archive.h"
+#include "scan/refine/pose_refiner.h"
+#include "scan/scan_config.h"
+#include "scan/scan_session.h"
+
+namespace scanknit {
+
+/// A loop that cannot be closed is a warning: the mesh stays as it was tracked.
+class LoopRefiner final : public PoseRefiner {
+ public:
+  /// All references outlive it.
+  LoopRefiner(const ScanConfig& config, const FrameArchive& archive, ScanSession& session);
+
+  void note_fused(const Frame& frame, const Pose& T_world_camera, bool follows_gap) override;
+  void start_over() override;
+  [[nodiscard]] Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) override;
+  [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
+  [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
+  void describe(ScanResult& result) const override { result.loops = result_; }
+
+ private:
+  [[nodiscard]] LoopClosure find_loops();
+  [[nodiscard]] Result<void> track_again(const FrameRange& frames);
+  [[nodiscard]] Result<std::optional<Trajectory>> close(const TrackedWalk& walk, LoopClosure closure);
+  [[nodiscard]] LoopResult described(const LoopClosure& closure) const;
+  void warn_not_closed(const Error& error);
+
+  const ScanConfig& config_;
+  const FrameArchive& archive_;
+  ScanSession& session_;
+  KeyFrames keys_;
+  std::vector<std::uint64_t> fused_;  ///< sequence numbers
+  std::optional<LoopResult> result_;
+  double largest_correction_m_ = 0;
+  std::size_t wanted_ = 0;  ///< frames that are to be fused again
+};
+
+/// For frames of a walk: a LoopRefiner where their poses are tracked and fusion.loop_closure is on, else a NoRefiner.
+[[nodiscard]] std::unique_ptr<PoseRefiner> loop_refiner(const ScanConfig& config, PoseMode poses,
+                                                        const FrameArchive& archive, ScanSession& session);
+
+}  // namespace scanknit

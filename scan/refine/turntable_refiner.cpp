@@ -1,0 +1,436 @@
+#include "scan/refine/turntable_refiner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "acquire/filter/depth_filter.h"
+#include "core/median.h"
+#include "fusion/turntable/cut_volume.h"
+#include "fusion/turntable/picture_part.h"
+#include "scan/frames/frame_count.h"
+
+namespace scanknit {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kSamples = 48;  // frames that tell what stands still, and what is not there
+constexpr std::size_t kFewestTracked = 4;
+constexpr std::size_t kFewestFrames = 8;  // that hold together
+constexpr double kLeastTurn_rad = 30 * kDegree;
+constexpr double kAcross_rad = std::numbers::pi * 1.05;  // what is seen from both is seen round the end of the turn
+constexpr double kMostOff = 0.05;  // of the object's distance: tracked poses farther from one axis are no turntable
+constexpr double kMostRms_m = 0.004;
+constexpr double kLeastAgreeing = 0.6;  // of the pairs of frames
+constexpr double kAgrees = 0.3;         // the weight of a pair that does
+constexpr double kHeld_rad = 0.3 * kDegree;
+constexpr double kSeen_rad = 0.5 * kDegree;  // what angles of pictures that hold them may be off in a turn
+constexpr double kPlaces_rad = 3 * kDegree;  // known angles that are better join parts that no pair of frames does
+constexpr double kLeastInSequence = 0.6;     // of the key frames fit the one before
+constexpr double kUnderDisc_m = 0.006;
+constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
+
+double extent_of(const std::vector<double>& angles_rad) {
+  const auto [least, most] = std::minmax_element(angles_rad.begin(), angles_rad.end());
+  return *most - *least;
+}
+
+double extent_of(const std::vector<double>& angles_rad, const std::set<std::size_t>& nodes) {
+  const auto [least, most] = std::minmax_element(
+      nodes.begin(), nodes.end(), [&](std::size_t a, std::size_t b) { return angles_rad[a] < angles_rad[b]; });
+  return nodes.empty() ? 0 : angles_rad[*most] - angles_rad[*least];
+}
+
+}  // namespace
+
+std::optional<std::size_t> TurntableRefiner::Nodes::find(std::uint64_t sequence) const {
+  const auto at = std::lower_bound(sequences.begin(), sequences.end(), sequence);
+  if (at == sequences.end() || *at != sequence) return std::nullopt;
+  return static_cast<std::size_t>(at - sequences.begin());
+}
+
+TurntableRefiner::TurntableRefiner(const ScanJob& job, PoseMode poses, const FrameArchive& archive,
+                                   ScanSession& session)
+    : job_(job), config_(job.config), has_poses_(!is_tracked(poses)), archive_(archive), session_(session) {}
+
+bool TurntableRefiner::give_up(const char* reason) {
+  result_.reason = reason;
+  session_.warn(WarningCode::kNotATurntable,
+                fmt::format("no turntable: {}; the mesh is {}{}", reason,
+                            has_poses_ ? "as the recording's poses have it, and nothing was cut" : "the tracked one",
+                            job_.cut_recording ? ", and no cut recording was written" : ""));
+  return false;
+}
+
+/// Every `every`-th of the job's frames.
+Result<void> TurntableRefiner::read_frames(std::size_t every, const Visit& visit) const {
+  const auto source = archive_.open(every);
+  if (!source) return source.error();
+  return for_each_frame(**source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
+    visit(frame);
+    return Reading::kGoOn;
+  });
+}
+
+void TurntableRefiner::add_sample(Frame& frame) {
+  if (!samples_.empty() && !(frame.intrinsics == camera_)) return;
+  camera_ = frame.intrinsics;
+  const AcquireConfig& filter = config_.acquire;
+  samples_.push_back(mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
+                                          config_.fusion.noise, filter.edge_sigmas));
+  sample_sequences_.push_back(frame.sequence);
+}
+
+Result<void> TurntableRefiner::learn() {
+  const auto source = archive_.open();
+  if (!source) return source.error();
+  if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
+  const std::size_t selected = selected_frames((*source)->info(), config_.acquire);
+  const std::size_t frames = job_.frames ? std::min(selected, job_.frames->size()) : selected;
+  const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
+  const auto begun = session_.timed("refine", [&] {
+    const std::size_t to_read = (frames + every - 1) / every;
+    std::size_t read_so_far = 0;
+    auto read = read_frames(every, [&](Frame& frame) {
+      session_.progress("learning what stands still", std::min(++read_so_far, to_read), to_read);
+      add_sample(frame);
+    });
+    still_ = StillScene::learn(samples_, config_.fusion.noise);
+    const std::vector<DepthImage> moving = moving_parts();
+    if (const double depth_m = median_depth_m(moving); depth_m > 0) depth_m_ = depth_m;
+    if (changes_frames()) moving_rect_ = rect_of(moving);
+    return read;
+  });
+  result_.has_still_scene = !still_.empty();
+  return begun;
+}
+
+/// Before any work. Errors: kConfig.
+Result<void> TurntableRefiner::check_known_angles(const RecordingInfo& info) {
+  auto known = KnownAngles::read(job_);
+  if (!known) return known.error();
+  known_ = *std::move(known);
+  const auto warning = known_.check(info);
+  if (!warning) return warning.error();
+  if (*warning) warn(**warning);
+  if (has_poses_ && known_.source() != AngleSource::kNone) {
+    warn(fmt::format("the recording has poses, which count: {} is not asked (--poses track asks it)", known_.option()));
+  }
+  return {};
+}
+
+std::vector<DepthImage> TurntableRefiner::moving_parts() const {
+  std::vector<DepthImage> parts = samples_;
+  for (DepthImage& part : parts) still_.remove_from(part);
+  return parts;
+}
+
+void TurntableRefiner::edit_for_tracking(Frame& frame) const {
+  if (!changes_frames() || !(frame.intrinsics == camera_)) return;
+  still_.remove_from(frame.depth_m);
+  if (moving_rect_) crop_frame(frame, *moving_rect_);
+}
+
+/// Angles of all frames, from the poses of those that were tracked.
+bool TurntableRefiner::begin_nodes(const TrackedWalk& walk) {
+  if (walk.trajectory.size() < kFewestTracked) return give_up("too few frames were tracked");
+  std::vector<Pose> poses;
+  std::vector<std::uint64_t> tracked;
+  for (const PosedFrame& frame : walk.trajectory) {
+    poses.push_back(frame.T_world_camera);
+    tracked.push_back(frame.sequence);
+  }
+  const auto fitted = fit_turntable(poses, depth_m_);
+  if (!fitted) return give_up("nothing turns before the scanner");
+  if (median(distances_from(*fitted, poses, depth_m_)) > kMostOff * depth_m_)
+    return give_up("the motion is not about one axis");
+  if (has_poses_) {
+    nodes_.sequences = tracked;
+    nodes_.motion = *fitted;
+    nodes_.T_world_camera = poses;
+    for (const PosedFrame& frame : walk.trajectory) nodes_.stamps.push_back(frame.stamp);
+    return true;
+  }
+  nodes_.motion.axis = fitted->axis;
+  for (const TrackedFrame& frame : walk.tracking->frames) {
+    nodes_.sequences.push_back(frame.sequence);
+    nodes_.is_tracked.push_back(std::binary_search(tracked.begin(), tracked.end(), frame.sequence));
+  }
+  nodes_.motion.angles_rad = angles_of_all(nodes_.sequences, tracked, fitted->angles_rad);
+  nodes_.stamps.resize(nodes_.sequences.size());
+  nodes_.times_ns.resize(nodes_.sequences.size());
+  return true;
+}
+
+/// The space of the object, and where it is in the picture.
+bool TurntableRefiner::find_space_of_object() {
+  const std::vector<DepthImage> moving = moving_parts();
+  space_ = find_space(moving, still_, camera_, nodes_.motion.axis);
+  if (!space_) return give_up("nothing moves before the scanner");
+  const double to_axis_m = space_->distance_of(Eigen::Vector3d::Zero());
+  if (space_->radius_m > to_axis_m) return give_up("the scanner moves, not the object");
+  std::vector<DepthImage> kept = samples_;
+  for (DepthImage& picture : kept) cut_to_space(picture, camera_, *space_, kUnderDisc_m);
+  space_rect_ = rect_of(kept);
+  return space_rect_ ? true : give_up("nothing moves before the scanner");
+}
+
+Result<void> TurntableRefiner::measure_pairs(TurntablePairs& pairs) {
+  return read_frames(1, [&](Frame& frame) {
+    const auto node = nodes_.find(frame.sequence);
+    if (!node) return;
+    if (frame.has_clock) nodes_.times_ns[*node] = frame.timestamp_ns;
+    nodes_.stamps[*node] = stamp_of(frame);
+    if (!(frame.intrinsics == camera_)) return;
+    filter_frame(frame, config_.acquire, config_.fusion.noise);
+    cut_to_space(frame.depth_m, camera_, *space_, space_->disc_m ? -kOverDisc_m : kUnderDisc_m);
+    crop_frame(frame, *space_rect_);
+    pairs.add(*node, pyramid_of(frame, config_.fusion.noise));
+    session_.progress("registering", *node + 1, nodes_.sequences.size());
+  });
+}
+
+/// What the pictures leave of the known angles: where they hold the angle themselves, they decide.
+std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const TurntableSolution& seen,
+                                                   const std::vector<std::size_t>& parts) {
+  const bool is_held = seen.angle_sigma_rad < kHeld_rad && seen.rms_m <= kMostRms_m;
+  if (!is_held) return prior;
+  const bool has_several_parts = std::any_of(parts.begin(), parts.end(), [&](std::size_t part) {
+    return part != 0 && std::count(parts.begin(), parts.end(), part) > 1;
+  });
+  if (has_several_parts && !known_.knows_gaps()) {
+    warn(fmt::format("{} is not asked: it knows nothing of what is missing between the parts of the turn",
+                     known_.option()));
+    return std::nullopt;
+  }
+  const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);
+  const PriorCheck check = check_prior(prior.angles_rad, seen.motion, parts, tolerance_rad);
+  if (check.contradicts) {
+    warn(known_.contradiction(check));
+    return std::nullopt;
+  }
+  std::vector<std::uint64_t> off;
+  for (const std::size_t node : check.off) off.push_back(nodes_.sequences[node]);
+  if (!off.empty()) warn(known_.frames_off(off));
+  prior.angles_rad = check.agreed_angles_rad;
+  return prior;
+}
+
+/// Frames that nothing joins to the rest, if they are more than a few.
+void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& held) {
+  constexpr std::size_t kFew = 20;  // one in so many
+  std::vector<std::uint64_t> left_out;
+  for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) {
+    if (!held.contains(i)) left_out.push_back(nodes_.sequences[i]);
+  }
+  if (kFew * left_out.size() <= nodes_.sequences.size()) return;
+  warn(fmt::format(
+      "turntable: of {} frames only {} hold together; {} are left out, for nothing joins them to the rest: they "
+      "show too little, or before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees{}",
+      nodes_.sequences.size(), held.size(), frames_text(left_out), job_.angles ? "" : ", or give --angles"));
+}
+
+void TurntableRefiner::describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {
+  result_.turns = extent_of(solution.motion.angles_rad) / (2 * std::numbers::pi);
+  result_.rms_m = solution.rms_m;
+  result_.rms_rad = solution.rms_rad;
+  result_.angle_sigma_rad = solution.angle_sigma_rad;
+  result_.is_angle_held = solution.angle_sigma_rad < kHeld_rad;
+  result_.key_frames = pairs.key_frames();
+  result_.pairs = pairs.edges().size();
+  result_.loops = pairs.loops();
+  result_.across = pairs.across();
+}
+
+/// Whether the frames agree that it is a turntable.
+bool TurntableRefiner::check_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {
+  const auto agreeing =
+      std::count_if(solution.weights.begin(), solution.weights.end(), [](double weight) { return weight > kAgrees; });
+  if (pairs.edges().empty()) return give_up("frames do not fit each other");
+  if (static_cast<double>(agreeing) < kLeastAgreeing * static_cast<double>(pairs.edges().size())) {
+    return give_up("frames contradict each other");
+  }
+  if (solution.rms_m > kMostRms_m) return give_up("the motion is not about one axis");
+  if (extent_of(solution.motion.angles_rad) < kLeastTurn_rad) return give_up("it turns by less than 30 degrees");
+  return true;
+}
+
+/// Frames with all that is behind the object, once their angles are known.
+void TurntableRefiner::add_witnesses() {
+  look_through_.emplace(nodes_.motion.axis, config_.fusion.noise);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const auto node = nodes_.find(sample_sequences_[i]);
+    if (node) look_through_->add_witness(std::move(samples_[i]), camera_, nodes_.motion.angles_rad[*node]);
+  }
+  samples_.clear();
+}
+
+/// Before the filter, which would take the rims of what is cut for those of the object.
+void TurntableRefiner::cut_to_object(Frame& frame, double angle_rad) {
+  const AcquireConfig& filter = config_.acquire;
+  frame.depth_m = mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
+                                       config_.fusion.noise, filter.edge_sigmas);
+  cut_to_space(frame.depth_m, camera_, *space_, kUnderDisc_m);
+  result_.pixels_looked_through += look_through_->remove_from(frame.depth_m, camera_, angle_rad);
+}
+
+/// A frame without the disc, which the object does not have when it lies on another side.
+Result<void> TurntableRefiner::keep_cut(const Frame& frame) {
+  Frame cut = frame;
+  cut.T_world_camera = poses_.at(frame.sequence);
+  if (space_->disc_m && frame.intrinsics == camera_) cut_to_space(cut.depth_m, camera_, *space_, -kOverDisc_m);
+  return kept_->write(cut);
+}
+
+void TurntableRefiner::edit_for_fusion(Frame& frame) {
+  const bool is_known_camera = frame.intrinsics == camera_;
+  const auto node = nodes_.find(frame.sequence);
+  if (node && is_known_camera && config_.turntable.cuts) cut_to_object(frame, nodes_.motion.angles_rad[*node]);
+  if (kept_ && kept_so_far_) kept_so_far_ = keep_cut(frame);
+  if (is_known_camera) crop_frame(frame, *space_rect_);
+}
+
+/// Also sets T_world_object_ and poses_.
+Trajectory TurntableRefiner::trajectory_of(const std::set<std::size_t>& held) {
+  // The object's frame is that of the first frame's camera.
+  T_world_object_ =
+      has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, config_.fusion.voxel_size_m / 2);
+  Trajectory trajectory;
+  for (const std::size_t node : held) {
+    const double angle_rad = nodes_.motion.angles_rad[node];
+    const Pose pose =
+        has_poses_ ? nodes_.T_world_camera[node] : T_world_object_ * turn_about(nodes_.motion.axis, angle_rad);
+    trajectory.push_back({nodes_.sequences[node], nodes_.stamps[node], pose});
+    result_.angles_rad.emplace_back(nodes_.sequences[node], angle_rad);
+  }
+  poses_ = poses_of(trajectory);
+  return trajectory;
+}
+
+Result<void> TurntableRefiner::accept(TsdfVolume& volume) {
+  if (kept_ && kept_so_far_) kept_so_far_ = kept_->finish();
+  if (!kept_so_far_) return kept_so_far_;
+  has_cut_recording_ = kept_.has_value();
+  if (config_.turntable.cuts) {
+    const VolumeCut cut = session_.timed(
+        "refine", [&] { return cut_volume(moved(*space_, T_world_object_), config_.turntable.closes_base, volume); });
+    result_.has_base = cut.has_base;
+  }
+  result_.is_refined = true;
+  return {};
+}
+
+Result<void> TurntableRefiner::reject(const Result<std::size_t>& fused) {
+  if (!fused) return fused.error();
+  (void)give_up("it was interrupted");
+  return {};
+}
+
+void TurntableRefiner::describe(ScanResult& result) const {
+  result.turntable = result_;
+  if (has_cut_recording_) result.files["cut_recording"] = job_.cut_recording->string();
+}
+
+/// The pairs of frames that fit each other; false: too few.
+Result<bool> TurntableRefiner::find_pairs(TurntablePairs& pairs) {
+  if (auto measured = measure_pairs(pairs); !measured) return measured.error();
+  if (session_.is_stopped()) return give_up("it was interrupted");
+  pairs.close();
+  if (pairs.edges().empty()) return give_up("frames do not fit each other");
+  if (pairs.share_in_sequence() < kLeastInSequence) return give_up("too little is the same from frame to frame");
+  const TurntableMotion start = along_pairs(nodes_.motion, pairs.edges());
+  const TurntableSolution seen = solve_turntable(start, pairs.edges(), std::nullopt);
+  pairs.forget(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
+  nodes_.motion = along_pairs(seen.motion, pairs.edges());
+  return true;
+}
+
+/// Parts that no pair joins lie to each other as the known angles have it; nothing that was seen can contradict them.
+void TurntableRefiner::join_by_angles(std::vector<std::size_t>& parts) {
+  std::vector<std::uint64_t> joined;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i] != 0 && std::count(parts.begin(), parts.end(), parts[i]) > 1) joined.push_back(nodes_.sequences[i]);
+  }
+  std::fill(parts.begin(), parts.end(), std::size_t{0});
+  if (joined.empty()) return;
+  warn(fmt::format("turntable: {} are joined to the rest by {} alone, nothing that is seen says where they are",
+                   frames_text(joined), known_.option()));
+}
+
+/// The axis and all angles; `held` are the nodes whose angles are right.
+Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
+  TurntablePairs pairs(nodes_.motion, config_.fusion.noise);
+  if (const auto found = find_pairs(pairs); !found || !*found) return found;
+  const TurntableSolution seen = solve_turntable(nodes_.motion, pairs.edges(), std::nullopt);
+  auto angles = known_.of(nodes_.sequences, nodes_.times_ns, seen.motion);
+  if (!angles) return angles.error();
+  std::vector<std::size_t> parts = turntable_parts(seen, pairs.edges(), kAgrees);
+  std::optional<AnglePrior> prior;
+  if (*angles) prior = agreed(**std::move(angles), seen, parts);
+  result_.prior = prior ? known_.source() : AngleSource::kNone;
+  if (prior && known_.knows_gaps() && prior->sigma_rad < kPlaces_rad) join_by_angles(parts);
+  const TurntableSolution first = prior ? solve_turntable(nodes_.motion, pairs.edges(), prior) : seen;
+  pairs.join_across(first.motion, parts);
+  const TurntableSolution solution = solve_turntable(first.motion, pairs.edges(), prior);
+  describe_solution(solution, pairs);
+  if (!check_solution(solution, pairs)) return false;
+  nodes_.motion = solution.motion;
+  for (std::size_t i = 0; i < pairs.edges().size(); ++i) {
+    const TurntableEdge& edge = pairs.edges()[i];
+    if (solution.weights[i] <= kAgrees || parts[edge.from] != 0) continue;
+    held.insert({edge.from, edge.to});
+    const double apart_rad = nodes_.motion.angles_rad[edge.to] - nodes_.motion.angles_rad[edge.from];
+    result_.is_closed = result_.is_closed || std::abs(apart_rad) > kAcross_rad;
+  }
+  if (held.size() < kFewestFrames) return give_up("too few frames hold together");
+  result_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);
+  warn_of_left_out(held);
+  // The axis is better known now, and so is the space around it.
+  return find_space_of_object();
+}
+
+/// The nodes whose angles are right; none when it is no turntable.
+Result<std::set<std::size_t>> TurntableRefiner::held_frames() {
+  std::set<std::size_t> held;
+  if (has_poses_) {
+    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) held.insert(held.end(), i);
+    result_.prior = AngleSource::kRecording;
+    result_.turns = std::abs(nodes_.motion.angles_rad.back()) / (2 * std::numbers::pi);
+    return held;
+  }
+  const auto found = session_.timed("refine", [&] { return find_motion(held); });
+  if (!found) return found.error();
+  return *found ? held : std::set<std::size_t>();
+}
+
+Result<std::optional<Trajectory>> TurntableRefiner::refine(const TrackedWalk& walk) {
+  const std::optional<Trajectory> as_tracked;
+  if (session_.is_stopped()) return (void)give_up("it was interrupted"), as_tracked;
+  const bool has_begun = session_.timed("refine", [&] { return begin_nodes(walk) && find_space_of_object(); });
+  if (!has_begun) return as_tracked;
+  const auto held = held_frames();
+  if (!held) return held.error();
+  if (held->empty()) return as_tracked;
+  result_.axis_direction = space_->up;
+  result_.axis_point = space_->axis.point;
+  result_.disc_m = space_->disc_m;
+  result_.radius_m = space_->radius_m;
+  add_witnesses();
+  if (job_.cut_recording) {
+    auto created = CutRecording::create(*job_.cut_recording);
+    if (!created) return created.error();
+    kept_.emplace(*std::move(created));
+  }
+  return std::optional(trajectory_of(*held));
+}
+
+void TurntableRefiner::conclude(bool has_mesh) {
+  if (result_.is_refined || !result_.reason.empty()) return;
+  if (has_mesh) return (void)give_up("it was interrupted");
+  result_.reason = session_.is_stopped() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
+}
+
+}  // namespace scanknit

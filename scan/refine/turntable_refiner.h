@@ -1,0 +1,119 @@
+// TurntableRefiner: from frames of a turntable to the axis, all angles, and a volume that holds the object alone.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "acquire/convert/cut_recording.h"
+#include "core/result.h"
+#include "fusion/turntable/look_through.h"
+#include "fusion/turntable/picture_part.h"
+#include "fusion/turntable/still_scene.h"
+#include "fusion/turntable/turntable_pairs.h"
+#include "fusion/turntable/turntable_prior.h"
+#include "fusion/turntable/turntable_space.h"
+#include "scan/frames/frame_archive.h"
+#include "scan/refine/known_angles.h"
+#include "scan/refine/pose_refiner.h"
+#include "scan/scan_job.h"
+#include "scan/scan_session.h"
+
+namespace scanknit {
+
+/// The refined world's origin is where the axis meets the disc, its -y is up; poses of the recording stay as they are.
+class TurntableRefiner final : public PoseRefiner {
+ public:
+  /// `archive` has the job's frames and is read several times. `poses`: kRecording, its poses are exact and only the
+  /// cut is made; else they are tracked. All references outlive it.
+  TurntableRefiner(const ScanJob& job, PoseMode poses, const FrameArchive& archive, ScanSession& session);
+
+  /// Before any frame is tracked: learns from some fifty frames what stands still. Errors: the recording's; kConfig for
+  /// known angles that do not fit the recording.
+  [[nodiscard]] Result<void> learn();
+
+  /// True when something stands still, and poses are tracked: edit_for_tracking() changes frames.
+  [[nodiscard]] bool changes_frames() const { return !has_poses_ && !still_.empty(); }
+  [[nodiscard]] bool is_refined() const { return result_.is_refined; }
+
+  /// Takes out of a filtered frame what stands still, and keeps the part of the picture where something moves. Nothing
+  /// is done where poses are known.
+  void edit_for_tracking(Frame& frame) const override;
+  /// The turn holds frames together that tracking could not.
+  [[nodiscard]] bool recovers_lost_scans() const override { return true; }
+  /// Finds the axis and all angles.
+  [[nodiscard]] Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) override;
+  void edit_for_fusion(Frame& frame) override;
+  /// Cuts the volume to the space in which the object turned.
+  [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
+  [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
+  [[nodiscard]] bool moves_the_world() const override { return true; }
+  void describe(ScanResult& result) const override;
+
+  /// After the scan: notes why it was not refined, where refine() was not reached.
+  void conclude(bool has_mesh);
+
+ private:
+  /// Every frame that was read while tracking.
+  struct Nodes {
+    std::vector<std::uint64_t> sequences;
+    std::vector<double> stamps;
+    std::vector<std::int64_t> times_ns;  ///< 0 without a clock
+    std::vector<bool> is_tracked;        ///< the others have what angles_of_all() says
+    TurntableMotion motion;
+    std::vector<Pose> T_world_camera;  ///< of the recording, if they are known
+    [[nodiscard]] std::optional<std::size_t> find(std::uint64_t sequence) const;
+  };
+  using Visit = std::function<void(Frame&)>;
+
+  [[nodiscard]] Result<void> read_frames(std::size_t every, const Visit& visit) const;
+  void add_sample(Frame& frame);
+  [[nodiscard]] std::vector<DepthImage> moving_parts() const;
+  [[nodiscard]] bool begin_nodes(const TrackedWalk& walk);
+  [[nodiscard]] bool find_space_of_object();
+  [[nodiscard]] Result<bool> find_motion(std::set<std::size_t>& held);
+  [[nodiscard]] Result<bool> find_pairs(TurntablePairs& pairs);
+  [[nodiscard]] Result<void> measure_pairs(TurntablePairs& pairs);
+  [[nodiscard]] Result<void> check_known_angles(const RecordingInfo& info);
+  [[nodiscard]] std::optional<AnglePrior> agreed(AnglePrior prior, const TurntableSolution& seen,
+                                                 const std::vector<std::size_t>& parts);
+  void join_by_angles(std::vector<std::size_t>& parts);
+  void warn_of_left_out(const std::set<std::size_t>& held);
+  void warn(std::string text) { session_.warn(WarningCode::kTurntable, std::move(text)); }
+  [[nodiscard]] bool check_solution(const TurntableSolution& solution, const TurntablePairs& pairs);
+  void describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs);
+  [[nodiscard]] Result<std::set<std::size_t>> held_frames();
+  [[nodiscard]] Trajectory trajectory_of(const std::set<std::size_t>& held);
+  void add_witnesses();
+  void cut_to_object(Frame& frame, double angle_rad);
+  [[nodiscard]] Result<void> keep_cut(const Frame& frame);
+  [[nodiscard]] bool give_up(const char* reason);
+
+  const ScanJob& job_;
+  const ScanConfig& config_;
+  bool has_poses_;
+  const FrameArchive& archive_;
+  ScanSession& session_;
+  TurntableResult result_;
+  KnownAngles known_;
+  CameraIntrinsics camera_;
+  std::vector<DepthImage> samples_;
+  std::vector<std::uint64_t> sample_sequences_;
+  StillScene still_;
+  std::optional<PixelRect> moving_rect_;  ///< nothing: the whole picture
+  double depth_m_ = 1;                    ///< typical, of what moves
+  Nodes nodes_;
+  std::optional<TurntableSpace> space_;
+  std::optional<PixelRect> space_rect_;
+  std::optional<LookThrough> look_through_;
+  Pose T_world_object_ = Pose::Identity();
+  PosesBySequence poses_;             ///< at which frames are fused again
+  std::optional<CutRecording> kept_;  ///< of the frames as they are fused again
+  Result<void> kept_so_far_;
+  bool has_cut_recording_ = false;
+};
+
+}  // namespace scanknit

@@ -1,0 +1,24 @@
+// ScanConfig: everything a run can be told, room by room.
+#pragma once
+
+#include "acquire/acquire_config.h"
+#include "acquire/scanner_settings.h"
+#include "export/export_config.h"
+#include "extract/extract_config.h"
+#include "finish/finish_config.h"
+#include "fusion/fusion_config.h"
+#include "fusion/turntable/turntable_config.h"
+
+namespace scanknit {
+
+struct ScanConfig {
+  AcquireConfig acquire;
+  ScannerSettings scanner;  ///< also keys of `acquire:`
+  FusionConfig fusion;
+  TurntableConfig turntable;
+  ExtractConfig extract;
+  FinishConfig finish;
+  ExportConfig output;  ///< the keys of `export:`, which is a C++ keyword
+};
+
+}  // namespace scanknit

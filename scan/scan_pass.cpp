@@ -1,0 +1,261 @@
+#include "scan/scan_pass.h"
+
+#include <utility>
+
+#include "core/files/atomic_file.h"
+#include "export/report/trajectory.h"
+#include "scan/frames/fuse_again.h"
+#include "scan/mesh/write_surface.h"
+#include "scan/tracking_verdict.h"
+
+namespace scanknit {
+
+ScanPass::ScanPass(const ScanJob& job, const PassInput& input, PoseRefiner& refiner, ScanSession& session)
+    : job_(job),
+      input_(input),
+      refiner_(refiner),
+      session_(session),
+      intake_(input.source, job.config.acquire, session, {input.stop, input.counted}),
+      crop_(input.crop) {}
+
+Result<void> ScanPass::run() {
+  if (auto begun = begin(); !begun) return begun;
+  if (auto fused = track_and_fuse(); !fused) return fused;
+  if (auto written = write_tracked(); !written) return written;
+  if (auto refined = refine(); !refined) return refined;
+  return write_texture();
+}
+
+Result<void> ScanPass::begin() {
+  warn_of_holes(job_.config.extract, session_);
+  const Reconstruction::Options options{intake_.info().poses, job_.measures_fit};
+  auto scan = Reconstruction::create(job_.config, options, refiner_, session_);
+  if (!scan) return scan.error();
+  scan_.emplace(*std::move(scan));
+  return session_.observer().on_begin(state());
+}
+
+Result<void> ScanPass::track_and_fuse() {
+  while (!intake_.is_over()) {
+    if (auto frame = intake_.next()) {
+      if (auto added = add(*frame); !added) return added;
+    } else {
+      session_.observer().on_no_frame(nullptr, state());
+    }
+    obey();
+  }
+  return {};
+}
+
+/// The mesh of the frames as they were tracked comes first: whatever happens later, it is there.
+Result<void> ScanPass::write_tracked() {
+  if (!input_.writes_tracked_mesh) return {};
+  const TrackedScan tracked{scan_->tracking(), intake_.counts(), scan_->is_budget_reached()};
+  tracking_verdict_ = check_tracking(tracked);
+  if (auto usable = intake_.conclude(); !usable) return tracking_verdict_ ? usable : tracking_verdict_;
+  enter(ScanPhase::kWriting);
+  if (auto saved = write_volume_and_trajectory(); !saved) return saved;
+  const bool is_full = !tracking_verdict_ && tracking_verdict_.error().code == ErrorCode::kBudget;
+  if (!tracking_verdict_ && !is_full) return {};
+  auto written = write_mesh();
+  session_.observer().on_tracked_mesh(state());
+  if (!written) return written;
+  return tracking_verdict_;
+}
+
+Result<void> ScanPass::refine() {
+  const bool is_lost = !tracking_verdict_;
+  const bool may_refine = !session_.is_stopped() && (!is_lost || refiner_.recovers_lost_scans());
+  bool is_refined = false;
+  const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), scan_->is_budget_reached()});
+  if (may_refine) {
+    const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking()});
+    if (!better) return better.error();
+    const auto fused = *better ? fuse_again(**better) : Result<bool>(false);
+    if (!fused) return fused.error();
+    is_refined = *fused;
+  }
+  if (is_lost && !is_refined && !session_.is_stopped()) return tracking_verdict_;
+  const bool recovers_lost = is_refined && refiner_.recovers_lost_scans();
+  if (warning && input_.writes_tracked_mesh && !recovers_lost) session_.warn(WarningCode::kTrackingLost, *warning);
+  if (is_refined) {
+    session_.observer().on_refined(state());
+    if (auto saved = write_volume_and_trajectory(); !saved) return saved;
+    return write_mesh();
+  }
+  if (written_ || !input_.writes_tracked_mesh) return {};
+  auto written = write_mesh();  // interrupted: a mesh of what was tracked is better than none
+  session_.observer().on_tracked_mesh(state());
+  return written;
+}
+
+/// True: the scan has changed.
+Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
+  const auto source = input_.archive.open();
+  if (!source) return source.error();
+  auto volume = TsdfVolume::create(job_.config.fusion);
+  if (!volume) return volume.error();
+  if (written_) {  // the mesh of what the old volume held is safe: two volumes would need twice the memory
+    auto empty = TsdfVolume::create(job_.config.fusion);
+    if (!empty) return empty.error();
+    scan_->volume() = *std::move(empty);
+  }
+  const PosesBySequence poses = poses_of(trajectory);
+  const FramesToFuse frames{poses, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};
+  const auto fused = session_.timed(
+      "fuse_again", [&] { return scanknit::fuse_again(**source, frames, job_.config, *volume, session_); });
+  if (!fused || *fused < trajectory.size()) {
+    if (auto left = refiner_.reject(fused); !left) return left.error();
+    return false;
+  }
+  if (auto accepted = refiner_.accept(*volume); !accepted) return accepted.error();
+  scan_->replace(*std::move(volume), trajectory);
+  intake_.recount(trajectory.size());
+  if (refiner_.moves_the_world() && crop_) {
+    session_.warn(WarningCode::kCropBoxDropped,
+                  "the crop box of the live view was drawn in the world of the tracked frames: the refined mesh is "
+                  "whole, and finish.crop cuts it");
+  }
+  if (refiner_.moves_the_world()) crop_.reset();
+  return true;
+}
+
+Result<void> ScanPass::write_texture() {
+  if (!written_) return {};
+  return write_textured(*written_, job_, input_.archive, session_, texture_);
+}
+
+Result<void> ScanPass::add(Frame& frame) {
+  const auto added = scan_->add(frame);
+  if (!added) return added.error();
+  intake_.count(frame, *added);
+  phase_ = ScanPhase::kScanning;
+  session_.observer().on_frame(frame, added->T_world_camera, state());
+  return {};
+}
+
+Result<void> ScanPass::write_mesh() {
+  mesh_ = {};
+  const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
+  auto written = mesh_scan(*scan_, request, session_, mesh_);
+  if (!written) return written.error();
+  written_ = *std::move(written);
+  return {};
+}
+
+Result<void> ScanPass::write_volume_and_trajectory() {
+  volume_ = described(scan_->volume());
+  if (job_.files.volume) {
+    files_["volume"] = job_.files.volume->string();
+    const auto saved = session_.timed("write", [&] { return scan_->volume().save(*job_.files.volume); });
+    if (!saved) return saved;
+  }
+  if (!job_.files.trajectory) return {};
+  files_["trajectory"] = job_.files.trajectory->string();
+  std::vector<StampedPose> poses;
+  for (const PosedFrame& frame : scan_->trajectory()) poses.push_back({frame.stamp, frame.T_world_camera});
+  const std::string text = to_tum_trajectory(poses);
+  return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
+}
+
+ScanState ScanPass::state() {
+  const auto& tracking = scan_->tracking();
+  const bool has_tracked = tracking && !tracking->frames.empty();
+  return {.phase = phase_,
+          .info = intake_.info(),
+          .frames = intake_.counts(),
+          .trajectory = scan_->trajectory(),
+          .newest = has_tracked ? &tracking->frames.back() : nullptr,
+          .trouble = intake_.trouble(),
+          .crop = crop_,
+          .losses = input_.losses ? std::optional(input_.losses()) : std::nullopt,
+          .volume = scan_->volume()};
+}
+
+void ScanPass::enter(ScanPhase phase) {
+  phase_ = phase;
+  session_.observer().on_phase(state());
+}
+
+void ScanPass::enter_phase_of_frames() {
+  phase_ = intake_.counts().fused + intake_.counts().lost > 0 ? ScanPhase::kScanning : ScanPhase::kWaiting;
+}
+
+void ScanPass::obey() {
+  while (!intake_.is_over()) {
+    const auto command = session_.observer().next_command(input_.stop, std::chrono::nanoseconds(0));
+    if (!command) break;
+    obey(*command);
+  }
+  if (phase_ == ScanPhase::kPaused) wait_while_paused();
+}
+
+void ScanPass::obey(const ScanCommand& command) {
+  Result<void> outcome;
+  FilesByKind files;
+  switch (command.kind) {
+    case ScanCommand::Kind::kStart: enter_phase_of_frames(); break;
+    case ScanCommand::Kind::kPause: phase_ = ScanPhase::kPaused; break;
+    case ScanCommand::Kind::kReset: outcome = start_over(); break;
+    case ScanCommand::Kind::kExport: outcome = export_now(files); break;
+    case ScanCommand::Kind::kFinish: intake_.finish(); break;
+    case ScanCommand::Kind::kCrop: crop_ = command.box; break;
+  }
+  session_.observer().on_answer(command, outcome, files, state());
+}
+
+void ScanPass::wait_while_paused() {
+  using namespace std::chrono_literals;
+  enter(ScanPhase::kPaused);
+  while (phase_ == ScanPhase::kPaused && !intake_.is_over() && !input_.stop.stop_requested()) {
+    const auto command = session_.observer().next_command(input_.stop, input_.comes_by_itself ? 0ns : 500ms);
+    if (command) {
+      obey(*command);
+      continue;
+    }
+    const auto frame = input_.comes_by_itself ? intake_.pass_over("paused") : std::nullopt;
+    session_.observer().on_no_frame(frame ? &*frame : nullptr, state());
+  }
+}
+
+Result<void> ScanPass::start_over() {
+  if (auto begun = scan_->start_over(); !begun) return begun;
+  intake_.start_over();
+  if (is_tracked(intake_.info().poses)) crop_.reset();  // in another world the box would be somewhere else
+  session_.warn(WarningCode::kBegunAnew,
+                "begun anew from the live view after frame " + std::to_string(intake_.counts().read));
+  return session_.observer().on_begin(state());
+}
+
+/// The mesh of what is there, while the scan waits. It is no part of the result.
+Result<void> ScanPass::export_now(FilesByKind& files) {
+  const ScanPhase before = phase_;
+  enter(ScanPhase::kExporting);
+  ScanObserver nobody;
+  ScanSession session(nobody, session_.stop());
+  MeshResult mesh;
+  const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kRefused, input_.stop};
+  const auto written = mesh_scan(*scan_, request, session, mesh);
+  phase_ = before;
+  if (!written) return written.error();
+  files = mesh.files;
+  return {};
+}
+
+void ScanPass::describe(ScanResult& result) const {
+  result.frames = intake_.counts();
+  result.volume = volume_;
+  result.mesh = mesh_;
+  result.texture = texture_;
+  for (const FilesByKind& files : {files_, mesh_.files}) {
+    for (const auto& [kind, path] : files) result.files[kind] = path;
+  }
+  if (scan_) {
+    result.tracking = scan_->tracking();
+    result.trajectory = scan_->trajectory();
+    result.volume.is_budget_reached = scan_->is_budget_reached();
+  }
+  refiner_.describe(result);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,24 @@
+#include "scan/scan_session.h"
+
+namespace scanknit {
+
+void ScanSession::warn(WarningCode code, std::string text) {
+  warnings_.push_back({{code, std::move(text)}, kAnyMesh});
+  observer_.on_warning(warnings_.back().warning);
+}
+
+void ScanSession::warn_of_mesh(WarningCode code, std::string text) {
+  const bool is_news = said_of_meshes_.insert(text).second;
+  warnings_.push_back({{code, std::move(text)}, mesh_});
+  if (is_news) observer_.on_warning(warnings_.back().warning);
+}
+
+std::vector<ScanWarning> ScanSession::warnings() const {
+  std::vector<ScanWarning> valid;
+  for (const Noted& noted : warnings_) {
+    if (noted.mesh == kAnyMesh || noted.mesh == mesh_) valid.push_back(noted.warning);
+  }
+  return valid;
+}
+
+}  // namespace scanknit

@@ -1,0 +1,69 @@
+// ScanSession: what all stages of one scan share: who looks on, the stop request, the clock, and the warnings.
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/log.h"
+#include "scan/scan_observer.h"
+#include "scan/scan_warning.h"
+#include "scan/stage_times.h"
+
+namespace scanknit {
+
+class ScanSession {
+ public:
+  /// `observer` outlives it.
+  ScanSession(ScanObserver& observer, std::stop_token stop) : observer_(observer), stop_(std::move(stop)) {}
+  ScanSession(const ScanSession&) = delete;
+  ScanSession& operator=(const ScanSession&) = delete;
+
+  [[nodiscard]] ScanObserver& observer() { return observer_; }
+  [[nodiscard]] const std::stop_token& stop() const { return stop_; }
+  [[nodiscard]] bool is_stopped() const { return stop_.stop_requested(); }
+
+  void info(std::string_view text) { observer_.on_message(LogLevel::kInfo, text); }
+  void debug(std::string_view text) { observer_.on_message(LogLevel::kDebug, text); }
+  void progress(std::string_view what, std::size_t done, std::size_t total) {
+    observer_.on_progress(what, done, total);
+  }
+
+  void warn(WarningCode code, std::string text);
+  /// Of the mesh that is being made: it does not hold for one that takes its place. The same words are said once.
+  void warn_of_mesh(WarningCode code, std::string text);
+  /// The next mesh takes the place of the last one.
+  void begin_mesh() { ++mesh_; }
+
+  /// Those that hold, in the order in which they came.
+  [[nodiscard]] std::vector<ScanWarning> warnings() const;
+
+  /// Calls `work` and notes under `stage` how long it took.
+  template <typename Work>
+  auto timed(const char* stage, Work&& work) {
+    const StageTimer timer(times_[stage]);
+    return std::forward<Work>(work)();
+  }
+  void note_time(const char* stage, double milliseconds) { times_[stage].samples_ms.push_back(milliseconds); }
+  [[nodiscard]] StageTimesByName& times() { return times_; }
+
+ private:
+  static constexpr std::size_t kAnyMesh = 0;
+  struct Noted {
+    ScanWarning warning;
+    std::size_t mesh = kAnyMesh;
+  };
+
+  ScanObserver& observer_;
+  std::stop_token stop_;
+  std::vector<Noted> warnings_;
+  std::set<std::string> said_of_meshes_;
+  std::size_t mesh_ = 1;
+  StageTimesByName times_;
+};
+
+}  // namespace scanknit

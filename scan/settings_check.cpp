@@ -1,0 +1,52 @@
+#include "scan/settings_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "export/mesh/write_mesh.h"
+
+namespace scanknit {
+namespace {
+
+/// The keys of `export:` that change GLB files only, when none is written.
+std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportConfig& config) {
+  std::vector<std::string> unused;
+  if (std::any_of(files.meshes.begin(), files.meshes.end(), is_glb_path)) return unused;
+  if (config.quantize) unused.emplace_back("export.quantize");
+  if (config.compress) unused.emplace_back("export.compress");
+  if (config.material != Material::kLit) unused.emplace_back("export.material");
+  if (config.texture != TextureFormat::kOff) unused.emplace_back("export.texture");
+  return unused;
+}
+
+/// With the key that each of them belongs to.
+std::vector<std::string> unused_finish_keys(const FinishConfig& config) {
+  std::vector<std::string> unused;
+  if (config.ground == GroundWish::kKeep && config.ground_clearance_m) {
+    unused.emplace_back("finish.ground_clearance (finish.ground)");
+  }
+  if (config.watertight != Watertight::kOff) return unused;
+  if (config.max_hole_m != FinishConfig{}.max_hole_m) unused.emplace_back("finish.max_hole (finish.watertight)");
+  if (config.invented_colour) unused.emplace_back("finish.mark_invented (finish.watertight)");
+  return unused;
+}
+
+}  // namespace
+
+void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
+  const auto warn_of = [&](const std::vector<std::string>& unused, const char* why) {
+    if (!unused.empty()) session.warn(WarningCode::kNoEffect, fmt::format("{}: {}", fmt::join(unused, ", "), why));
+  };
+  warn_of(unused_glb_keys(job.files, job.config.output), "for GLB only, and none is written");
+  warn_of(unused_finish_keys(job.config.finish), "of no effect, since the key in brackets is off");
+  const FinishConfig& finish = job.config.finish;
+  if (finish.watertight == Watertight::kFull && finish.max_hole_m != FinishConfig{}.max_hole_m) {
+    warn_of({"finish.max_hole"}, "of no effect with finish.watertight: full, which closes every hole");
+  }
+}
+
+}  // namespace scanknit

@@ -1,0 +1,27 @@
+// Whether tracking held well enough to make a mesh of what was fused.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/result.h"
+#include "scan/scan_result.h"
+
+namespace scanknit {
+
+/// How tracking went over a whole scan.
+struct TrackedScan {
+  const std::optional<TrackingResult>& tracking;
+  const FrameCounts& frames;
+  bool is_budget_reached = false;
+};
+
+/// Errors when poses were tracked, and tracking was lost in more than half of the frames; the message counts the
+/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be why; what it holds can be meshed.
+/// kTooLittle: the camera was not found again.
+[[nodiscard]] Result<void> check_tracking(const TrackedScan& scan);
+
+/// What to say when it was lost in more than a tenth of the frames and there is a mesh all the same.
+[[nodiscard]] std::optional<std::string> tracking_warning(const TrackedScan& scan);
+
+}  // namespace scanknit

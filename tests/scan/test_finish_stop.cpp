@@ -1,0 +1,96 @@
+// Finishing that is interrupted.
+#include <gtest/gtest.h>
+
+#include <latch>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "scan/mesh/finish_surface.h"
+#include "tests/core/sample_meshes.h"
+
+namespace scanknit {
+namespace {
+
+ScanConfig steps_wanted() {
+  ScanConfig config;
+  config.finish.smooth_steps = 1000;
+  config.finish.triangles = 500;
+  config.finish.origin = OriginWish::kGround;
+  return config;
+}
+
+Surface surface_of(const Mesh& mesh) {
+  Surface surface;
+  surface.mesh = mesh;
+  return surface;
+}
+
+struct Attempt {
+  Mesh mesh;
+  MeshResult result;
+  std::vector<std::string> refused;
+};
+
+/// Asked to stop by another thread, which first lets others work `yields` times.
+Attempt stopped_after(std::size_t yields, const Mesh& mesh) {
+  Attempt attempt;
+  std::latch begins(2);
+  std::stop_source source;
+  const std::jthread stopper([&] {
+    begins.arrive_and_wait();
+    for (std::size_t i = 0; i < yields; ++i) std::this_thread::yield();
+    source.request_stop();
+  });
+  begins.arrive_and_wait();
+  const ScanConfig config = steps_wanted();
+  ScanObserver observer;
+  ScanSession session(observer, {});
+  auto finished = finished_mesh(surface_of(mesh), {config, UpAxis::kZ, 1, source.get_token()}, session, attempt.result);
+  EXPECT_TRUE(finished);
+  attempt.mesh = std::move(finished->surface.mesh);
+  for (const auto& step : attempt.result.finish->steps) {
+    const bool is_interrupted = step.refused.find("interrupted") != std::string::npos;
+    EXPECT_TRUE(is_interrupted || (step.refused.empty() && attempt.refused.empty())) << step.name;  // the last ones
+    if (is_interrupted) attempt.refused.push_back(step.name);
+  }
+  EXPECT_EQ(session.warnings().size(), attempt.refused.size());
+  return attempt;
+}
+
+/// Nearly all of the time is spent in smoothing: sooner or later that is where it is stopped.
+TEST(FinishStop, WhatIsLeftIsNotDoneAndTheMeshIsWhole) {
+  const Mesh mesh = test::sphere();
+  constexpr std::size_t kMostYields = std::size_t{1} << 26;
+  for (std::size_t yields = 1;; yields *= 2) {
+    ASSERT_LE(yields, kMostYields) << "never stopped while it smoothed";
+    const Attempt attempt = stopped_after(yields, mesh);
+    if (attempt.refused.empty() || attempt.refused.front() != "smooth") continue;
+    EXPECT_EQ(attempt.refused, (std::vector<std::string>{"smooth", "simplify", "place"}));
+    EXPECT_TRUE(attempt.mesh.positions_m == mesh.positions_m);
+    EXPECT_TRUE(attempt.mesh.triangles == mesh.triangles);
+    return;
+  }
+}
+
+/// A capture ends by Ctrl-C, and is finished then.
+TEST(FinishStop, AStopFromBeforeChangesNothing) {
+  std::stop_source source;
+  source.request_stop();
+  ScanConfig config = steps_wanted();
+  config.finish.smooth_steps = 1;
+  MeshResult result;
+  ScanObserver observer;
+  ScanSession session(observer, {});
+  const auto finished =
+      finished_mesh(surface_of(test::sphere()), {config, UpAxis::kZ, 1, source.get_token()}, session, result);
+  ASSERT_TRUE(finished);
+  EXPECT_LT(finished->surface.mesh.triangles.size(), 1000u);
+  for (const auto& step : result.finish->steps) EXPECT_EQ(step.refused, "") << step.name;
+  EXPECT_TRUE(session.warnings().empty());
+}
+
+}  // namespace
+}  // namespace scanknit
