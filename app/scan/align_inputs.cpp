@@ -191,10 +191,7 @@ class InputLoader {
       return Error{usable.error().code, usable.error().message, path.string()};
     if (auto tracked = check_tracking(own); !tracked)
       return Error{tracked.error().code, tracked.error().message, path.string()};
-    FieldView field;
-    field.field = &scan->volume().tsdf();
-    field.weight_codes = &scan->volume().weight();
-    const auto surface = extract_surface(field, config_.extract);
+    const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
     if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface comes of it", path.string()};
     ScanModel model = model_of(surface->mesh, input.name);

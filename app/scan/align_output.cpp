@@ -51,14 +51,6 @@ Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment
   return write_png(render_preview(picture, inputs.inputs[pair.from].world_up), path);
 }
 
-FieldView field_of(const TsdfVolume& volume, bool has_colours) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  if (has_colours) view.colour_codes = &volume.colour();
-  return view;
-}
-
 Result<void> fuse_scan(const AlignInput& input, const ScanModel& model, const Pose& T_world_scan, const Job& job,
                        std::stop_token stop, Console& console, TsdfVolume& volume, RunReport& report) {
   if (input.kind == AlignKind::kRange) {
@@ -161,8 +153,8 @@ Result<void> fuse_aligned(const AlignInputs& inputs, const Alignment& alignment,
   report.extract.isovalue = job.config.extract.isovalue;
   report.extract.isovalue_source = "config";
   const std::size_t told = report.warnings.size();
-  const auto finished =
-      finished_surface(field_of(*volume, has_colours), job.config, inputs.inputs[0].world_up, report, stop);
+  const FieldView view = has_colours ? volume->field_view() : volume->field_view().without_colours();
+  const auto finished = finished_surface(view, job.config, inputs.inputs[0].world_up, report, stop);
   say_warnings(report, told, console);
   if (!finished) return finished.error();
   return write_surface(finished->surface, {inputs.inputs[0].world_up, std::nullopt, std::nullopt}, job, report);

@@ -94,15 +94,10 @@ Result<void> extract_vdb(Job job, const VolumeRequest& request, const std::stop_
       !chosen) {
     return chosen;
   }
-  FieldView view;
-  view.field = volume->field.get();
-  view.weight = volume->weight.get();
-  view.colour = volume->colour.get();
-  view.is_signed_distance = volume->is_signed_distance;
   // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
   const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
   const std::size_t told = report.warnings.size();
-  const auto finished = finished_surface(view, job.config, world_up, report, stop);
+  const auto finished = finished_surface(volume->field_view(), job.config, world_up, report, stop);
   say_warnings(report, told, console);
   if (!finished) return finished.error();
   return with_values(write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job, report), values);

@@ -8,11 +8,11 @@
 #include "app/config/config.h"
 #include "app/terminal/console.h"
 #include "core/axes.h"
+#include "core/field_view.h"
 #include "core/pose.h"
 #include "core/result.h"
 #include "export/report/report.h"
 #include "extract/extract_surface.h"
-#include "extract/field_view.h"
 
 namespace scanknit {
 

@@ -39,15 +39,6 @@ double farthest_moved_m(const std::vector<StampedPose>& from, const std::vector<
   return farthest_m;
 }
 
-FieldView field_view(const TsdfVolume& volume, const std::optional<Eigen::AlignedBox3d>& crop) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  view.colour_codes = &volume.colour();
-  if (crop) view.region = index_box(*crop, volume.config().voxel_size_m);
-  return view;
-}
-
 }  // namespace
 
 Result<Reconstruction> Reconstruction::create(const Job& job, const RecordingInfo& info, FrameIntake& intake,
@@ -135,7 +126,9 @@ Result<double> Reconstruction::fuse_at(const std::vector<Pose>& T_world_cameras,
 
 Result<FinishedSurface> Reconstruction::surface(EmptyCrop empty_crop, RunReport& report) const {
   const auto extract = [&](const std::optional<Eigen::AlignedBox3d>& crop) {
-    return finished_surface(field_view(volume_, crop), job_.config, info_.world_up, report, intake_.stop());
+    FieldView view = volume_.field_view();
+    if (crop) view.region = index_box(*crop, volume_.config().voxel_size_m);
+    return finished_surface(view, job_.config, info_.world_up, report, intake_.stop());
   };
   auto cropped = extract(crop_);
   if (!cropped || !crop_ || !cropped->surface.mesh.empty()) return cropped;
