@@ -20,14 +20,6 @@
 namespace scanknit {
 namespace {
 
-/// True if somebody asked for a voxel size: two starts then give the same.
-bool has_own_voxel_size(const ConfigSources& sources) {
-  Config start;
-  start.fusion.voxel_size_m = 0.0123;
-  const auto config = load_config(sources, start);
-  return config && config->fusion.voxel_size_m != start.fusion.voxel_size_m;
-}
-
 /// Two digits of the spacing of the coarsest scan: finer voxels show nothing more.
 double voxel_size_for(const AlignInputs& inputs) {
   double spacing = 0;
@@ -40,9 +32,14 @@ double voxel_size_for(const AlignInputs& inputs) {
 
 class AlignRun {
  public:
-  AlignRun(const AlignArguments& arguments, const CommonArguments& common, Job& job, std::stop_token stop,
-           Console& console, RunReport& report)
-      : arguments_(arguments), common_(common), job_(job), stop_(std::move(stop)), console_(console), report_(report) {}
+  AlignRun(const AlignArguments& arguments, bool has_own_voxel_size, Job& job, std::stop_token stop, Console& console,
+           RunReport& report)
+      : arguments_(arguments),
+        has_own_voxel_size_(has_own_voxel_size),
+        job_(job),
+        stop_(std::move(stop)),
+        console_(console),
+        report_(report) {}
 
   [[nodiscard]] Result<void> run() {
     if (auto writable = check(); !writable) return writable;
@@ -156,7 +153,7 @@ class AlignRun {
     if (fusable > 0) {
       const bool has_grids = std::any_of(inputs.begin(), inputs.end(),
                                          [](const AlignInput& input) { return input.kind == AlignKind::kRange; });
-      if (has_grids && !has_own_voxel_size(common_.config)) {
+      if (has_grids && !has_own_voxel_size_) {
         job_.config.fusion.voxel_size_m = voxel_size_for(inputs_);
         console_.info(
             fmt::format("fusion.voxel_size: {}, the spacing of the points; --set fusion.voxel_size=... for another",
@@ -170,7 +167,7 @@ class AlignRun {
   }
 
   const AlignArguments& arguments_;
-  const CommonArguments& common_;
+  const bool has_own_voxel_size_;
   Job& job_;
   std::stop_token stop_;
   Console& console_;
@@ -185,16 +182,16 @@ class AlignRun {
 int align_command(const AlignArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
   const auto begin = std::chrono::steady_clock::now();
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  if (const auto off = refuse_texture(*config, "align"); !off) return fail(off.error(), common);
-  auto outputs = plan_outputs(arguments.outputs, config->output);
+  auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  if (const auto off = refuse_texture(loaded->config, "align"); !off) return fail(off.error(), common);
+  auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
-  Job job{arguments.inputs.front(), std::move(*config), *outputs, Pace::kFast};
+  Job job{arguments.inputs.front(), std::move(loaded->config), *outputs, Pace::kFast};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   warn_of_unused_options(job, console, report);
-  AlignRun align(arguments, common, job, stop_on_signal.token(), console, report);
+  AlignRun align(arguments, loaded->gives("fusion.voxel_size"), job, stop_on_signal.token(), console, report);
   const Result<void> result = align.run();
   close_report(report, result, stop_on_signal.token().stop_requested(), begin);
   return conclude(report, result, job, common);

@@ -136,13 +136,13 @@ Result<void> capture(const CaptureArguments& arguments, const Job& job, std::sto
 int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
   const auto begin = std::chrono::steady_clock::now();
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  auto outputs = plan_outputs(arguments.outputs, config->output);
+  auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  const Job job{arguments.scanner.device, std::move(*config), *outputs};
+  const Job job{arguments.scanner.device, std::move(loaded->config), *outputs};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   warn_of_unused_options(job, console, report);

@@ -11,17 +11,18 @@ namespace scanknit {
 int run_command(const RunArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
   const auto begin = std::chrono::steady_clock::now();
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  config->acquire.from = arguments.from;
-  config->acquire.every = arguments.every;
-  if (arguments.to) config->acquire.to = *arguments.to;
-  auto outputs = plan_outputs(arguments.outputs, config->output);
+  auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  AcquireConfig& acquire = loaded->config.acquire;
+  acquire.from = arguments.from;
+  acquire.every = arguments.every;
+  if (arguments.to) acquire.to = *arguments.to;
+  auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  const Job job{arguments.recording, std::move(*config), *outputs,
-                arguments.pace,      arguments.angles,   arguments.cut_recording};
+  const Job job{arguments.recording, std::move(loaded->config), *outputs,
+                arguments.pace,      arguments.angles,          arguments.cut_recording};
   RunReport report = begin_report(job);
   Console console(common.verbosity);
   warn_of_unused_options(job, console, report);
