@@ -3,12 +3,12 @@
 
 #include <cstddef>
 
+#include "core/field_view.h"
 #include "core/mesh.h"
 #include "core/result.h"
 #include "extract/blocks/dense_blocks.h"
 #include "extract/cell/case_counts.h"
 #include "extract/extract_config.h"
-#include "extract/field_view.h"
 
 namespace scanknit {
 

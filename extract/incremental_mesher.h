@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "core/field_view.h"
 #include "core/mesh.h"
 #include "core/result.h"
 #include "extract/blocks/block.h"
 #include "extract/blocks/vdb_blocks.h"
 #include "extract/extract_config.h"
-#include "extract/field_view.h"
 
 namespace scanknit {
 

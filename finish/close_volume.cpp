@@ -23,9 +23,9 @@ constexpr std::size_t kBytesPerVoxel = kFillBytesPerVoxel + sizeof(float) + 2;
 /// Calls with the leaf, and whether each of its voxels was seen.
 class SeenLeaves {
  public:
-  explicit SeenLeaves(const SeenVolume& volume) : volume_(volume), fields_(volume.field->tree()) {
-    if (volume.weight != nullptr) weights_.emplace(volume.weight->tree());
-    if (volume.weight_codes != nullptr) codes_.emplace(volume.weight_codes->tree());
+  SeenLeaves(const FieldView& view, double min_weight) : min_weight_(min_weight), fields_(view.field->tree()) {
+    if (view.weight != nullptr) weights_.emplace(view.weight->tree());
+    if (view.weight_codes != nullptr) codes_.emplace(view.weight_codes->tree());
   }
 
   [[nodiscard]] const FieldLeaf* leaf(const Coord& origin) const { return fields_.probeConstLeaf(origin); }
@@ -35,14 +35,14 @@ class SeenLeaves {
     const Coord at = leaf.offsetToGlobalCoord(offset);
     if (!weights_ && !codes_) return leaf.isValueOn(offset);
     const auto weight = static_cast<double>(weights_ ? weights_->getValue(at) : decode_weight(codes_->getValue(at)));
-    return weight > 0 && weight >= volume_.least_weight;
+    return weight > 0 && weight >= min_weight_;
   }
 
  private:
-  const SeenVolume& volume_;
+  double min_weight_;
   openvdb::FloatGrid::ConstAccessor fields_;
   std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
-  std::optional<SeenWeightGrid::ConstAccessor> codes_;
+  std::optional<WeightCodeGrid::ConstAccessor> codes_;
 };
 
 struct Box {
@@ -57,14 +57,14 @@ int leaf_floor(double index) {
 }
 
 /// Whole leaves, with a rim round the band so that the fill has room.
-VoxelBox box_round(const SeenVolume& volume, const Eigen::AlignedBox3d& surface) {
+VoxelBox box_round(const FieldView& view, const CloseRequest& request) {
   Eigen::AlignedBox3d index_box;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d p = surface.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
-    const openvdb::Vec3d index = volume.field->transform().worldToIndex({p.x(), p.y(), p.z()});
+    const Eigen::Vector3d p = request.surface.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    const openvdb::Vec3d index = view.field->transform().worldToIndex({p.x(), p.y(), p.z()});
     index_box.extend(Eigen::Vector3d(index.x(), index.y(), index.z()));
   }
-  const double rim = std::ceil(volume.band_voxels) + 3;
+  const double rim = std::ceil(request.band_voxels) + 3;
   VoxelBox box;
   for (int axis = 0; axis < 3; ++axis) {
     box.first[axis] = leaf_floor(index_box.min()[axis] - rim);
@@ -74,18 +74,18 @@ VoxelBox box_round(const SeenVolume& volume, const Eigen::AlignedBox3d& surface)
 }
 
 /// What was seen, and what is cut off.
-void read_leaf(const SeenVolume& volume, const CloseRequest& request, const Eigen::Vector3i& at, Box& box) {
-  const SeenLeaves leaves(volume);
+void read_leaf(const FieldView& view, const CloseRequest& request, const Eigen::Vector3i& at, Box& box) {
+  const SeenLeaves leaves(view, request.min_weight);
   const VoxelBox& voxels = box.voxels;
   const Coord origin(voxels.first.x() + at.x(), voxels.first.y() + at.y(), voxels.first.z() + at.z());
   const FieldLeaf* leaf = leaves.leaf(origin);
-  const auto& transform = volume.field->transform();
+  const auto& transform = view.field->transform();
   for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
     const Coord local = FieldLeaf::offsetToLocalCoord(offset);
     const Eigen::Vector3i place = at + Eigen::Vector3i(local.x(), local.y(), local.z());
     const std::size_t i = voxels.at(place.x(), place.y(), place.z());
     const bool is_seen = leaf != nullptr && leaves.is_seen(*leaf, offset);
-    float distance = is_seen ? leaf->getValue(offset) - static_cast<float>(volume.isovalue_m) : 0.0f;
+    float distance = is_seen ? leaf->getValue(offset) - static_cast<float>(request.isovalue_m) : 0.0f;
     bool is_cut = false;
     if (request.cut_m) {
       const openvdb::Vec3d p = transform.indexToWorld(origin + local);
@@ -133,8 +133,8 @@ bool has_surface(const Box& box, const Eigen::Vector3i& at) {
 }
 
 /// Unknown samples take the filled distances; a cut stays a cut.
-void take_filled(const SeenVolume& volume, const CloseRequest& request, const FilledField& filled, Box& box) {
-  const auto& transform = volume.field->transform();
+void take_filled(const FieldView& view, const CloseRequest& request, const FilledField& filled, Box& box) {
+  const auto& transform = view.field->transform();
   const auto voxel_m = static_cast<float>(transform.voxelSize().x());
   tbb::parallel_for(std::size_t{0}, box.labels.size(), [&](std::size_t i) {
     if (box.labels[i] != VoxelLabel::kUnknown) return;
@@ -146,9 +146,9 @@ void take_filled(const SeenVolume& volume, const CloseRequest& request, const Fi
   });
 }
 
-openvdb::FloatGrid::Ptr to_grid(const SeenVolume& volume, const Box& box) {
-  auto grid = openvdb::FloatGrid::create(volume.field->background());
-  grid->setTransform(volume.field->transform().copy());
+openvdb::FloatGrid::Ptr to_grid(const FieldView& view, const CloseRequest& request, const Box& box) {
+  auto grid = openvdb::FloatGrid::create(view.field->background());
+  grid->setTransform(view.field->transform().copy());
   for (const Eigen::Vector3i& at : leaf_places(box.voxels)) {
     if (!has_surface(box, at)) continue;
     const Coord origin(box.voxels.first.x() + at.x(), box.voxels.first.y() + at.y(), box.voxels.first.z() + at.z());
@@ -156,7 +156,7 @@ openvdb::FloatGrid::Ptr to_grid(const SeenVolume& volume, const Box& box) {
     for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
       const Coord local = FieldLeaf::offsetToLocalCoord(offset);
       const std::size_t i = box.voxels.at(at.x() + local.x(), at.y() + local.y(), at.z() + local.z());
-      leaf->setValueOn(offset, box.distance_m[i] + static_cast<float>(volume.isovalue_m));
+      leaf->setValueOn(offset, box.distance_m[i] + static_cast<float>(request.isovalue_m));
     }
   }
   return grid;
@@ -188,12 +188,12 @@ Eigen::Vector3d ClosedVolume::index_of(const Eigen::Vector3d& p_world) const {
   return {index.x(), index.y(), index.z()};
 }
 
-Result<ClosedVolume> close_volume(const SeenVolume& volume, const CloseRequest& request) {
-  if (!volume.field->transform().isLinear() || !volume.field->hasUniformVoxels()) {
+Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& request) {
+  if (!view.field->transform().isLinear() || !view.field->hasUniformVoxels()) {
     return Error{ErrorCode::kConfig, "voxels that are no cubes cannot be closed", "finish.watertight"};
   }
   Box box;
-  box.voxels = box_round(volume, request.surface);
+  box.voxels = box_round(view, request);
   const double needed = static_cast<double>(kBytesPerVoxel) * box.voxels.dims.cast<double>().prod();
   const bool fits_index = box.voxels.dims.cast<double>().prod() < std::numeric_limits<std::uint32_t>::max();
   if (needed > static_cast<double>(request.memory_bytes) || !fits_index) {
@@ -204,29 +204,29 @@ Result<ClosedVolume> close_volume(const SeenVolume& volume, const CloseRequest& 
   box.distance_m.resize(n);
   box.is_seen.resize(n);
   const auto places = leaf_places(box.voxels);
-  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) { read_leaf(volume, request, places[i], box); });
-  const auto voxel_m = static_cast<float>(volume.field->voxelSize().x());
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) { read_leaf(view, request, places[i], box); });
+  const auto voxel_m = static_cast<float>(view.field->voxelSize().x());
   std::vector<float> known_vox(n);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { known_vox[i] = box.distance_m[i] / voxel_m; });
-  const FilledField filled = fill_by_smallest_surface(box.voxels, box.labels, known_vox, volume.band_voxels);
-  take_filled(volume, request, filled, box);
+  const FilledField filled = fill_by_smallest_surface(box.voxels, box.labels, known_vox, request.band_voxels);
+  take_filled(view, request, filled, box);
   ClosedVolume closed;
-  closed.field = to_grid(volume, box);
+  closed.field = to_grid(view, request, box);
   closed.box = box.voxels;
   closed.is_seen = std::move(box.is_seen);
   return closed;
 }
 
-openvdb::FloatGrid::Ptr cut_open(const SeenVolume& volume,
+openvdb::FloatGrid::Ptr cut_open(const FieldView& view, double min_weight,
                                  const std::function<double(const Eigen::Vector3d& p_world)>& cut_m) {
-  auto grid = openvdb::FloatGrid::create(volume.field->background());
-  grid->setTransform(volume.field->transform().copy());
-  const SeenLeaves leaves(volume);
-  for (auto leaf = volume.field->tree().cbeginLeaf(); leaf; ++leaf) {
+  auto grid = openvdb::FloatGrid::create(view.field->background());
+  grid->setTransform(view.field->transform().copy());
+  const SeenLeaves leaves(view, min_weight);
+  for (auto leaf = view.field->tree().cbeginLeaf(); leaf; ++leaf) {
     FieldLeaf* copy = grid->tree().touchLeaf(leaf->origin());
     for (openvdb::Index offset = 0; offset < FieldLeaf::SIZE; ++offset) {
       if (!leaves.is_seen(*leaf, offset)) continue;
-      const openvdb::Vec3d p = volume.field->transform().indexToWorld(leaf->offsetToGlobalCoord(offset));
+      const openvdb::Vec3d p = view.field->transform().indexToWorld(leaf->offsetToGlobalCoord(offset));
       if (!(cut_m({p.x(), p.y(), p.z()}) > 0)) copy->setValueOn(offset, leaf->getValue(offset));
     }
   }

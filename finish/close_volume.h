@@ -8,27 +8,20 @@
 #include <functional>
 #include <vector>
 
+#include "core/field_view.h"
 #include "core/result.h"
-#include "core/voxel_codes.h"
 #include "finish/voxel_box.h"
 
 namespace scanknit {
 
-/// Of codes (core/voxel_codes.h).
-using SeenWeightGrid = openvdb::Grid<openvdb::tree::Tree4<WeightCode, 5, 4, 3>::Type>;
-
-/// A volume of signed distances, metres, negative in matter, and which of its samples were seen: those that are active
-/// (weight and weight_codes null) or whose weight is > 0 and at least the least weight.
-struct SeenVolume {
-  const openvdb::FloatGrid* field = nullptr;
-  const openvdb::FloatGrid* weight = nullptr;
-  const SeenWeightGrid* weight_codes = nullptr;
-  double least_weight = 0;
-  double isovalue_m = 0;   ///< matter is below
-  double band_voxels = 4;  ///< how deep the known band is, about
-};
+// Both functions read a view of signed distances, metres, negative in matter. A sample was seen iff it is observed with
+// at least `min_weight`. The view's region and colours are not read: samples beyond the region are known too, and
+// `cut_m` says what is cut off.
 
 struct CloseRequest {
+  double min_weight = 0;        ///< samples observed with less weight were not seen
+  double isovalue_m = 0;        ///< matter is below
+  double band_voxels = 4;       ///< about how deep the known band is
   Eigen::AlignedBox3d surface;  ///< world, metres: what is to be closed lies within
   /// Matter is cut off where this is positive: a signed distance, metres. Null: nothing is cut.
   std::function<double(const Eigen::Vector3d& p_world)> cut_m;
@@ -51,11 +44,11 @@ struct ClosedVolume {
 /// (the surface, the band and a rim) is filled by the smallest surface (smallest_surface.h). With `is_outside_free` the
 /// extracted surface is closed. The same bits for any number of threads. Errors: kBudget where the box needs more than
 /// `memory_bytes`; kConfig for voxels that are no cubes.
-[[nodiscard]] Result<ClosedVolume> close_volume(const SeenVolume& volume, const CloseRequest& request);
+[[nodiscard]] Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& request);
 
 /// A copy of the volume in which samples with cut_m > 0 are unknown (inactive), and all others that were seen active.
-/// Its isovalue and transform are the volume's.
-[[nodiscard]] openvdb::FloatGrid::Ptr cut_open(const SeenVolume& volume,
+/// It has the volume's transform.
+[[nodiscard]] openvdb::FloatGrid::Ptr cut_open(const FieldView& view, double min_weight,
                                                const std::function<double(const Eigen::Vector3d& p_world)>& cut_m);
 
 }  // namespace scanknit

@@ -98,15 +98,11 @@ class PythonVolume {
   [[nodiscard]] std::unique_ptr<PythonMesh> extract(double isovalue, std::size_t min_component_triangles) {
     const py::gil_scoped_release others_run;
     const std::scoped_lock alone(mutex_);
-    FieldView view;
-    view.field = &volume_.tsdf();
-    view.weight_codes = &volume_.weight();
-    view.colour_codes = &volume_.colour();
     ExtractConfig config;
     config.isovalue = isovalue;
     config.min_component_triangles = min_component_triangles;
     if (auto usable = check_extract_config(config); !usable) throw Failure(usable.error());
-    return std::make_unique<PythonMesh>(value_or_throw(extract_surface(view, config)).mesh);
+    return std::make_unique<PythonMesh>(value_or_throw(extract_surface(volume_.field_view(), config)).mesh);
   }
 
   void save(const std::filesystem::path& path) {

@@ -19,7 +19,7 @@ int fail(const Error& error, const CommonArguments& common) {
 }
 
 ConfigSources with_run_defaults(ConfigSources sources) {
-  sources.presets.insert(sources.presets.begin(), "default");
+  sources.starts_from_run_defaults = true;
   return sources;
 }
 

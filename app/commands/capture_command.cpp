@@ -23,9 +23,9 @@ std::filesystem::path default_recording(const std::filesystem::path& output, con
 int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
   const auto begin = std::chrono::steady_clock::now();
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  auto outputs = plan_outputs(arguments.outputs, config->output);
+  auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
   LiveScanRequest request{arguments.scanner, std::nullopt};
   if (arguments.wants_recording) {
@@ -33,7 +33,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   }
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  const ScanJob job = job_of(arguments.scanner.device, *config, *outputs);
+  const ScanJob job = job_of(arguments.scanner.device, loaded->config, *outputs);
   Console console(common.verbosity);
   ScanView view(arguments.view, job, ScanView::Mode::kCapture, stop_on_signal.token(), console);
   ScanResult scan = scan_live(job, request, view, stop_on_signal.token());

@@ -7,16 +7,16 @@
 namespace scanknit {
 
 int config_print_command(const ConfigArguments& arguments, const CommonArguments& common) {
-  const auto config = load_config(arguments.built_in ? common.config : with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  return print_result(common.is_json ? config_to_json(*config) + "\n" : config_to_yaml(*config), common);
+  const auto loaded = load_config(arguments.built_in ? common.config : with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  return print_result(common.is_json ? config_to_json(loaded->config) + "\n" : config_to_yaml(loaded->config), common);
 }
 
 int config_check_command(const ConfigArguments& arguments, const CommonArguments& common) {
   ConfigSources sources = with_run_defaults(common.config);
   sources.file = arguments.file;
-  const auto config = load_config(sources);
-  if (!config) return fail(config.error(), common);
+  const auto loaded = load_config(sources);
+  if (!loaded) return fail(loaded.error(), common);
   return print_result(arguments.file.string() + ": ok\n", common);
 }
 
@@ -27,7 +27,7 @@ int config_schema_command() {
 int config_docs_command() {
   const auto run_defaults = load_config(with_run_defaults({}));
   if (!run_defaults) return fail(run_defaults.error(), {});
-  return print_result(config_markdown(*run_defaults), CommonArguments{});
+  return print_result(config_markdown(run_defaults->config), CommonArguments{});
 }
 
 }  // namespace scanknit

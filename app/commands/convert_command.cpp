@@ -30,10 +30,11 @@ int print_summary(const ConvertSummary& summary, const ConvertArguments& argumen
 
 int convert_command(const ConvertArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
-  auto config = load_config(common.config);
-  if (!config) return fail(config.error(), common);
-  config->acquire.poses = PoseMode::kTrack;  // frames without a pose are kept, as are poses
-  const auto source = open_recording(arguments.recording, config->acquire);
+  auto loaded = load_config(common.config);
+  if (!loaded) return fail(loaded.error(), common);
+  AcquireConfig& acquire = loaded->config.acquire;
+  acquire.poses = PoseMode::kTrack;  // frames without a pose are kept, as are poses
+  const auto source = open_recording(arguments.recording, acquire);
   if (!source) return fail(source.error(), common);
   Console console(common.verbosity);
   for (const std::string& warning : (*source)->info().warnings) console.warn(warning);

@@ -168,9 +168,9 @@ std::string lines_of(const Json& json) {
 }  // namespace
 
 int info_command(const InfoArguments& arguments, const CommonArguments& common) {
-  const auto config = load_config(common.config);
-  if (!config) return fail(config.error(), common);
-  const auto json = describe(arguments, *config);
+  const auto loaded = load_config(common.config);
+  if (!loaded) return fail(loaded.error(), common);
+  const auto json = describe(arguments, loaded->config);
   if (!json) return fail(json.error(), common);
   constexpr auto kReplace = Json::error_handler_t::replace;  // names of grids need not be UTF-8
   return print_result(common.is_json ? json->dump(2, ' ', false, kReplace) + "\n" : lines_of(*json), common);

@@ -70,11 +70,11 @@ int print_summary(const Recorded& recorded, const RecordArguments& arguments, co
 
 int record_command(const RecordArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
-  const auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
+  const auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
   Console console(common.verbosity);
   ScanSession session(console, {});
-  const auto recorded = record(arguments, *config, stop_on_signal.token(), session);
+  const auto recorded = record(arguments, loaded->config, stop_on_signal.token(), session);
   if (!recorded) return fail(recorded.error(), common);
   warn_of_losses(recorded->losses, session);
   if (recorded->file.frames == 0) {  // there is no file

@@ -9,10 +9,10 @@
 namespace scanknit {
 
 int repair_command(const RepairArguments& arguments, const CommonArguments& common) {
-  const auto config = load_config(common.config);
-  if (!config) return fail(config.error(), common);
+  const auto loaded = load_config(common.config);
+  if (!loaded) return fail(loaded.error(), common);
   const std::filesystem::path output = arguments.output.empty() ? arguments.file : arguments.output;
-  const auto summary = repair_recording(arguments.file, output, config->acquire.limits);
+  const auto summary = repair_recording(arguments.file, output, loaded->config.acquire.limits);
   if (!summary) return fail(summary.error(), common);
   if (common.is_json) {
     using Json = nlohmann::ordered_json;

@@ -13,16 +13,17 @@ namespace scanknit {
 int run_command(const RunArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
   const auto begin = std::chrono::steady_clock::now();
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
-  config->acquire.from = arguments.from;
-  config->acquire.every = arguments.every;
-  if (arguments.to) config->acquire.to = *arguments.to;
-  auto outputs = plan_outputs(arguments.outputs, config->output);
+  auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
+  AcquireConfig& acquire = loaded->config.acquire;
+  acquire.from = arguments.from;
+  acquire.every = arguments.every;
+  if (arguments.to) acquire.to = *arguments.to;
+  auto outputs = plan_outputs(arguments.outputs, loaded->config.output);
   if (!outputs) return fail(outputs.error(), common);
   if (arguments.view.is_wanted) add_downloads(*outputs);
 
-  ScanJob job = job_of(arguments.recording, *config, *outputs);
+  ScanJob job = job_of(arguments.recording, loaded->config, *outputs);
   job.pace = arguments.pace;
   job.pace_control = terminal_pace_control;
   job.angles = arguments.angles;

@@ -76,8 +76,8 @@ void publish(const Mesh& mesh, LiveView& view) {
 
 int view_command(const ShowArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // before any other thread
-  auto config = load_config(with_run_defaults(common.config));
-  if (!config) return fail(config.error(), common);
+  const auto loaded = load_config(with_run_defaults(common.config));
+  if (!loaded) return fail(loaded.error(), common);
   const auto path = find_mesh(arguments.file);
   if (!path) return fail(path.error(), common);
   Console console(common.verbosity);
@@ -87,7 +87,7 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   ViewHello hello;
   hello.title = path->filename().string();
   hello.mode = "file";
-  hello.up = direction(up_of(*path, config->output)).cast<double>();
+  hello.up = direction(up_of(*path, loaded->config.output)).cast<double>();
   auto view = LiveView::start(arguments.server, hello);
   if (!view) return fail(view.error(), common);
   ViewState state;

@@ -34,8 +34,8 @@ std::vector<std::string> known_names() {
 /// Walks a YAML tree, sets what it can, notes what it cannot.
 class ConfigReader {
  public:
-  ConfigReader(std::string name, std::filesystem::path folder, ScanConfig& config)
-      : name_(std::move(name)), folder_(std::move(folder)), config_(config) {}
+  ConfigReader(std::string name, std::filesystem::path folder, LoadedConfig& loaded)
+      : name_(std::move(name)), folder_(std::move(folder)), loaded_(loaded) {}
 
   void read_section(const YamlNode& node, const std::string& section) {
     if (node.kind == YamlNode::Kind::kNull) return;  // "fusion:" with everything below it commented out
@@ -49,7 +49,10 @@ class ConfigReader {
   }
 
   void read_value(const ConfigKey& key, const YamlNode& node) {
-    if (auto value = value_of(key, node)) key.set(config_, *value);
+    const auto value = value_of(key, node);
+    if (!value) return;
+    key.set(loaded_.config, *value);
+    loaded_.given.insert(key.name);
   }
 
   void note(const YamlNode& node, std::string message) { note(node.line, node.column, std::move(message)); }
@@ -120,7 +123,7 @@ class ConfigReader {
 
   std::string name_;
   std::filesystem::path folder_;
-  ScanConfig& config_;
+  LoadedConfig& loaded_;
   std::set<std::string> seen_;
   std::vector<ConfigProblem> problems_;
 };
@@ -155,9 +158,9 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
   return problems;
 }
 
-std::vector<ConfigProblem> apply_preset(const std::string& name, ScanConfig& config) {
+std::vector<ConfigProblem> apply_preset(const std::string& name, LoadedConfig& loaded) {
   if (const Preset* preset = find_preset(name))
-    return apply_yaml(preset->text, "configs/" + name + ".yaml", "", config);
+    return apply_yaml(preset->text, "configs/" + name + ".yaml", "", loaded);
   std::vector<std::string> names;
   for (const Preset& preset : presets()) names.emplace_back(preset.name);
   const auto near = nearest_word(name, names);
@@ -165,17 +168,17 @@ std::vector<ConfigProblem> apply_preset(const std::string& name, ScanConfig& con
                                            near ? fmt::format("; did you mean '{}'?", *near) : "")}};
 }
 
-std::vector<ConfigProblem> apply_file(const std::filesystem::path& file, ScanConfig& config) {
+std::vector<ConfigProblem> apply_file(const std::filesystem::path& file, LoadedConfig& loaded) {
   const auto text = read_text_file(file, Limits{}.max_config_bytes);
   if (!text) return {{file.string(), text.error().message}};
-  return apply_yaml(*text, file.string(), file.parent_path(), config);
+  return apply_yaml(*text, file.string(), file.parent_path(), loaded);
 }
 
 }  // namespace
 
 std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& name,
-                                      const std::filesystem::path& folder, ScanConfig& config) {
-  ConfigReader reader(name, folder, config);
+                                      const std::filesystem::path& folder, LoadedConfig& loaded) {
+  ConfigReader reader(name, folder, loaded);
   const auto parsed = parse_yaml(text);
   if (const auto* error = std::get_if<YamlError>(&parsed)) {
     reader.note(error->line, error->column, error->message);
@@ -185,7 +188,7 @@ std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& 
   return reader.take_problems();
 }
 
-std::vector<ConfigProblem> apply_assignment(const std::string& assignment, ScanConfig& config) {
+std::vector<ConfigProblem> apply_assignment(const std::string& assignment, LoadedConfig& loaded) {
   const std::string where = "--set " + assignment;
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos) return {{where, "expected key=value, for instance fusion.voxel_size=2mm"}};
@@ -199,7 +202,7 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, ScanC
   const auto parsed = parse_yaml(std::string_view(assignment).substr(equals + 1));
   if (const auto* error = std::get_if<YamlError>(&parsed)) return {{where, name + ": " + error->message}};
   const YamlNode& value = std::get<YamlNode>(parsed);
-  ConfigReader reader(where, "", config);
+  ConfigReader reader(where, "", loaded);
   if (key != nullptr) {
     reader.read_value(*key, value);
   } else {
@@ -210,16 +213,21 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, ScanC
   return problems;
 }
 
-Result<ScanConfig> load_config(const ConfigSources& sources, ScanConfig config) {
+Result<LoadedConfig> load_config(const ConfigSources& sources) {
+  LoadedConfig loaded;
   std::vector<ConfigProblem> problems;
   const auto collect = [&](std::vector<ConfigProblem> more) {
     std::move(more.begin(), more.end(), std::back_inserter(problems));
   };
-  for (const std::string& preset : sources.presets) collect(apply_preset(preset, config));
-  if (sources.file) collect(apply_file(*sources.file, config));
-  for (const std::string& assignment : sources.assignments) collect(apply_assignment(assignment, config));
-  if (problems.empty()) collect(check_together(config));
-  if (problems.empty()) return config;
+  if (sources.starts_from_run_defaults) {
+    collect(apply_preset("default", loaded));
+    loaded.given.clear();
+  }
+  for (const std::string& preset : sources.presets) collect(apply_preset(preset, loaded));
+  if (sources.file) collect(apply_file(*sources.file, loaded));
+  for (const std::string& assignment : sources.assignments) collect(apply_assignment(assignment, loaded));
+  if (problems.empty()) collect(check_together(loaded.config));
+  if (problems.empty()) return loaded;
 
   std::string text;
   for (const ConfigProblem& problem : problems) {

@@ -21,13 +21,6 @@ Eigen::Vector3i chunk_of(const Eigen::Vector3i& leaf) {
   return {leaf.x() & ~kWithinChunk, leaf.y() & ~kWithinChunk, leaf.z() & ~kWithinChunk};
 }
 
-FieldView view_of(const TsdfVolume& volume) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  return view;
-}
-
 constexpr float kWellSeen = 10;  // a good view weighs 1
 
 /// What the leaf of a patch knows of a place in it, by the voxel next to it. Good enough to look at, and a quarter of
@@ -139,7 +132,7 @@ Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig&
   ExtractConfig live = config;
   if (is_tetrahedral(live.decider)) live.decider = Decider::kTrilinear;  // those have no incremental mesher
   live.normals = false;
-  auto mesher = IncrementalMesher::create(view_of(volume), live);
+  auto mesher = IncrementalMesher::create(volume.field_view().without_colours(), live);
   if (!mesher) return mesher.error();
   return LiveMesh(volume, *std::move(mesher), last_revision);
 }

@@ -43,10 +43,7 @@ int main(int argc, char** argv) {
   if (!is_good(scanknit::integrate(frame, scanknit::Pose::Identity(), *volume))) return 1;
 
   // The surface lies where the signed distance is 0. Voxels that nothing has seen leave an open border.
-  scanknit::FieldView view;
-  view.field = &volume->tsdf();
-  view.weight_codes = &volume->weight();
-  const auto surface = scanknit::extract_surface(view, {});
+  const auto surface = scanknit::extract_surface(volume->field_view(), {});
   if (!is_good(surface)) return 1;
 
   // The camera's y axis points down, so up is -Y.

@@ -5,9 +5,9 @@
 
 #include <vector>
 
+#include "core/field_view.h"
 #include "core/result.h"
 #include "extract/blocks/block.h"
-#include "extract/field_view.h"
 
 namespace scanknit {
 

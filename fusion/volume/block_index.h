@@ -9,16 +9,15 @@
 #include <span>
 #include <vector>
 
+#include "core/field_view.h"
 #include "core/voxel_codes.h"
 
 namespace scanknit {
 
 using TsdfGrid = openvdb::FloatGrid;
-using WeightGrid = openvdb::Grid<openvdb::tree::Tree4<WeightCode, 5, 4, 3>::Type>;
-using ColourGrid = openvdb::Grid<openvdb::tree::Tree4<ColourCode, 5, 4, 3>::Type>;
 using TsdfLeaf = TsdfGrid::TreeType::LeafNodeType;
-using WeightLeaf = WeightGrid::TreeType::LeafNodeType;
-using ColourLeaf = ColourGrid::TreeType::LeafNodeType;
+using WeightLeaf = WeightCodeGrid::TreeType::LeafNodeType;
+using ColourLeaf = ColourCodeGrid::TreeType::LeafNodeType;
 
 /// A leaf of colours has memory for them from the first one on. Before, it reads as zeros; buffer().data() gives it
 /// that memory, as accessors do that read it.

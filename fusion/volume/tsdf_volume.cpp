@@ -50,9 +50,17 @@ Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   volume.config_ = config;
   const auto truncation_m = static_cast<float>(config.truncation_voxels * config.voxel_size_m);
   volume.tsdf_ = make_grid<TsdfGrid>("tsdf", truncation_m, config.voxel_size_m);
-  volume.weight_ = make_grid<WeightGrid>("weight", WeightCode{0}, config.voxel_size_m);
-  volume.colour_ = make_grid<ColourGrid>("colour", ColourCode{0}, config.voxel_size_m);
+  volume.weight_ = make_grid<WeightCodeGrid>("weight", WeightCode{0}, config.voxel_size_m);
+  volume.colour_ = make_grid<ColourCodeGrid>("colour", ColourCode{0}, config.voxel_size_m);
   return volume;
+}
+
+FieldView TsdfVolume::field_view() const {
+  FieldView view;
+  view.field = tsdf_.get();
+  view.weight_codes = weight_.get();
+  view.colour_codes = colour_.get();
+  return view;
 }
 
 Voxel TsdfVolume::voxel(const openvdb::Coord& index) const {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/field_view.h"
 #include "core/image.h"
 #include "core/result.h"
 #include "fusion/fusion_config.h"
@@ -44,8 +45,10 @@ class TsdfVolume {
 
   [[nodiscard]] const FusionConfig& config() const { return config_; }
   [[nodiscard]] const TsdfGrid& tsdf() const { return *tsdf_; }
-  [[nodiscard]] const WeightGrid& weight() const { return *weight_; }
-  [[nodiscard]] const ColourGrid& colour() const { return *colour_; }
+  [[nodiscard]] const WeightCodeGrid& weight() const { return *weight_; }
+  [[nodiscard]] const ColourCodeGrid& colour() const { return *colour_; }
+  /// For the rooms that read it. The grids stay the volume's.
+  [[nodiscard]] FieldView field_view() const;
   /// For looking at a few; a walk through three trees.
   [[nodiscard]] Voxel voxel(const openvdb::Coord& index) const;
 
@@ -75,8 +78,8 @@ class TsdfVolume {
   TsdfVolume() = default;
   FusionConfig config_;
   TsdfGrid::Ptr tsdf_;
-  WeightGrid::Ptr weight_;
-  ColourGrid::Ptr colour_;
+  WeightCodeGrid::Ptr weight_;
+  ColourCodeGrid::Ptr colour_;
   BlockIndex index_;
   VolumeMemory memory_;
 };
@@ -87,6 +90,9 @@ struct LoadedVolume {
   openvdb::FloatGrid::Ptr weight;   ///< "weight" or null
   openvdb::Vec3SGrid::Ptr colour;   ///< "colour" or null
   bool is_signed_distance = false;  ///< ours, or of grid class level set
+
+  /// For the rooms that read it. The grids stay the volume's.
+  [[nodiscard]] FieldView field_view() const;
 };
 
 /// Errors (kInput): not there, not a VDB file, damaged, no FloatGrid in it (the message lists the grids that are).

@@ -111,6 +111,15 @@ Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
   return file->commit();
 }
 
+FieldView LoadedVolume::field_view() const {
+  FieldView view;
+  view.field = field.get();
+  view.weight = weight.get();
+  view.colour = colour.get();
+  view.is_signed_distance = is_signed_distance;
+  return view;
+}
+
 Result<LoadedVolume> load_volume(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kInput, "no such file", path.string()};

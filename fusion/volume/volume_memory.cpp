@@ -27,18 +27,18 @@ constexpr std::size_t buffer_bytes() {
 }
 
 /// A leaf of each grid; its entry in the list, which grows by doubling; its number in its region, likewise.
-constexpr std::size_t kBlockBytes = leaf_bytes<TsdfGrid>() + leaf_bytes<WeightGrid>() + leaf_bytes<ColourGrid>() +
-                                    buffer_bytes<TsdfGrid>() + buffer_bytes<WeightGrid>() + 2 * sizeof(VolumeBlock) +
-                                    2 * sizeof(BlockIndex::Number);
-constexpr std::size_t kColoursBytes = buffer_bytes<ColourGrid>();
+constexpr std::size_t kBlockBytes =
+    leaf_bytes<TsdfGrid>() + leaf_bytes<WeightCodeGrid>() + leaf_bytes<ColourCodeGrid>() + buffer_bytes<TsdfGrid>() +
+    buffer_bytes<WeightCodeGrid>() + 2 * sizeof(VolumeBlock) + 2 * sizeof(BlockIndex::Number);
+constexpr std::size_t kColoursBytes = buffer_bytes<ColourCodeGrid>();
 /// A region of the index; at most four slots in the table.
 constexpr std::size_t kRegionBytes = sizeof(BlockIndex::Region) + 2 * sizeof(void*) + 4 * sizeof(BlockIndex::Number);
 /// And the regions in the cube of 128^3 voxels, all of which may be needed.
-constexpr std::size_t kLowerBytes =
-    sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightGrid>) + sizeof(LowerNode<ColourGrid>) + 8 * kRegionBytes;
+constexpr std::size_t kLowerBytes = sizeof(LowerNode<TsdfGrid>) + sizeof(LowerNode<WeightCodeGrid>) +
+                                    sizeof(LowerNode<ColourCodeGrid>) + 8 * kRegionBytes;
 static_assert(LowerNode<TsdfGrid>::DIM == 2 * BlockIndex::kRegionVoxels);
 constexpr std::size_t kUpperBytes =
-    sizeof(UpperNode<TsdfGrid>) + sizeof(UpperNode<WeightGrid>) + sizeof(UpperNode<ColourGrid>);
+    sizeof(UpperNode<TsdfGrid>) + sizeof(UpperNode<WeightCodeGrid>) + sizeof(UpperNode<ColourCodeGrid>);
 static_assert(8 * (kUpperBytes + kLowerBytes) + 100 * (kBlockBytes + kColoursBytes) < (kLeastMemoryBudgetMib << 20));
 
 Coord lower_origin(const Coord& origin) {

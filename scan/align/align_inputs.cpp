@@ -197,10 +197,7 @@ class InputLoader {
     if (auto tracked = check_tracking({scan->tracking(), intake.counts(), scan->is_budget_reached()}); !tracked) {
       return at_path(tracked.error());
     }
-    FieldView field;
-    field.field = &scan->volume().tsdf();
-    field.weight_codes = &scan->volume().weight();
-    const auto surface = extract_surface(field, config_.extract);
+    const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
     if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface comes of it", input.path.string()};
     ScanModel model = model_of(surface->mesh, input.name);

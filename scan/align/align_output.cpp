@@ -53,14 +53,6 @@ Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment
   return write_png(render_preview(picture, inputs.inputs[pair.from].world_up), path);
 }
 
-FieldView field_of(const TsdfVolume& volume, bool has_colours) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  if (has_colours) view.colour_codes = &volume.colour();
-  return view;
-}
-
 AlignmentResult::Pair described_pair(const AlignedPair& pair) {
   AlignmentResult::Pair line{.from = pair.from + 1,
                              .to = pair.to + 1,
@@ -174,8 +166,8 @@ Result<void> AlignedFusion::mesh(const TsdfVolume& volume) {
   });
   const UpAxis world_up = inputs_.inputs[0].world_up;
   result_.mesh.isovalue = job_.config.extract.isovalue;
-  const auto finished = finished_surface(field_of(volume, has_colours), {job_.config, world_up, 1, session_.stop()},
-                                         session_, result_.mesh);
+  const FieldView view = has_colours ? volume.field_view() : volume.field_view().without_colours();
+  const auto finished = finished_surface(view, {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
   if (!finished) return finished.error();
   return write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job_, session_, result_.mesh);
 }

@@ -189,17 +189,6 @@ class SurfaceFinisher {
     return ground_ && wish_.ground != GroundWish::kKeep ? clearance_m_ - ground_->height_m(p) : -kInfinity;
   }
 
-  [[nodiscard]] SeenVolume seen(const FieldView& view) const {
-    SeenVolume volume;
-    volume.field = view.field;
-    volume.weight = view.weight;
-    volume.weight_codes = view.weight_codes;
-    volume.least_weight = config_.extract.min_weight;
-    volume.isovalue_m = config_.extract.isovalue;
-    volume.band_voxels = config_.fusion.truncation_voxels;
-    return volume;
-  }
-
   [[nodiscard]] std::string why_nothing_is_above() const {
     const std::size_t least = config_.extract.min_component_triangles;
     return fmt::format(
@@ -217,12 +206,10 @@ class SurfaceFinisher {
                        {"tilt_degrees", ground_->tilt_rad * kDegrees}};
     if (wish_.ground != GroundWish::kKeep) {
       without_ground_ = session_.timed("finish", [&] {
-        return cut_open(seen(view), [this](const Eigen::Vector3d& p) { return below_ground_m(p); });
+        return cut_open(view, config_.extract.min_weight,
+                        [this](const Eigen::Vector3d& p) { return below_ground_m(p); });
       });
-      FieldView cut = view;
-      cut.field = without_ground_.get();
-      cut.weight = nullptr;
-      cut.weight_codes = nullptr;
+      const FieldView cut = view.with_field(*without_ground_);
       auto above = extract(cut);
       if (!above) return above.error();
       if (above->mesh.empty()) {
@@ -240,6 +227,9 @@ class SurfaceFinisher {
 
   [[nodiscard]] CloseRequest close_request(const FieldView& view, const Mesh& open) const {
     CloseRequest request;
+    request.min_weight = config_.extract.min_weight;
+    request.isovalue_m = config_.extract.isovalue;
+    request.band_voxels = config_.fusion.truncation_voxels;
     request.is_outside_free = wish_.watertight == Watertight::kFull;
     request.memory_bytes = static_cast<std::size_t>(config_.fusion.memory_budget_mib) << 20;
     Mesh pieces = open;  // what will be left out need not be within the box
@@ -265,12 +255,9 @@ class SurfaceFinisher {
     // What is cut away is cut by a plane, for which the distances below it are needed.
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
-    const auto closed = session_.timed("finish", [&] { return close_volume(seen(source), request); });
+    const auto closed = session_.timed("finish", [&] { return close_volume(source, request); });
     if (!closed) return refuse("watertight", closed.error().message), Result<void>();
-    FieldView closed_view = view;
-    closed_view.field = closed->field.get();
-    closed_view.weight = nullptr;
-    closed_view.weight_codes = nullptr;
+    FieldView closed_view = view.with_field(*closed->field);
     if (is_full) closed_view.region.reset();
     auto meshed = extract(closed_view);
     if (!meshed) return meshed.error();

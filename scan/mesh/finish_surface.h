@@ -4,10 +4,10 @@
 #include <stop_token>
 
 #include "core/axes.h"
+#include "core/field_view.h"
 #include "core/pose.h"
 #include "core/result.h"
 #include "extract/extract_surface.h"
-#include "extract/field_view.h"
 #include "scan/scan_config.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"

@@ -22,10 +22,7 @@ openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m
 }
 
 FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  view.colour_codes = &volume.colour();
+  FieldView view = volume.field_view();
   if (crop) view.region = index_box(*crop, volume.config().voxel_size_m);
   return view;
 }

@@ -135,14 +135,10 @@ class VolumeExtraction {
     result_.volume = described(*volume);
     const ValueSource values = values_of(*volume->field);
     if (auto chosen = choose_isovalue(values, volume->is_signed_distance); !chosen) return chosen;
-    FieldView view;
-    view.field = volume->field.get();
-    view.weight = volume->weight.get();
-    view.colour = volume->colour.get();
-    view.is_signed_distance = volume->is_signed_distance;
     // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
     const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-    const auto finished = finished_surface(view, {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
+    const auto finished =
+        finished_surface(volume->field_view(), {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
     if (!finished) return finished.error();
     return with_values(write(finished->surface, {world_up, std::nullopt, std::nullopt}), values);
   }

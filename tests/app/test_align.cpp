@@ -96,6 +96,17 @@ TEST_F(AlignHills, TwoGridsFromAnywhereBecomeOneMesh) {
   EXPECT_NE(outcome.out.find("good"), std::string::npos) << outcome.out;
 }
 
+TEST_F(AlignHills, AreFusedWithAnyVoxelSizeThatIsGiven) {
+  for (const char* given : {"0.0123", "0.004"}) {  // 4 mm is what configs/default.yaml has
+    const Outcome outcome =
+        align({path("a.ply"), path("b.ply"), "-o", path("out"), "--set", std::string("fusion.voxel_size=") + given,
+               "--set", "extract.min_component_triangles=0"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(report_of(folder_ / "out")["config"]["fusion"]["voxel_size"], std::stod(given));
+    EXPECT_EQ(outcome.err.find("the spacing of the points"), std::string::npos) << outcome.err;
+  }
+}
+
 TEST_F(AlignHills, GiveTheSameBytesForAnyNumberOfThreads) {
   std::string first;
   for (const char* threads : {"1", "2", "8"}) {

@@ -15,19 +15,19 @@ namespace fs = std::filesystem;
 
 /// The problems as a user sees them, one a line.
 std::string problems_of(const std::string& text, const fs::path& folder = "") {
-  ScanConfig config;
+  LoadedConfig loaded;
   std::string lines;
-  for (const ConfigProblem& problem : apply_yaml(text, "a.yaml", folder, config)) {
+  for (const ConfigProblem& problem : apply_yaml(text, "a.yaml", folder, loaded)) {
     lines += problem.where + ": error: " + problem.message + "\n";
   }
   return lines;
 }
 
 ScanConfig config_of(const std::string& text) {
-  ScanConfig config;
-  const auto problems = apply_yaml(text, "a.yaml", "", config);
+  LoadedConfig loaded;
+  const auto problems = apply_yaml(text, "a.yaml", "", loaded);
   EXPECT_TRUE(problems.empty()) << problems.front().message;
-  return config;
+  return loaded.config;
 }
 
 class TempFolder {
@@ -70,10 +70,10 @@ TEST(ConfigFile, ReadsEveryTypeOfValue) {
 }
 
 TEST(ConfigFile, AutoGivesAKeyBackToTheRecording) {
-  ScanConfig config;
-  config.acquire.depth_scale = 5000;
-  EXPECT_TRUE(apply_yaml("acquire: {depth_scale: auto, intrinsics: auto}", "a.yaml", "", config).empty());
-  EXPECT_FALSE(config.acquire.depth_scale);
+  LoadedConfig loaded;
+  loaded.config.acquire.depth_scale = 5000;
+  EXPECT_TRUE(apply_yaml("acquire: {depth_scale: auto, intrinsics: auto}", "a.yaml", "", loaded).empty());
+  EXPECT_FALSE(loaded.config.acquire.depth_scale);
 }
 
 TEST(ConfigFile, ASectionWithoutEntriesIsFine) {
@@ -146,10 +146,10 @@ TEST(ConfigFile, ReportsEveryErrorInOneGo) {
 }
 
 TEST(ConfigFile, KeysAtFaultKeepTheirValue) {
-  ScanConfig config;
-  (void)apply_yaml("fusion: {voxel_size: 2 m, truncation: 5}", "a.yaml", "", config);
-  EXPECT_EQ(config.fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
-  EXPECT_EQ(config.fusion.truncation_voxels, 5);
+  LoadedConfig loaded;
+  (void)apply_yaml("fusion: {voxel_size: 2 m, truncation: 5}", "a.yaml", "", loaded);
+  EXPECT_EQ(loaded.config.fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
+  EXPECT_EQ(loaded.config.fusion.truncation_voxels, 5);
 }
 
 TEST(ConfigFile, SyntaxErrorsHaveTheirPlace) {
@@ -178,9 +178,10 @@ TEST(Intrinsics, ComeFromAFileBesideTheConfiguration) {
   folder.write("camera.json",
                R"({"width": 640, "height": 480, "intrinsic_matrix": [525,0,0, 0,526,0, 319.5,239.5,1]})");
   for (const char* name : {"K.txt", "camera.json"}) {
-    ScanConfig config;
+    LoadedConfig loaded;
     const std::string text = std::string("acquire: {intrinsics: ") + name + "}";
-    ASSERT_TRUE(apply_yaml(text, "a.yaml", folder.path(), config).empty()) << name;
+    ASSERT_TRUE(apply_yaml(text, "a.yaml", folder.path(), loaded).empty()) << name;
+    const ScanConfig& config = loaded.config;
     EXPECT_EQ(config.acquire.intrinsics->intrinsics.fx, 525) << name;
     EXPECT_EQ(config.acquire.intrinsics->intrinsics.fy, 526) << name;
     EXPECT_EQ(config.acquire.intrinsics->intrinsics.cx, 319.5) << name;
@@ -205,19 +206,20 @@ TEST(Intrinsics, SayWhatIsWrongWithThem) {
 }
 
 TEST(Assignment, TakesAnyYamlValue) {
-  ScanConfig config;
-  EXPECT_TRUE(apply_assignment("fusion.voxel_size=2mm", config).empty());
-  EXPECT_TRUE(apply_assignment("export.formats=[glb, stl]", config).empty());
-  EXPECT_TRUE(apply_assignment("acquire.intrinsics=[1, 2, 3, 4]", config).empty());
+  LoadedConfig loaded;
+  EXPECT_TRUE(apply_assignment("fusion.voxel_size=2mm", loaded).empty());
+  EXPECT_TRUE(apply_assignment("export.formats=[glb, stl]", loaded).empty());
+  EXPECT_TRUE(apply_assignment("acquire.intrinsics=[1, 2, 3, 4]", loaded).empty());
+  const ScanConfig& config = loaded.config;
   EXPECT_EQ(config.fusion.voxel_size_m, 0.002);
   EXPECT_EQ(config.output.formats.size(), 2u);
   EXPECT_EQ(config.acquire.intrinsics->intrinsics.fy, 2);
 }
 
 TEST(Assignment, SaysWhatIsWrongWithIt) {
-  ScanConfig config;
+  LoadedConfig loaded;
   const auto message = [&](const std::string& assignment) {
-    const auto problems = apply_assignment(assignment, config);
+    const auto problems = apply_assignment(assignment, loaded);
     return problems.empty() ? "" : problems.front().where + ": " + problems.front().message;
   };
   EXPECT_EQ(message("fusion.voxel_size"),
@@ -235,15 +237,45 @@ TEST(Assignment, SaysWhatIsWrongWithIt) {
 TEST(Precedence, AssignmentsBeatTheFileWhichBeatsPresetsWhichBeatDefaults) {
   const TempFolder folder;
   ConfigSources sources;
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
+  EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, ScanConfig{}.fusion.voxel_size_m);
   sources.presets = {"object"};
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, 0.002);
+  EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, 0.002);
   sources.presets = {"object", "room"};
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, 0.01);
+  EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, 0.01);
   sources.file = folder.write("mine.yaml", "fusion: {voxel_size: 5mm}");
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, 0.005);
+  EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, 0.005);
   sources.assignments = {"fusion.voxel_size=6mm", "fusion.voxel_size=7mm"};
-  EXPECT_EQ(load_config(sources)->fusion.voxel_size_m, 0.007);
+  EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, 0.007);
+}
+
+TEST(GivenKeys, AreThoseOfPresetsTheFileAndAssignments) {
+  const TempFolder folder;
+  ConfigSources sources;
+  EXPECT_TRUE(load_config(sources)->given.empty());
+  sources.presets = {"icl_nuim"};
+  EXPECT_EQ(load_config(sources)->given,
+            (std::set<std::string, std::less<>>{"acquire.depth_scale", "acquire.intrinsics"}));
+  sources.presets.clear();
+  sources.file = folder.write("given.yaml", "fusion:\n  noise: {floor: 2 mm}\n# extract: {isovalue: 0}\n");
+  sources.assignments = {"finish.crop={min_x: 1m}"};
+  EXPECT_EQ(load_config(sources)->given,
+            (std::set<std::string, std::less<>>{"finish.crop.min_x", "fusion.noise.floor"}));
+}
+
+TEST(GivenKeys, HoldAValueThatIsTheBuiltInOne) {
+  const auto loaded = load_config({{}, {}, {"extract.isovalue=0"}});
+  EXPECT_TRUE(loaded->gives("extract.isovalue"));
+  EXPECT_FALSE(loaded->gives("extract.inside"));
+}
+
+TEST(GivenKeys, HoldNothingOfTheRunDefaults) {
+  ConfigSources sources;
+  sources.starts_from_run_defaults = true;
+  EXPECT_TRUE(load_config(sources)->given.empty());
+  EXPECT_GT(load_config(sources)->config.extract.min_component_triangles, 0u) << "configs/default.yaml was applied";
+  sources.assignments = {"fusion.voxel_size=2mm"};
+  EXPECT_TRUE(load_config(sources)->gives("fusion.voxel_size"));
+  EXPECT_EQ(load_config(sources)->given.size(), 1u);
 }
 
 TEST(LoadConfig, FailsWithALineForEveryProblemOfEverySource) {

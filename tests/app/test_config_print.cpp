@@ -20,19 +20,20 @@ std::string file_text(const std::string& name) {
 }
 
 ScanConfig run_defaults() {
-  return *load_config({{"default"}, {}, {}});
+  return load_config({{"default"}, {}, {}})->config;
 }
 
 TEST(ConfigYaml, ReadsBackAsTheSameConfiguration) {
-  ScanConfig unusual = *load_config({{"tum_freiburg1", "phone_lidar"}, {}, {}});
+  ScanConfig unusual = load_config({{"tum_freiburg1", "phone_lidar"}, {}, {}})->config;
   unusual.fusion.noise.growth_per_m = 1.0 / 3.0;
   unusual.fusion.voxel_size_m = 0.0012345678901234567;
   unusual.fusion.memory_budget_mib = 1023;
   unusual.output.up = UpAxis::kMinusZ;
   for (const ScanConfig& config : {ScanConfig{}, run_defaults(), unusual}) {
-    ScanConfig back;
-    const auto problems = apply_yaml(config_to_yaml(config), "printed.yaml", "", back);
+    LoadedConfig loaded;
+    const auto problems = apply_yaml(config_to_yaml(config), "printed.yaml", "", loaded);
     ASSERT_TRUE(problems.empty()) << problems.front().where << problems.front().message;
+    const ScanConfig& back = loaded.config;
     for (const ConfigKey& key : config_schema()) {
       if (key.type == ConfigType::kIntrinsics) continue;
       EXPECT_EQ(key.get(back).index(), key.get(config).index()) << key.name;
@@ -82,7 +83,7 @@ TEST(ConfigSchema, DefaultsLieWithinTheirRanges) {
 }
 
 TEST(ConfigSchema, SettingWhatWasGotChangesNothing) {
-  const ScanConfig config = *load_config({{"icl_nuim"}, {}, {}});
+  const ScanConfig config = load_config({{"icl_nuim"}, {}, {}})->config;
   ScanConfig copy = config;
   for (const ConfigKey& key : config_schema()) key.set(copy, key.get(config));
   EXPECT_EQ(config_to_json(copy), config_to_json(config));

@@ -64,14 +64,6 @@ std::vector<std::array<float, 3>> middles(const Chunks& chunks) {
   return all;
 }
 
-FieldView view_of(const TsdfVolume& volume) {
-  FieldView view;
-  view.field = &volume.tsdf();
-  view.weight_codes = &volume.weight();
-  view.colour_codes = &volume.colour();
-  return view;
-}
-
 class LiveMeshTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -106,7 +98,7 @@ TEST_F(LiveMeshTest, EndsAsTheWholeMesh) {
     update(*mesh, 20);  // it lags behind
   }
   while (!mesh->is_up_to_date()) update(*mesh, 20);
-  const auto whole = extract_surface(view_of(*volume), {});
+  const auto whole = extract_surface(volume->field_view(), {});
   ASSERT_TRUE(whole);
   ASSERT_GT(whole->mesh.triangles.size(), 1'000u);
   EXPECT_EQ(mesh->triangles(), whole->mesh.triangles.size());

@@ -57,17 +57,14 @@ inline openvdb::FloatGrid::Ptr scan_of(const Shape& shape, const Sight& was_seen
   return grid;
 }
 
-inline SeenVolume seen(const openvdb::FloatGrid& grid) {
-  SeenVolume volume;
-  volume.field = &grid;
-  volume.band_voxels = kBand;
-  return volume;
+inline FieldView view_of(const openvdb::FloatGrid& grid) {
+  FieldView view;
+  view.field = &grid;
+  return view;
 }
 
 inline Mesh mesh_of(const openvdb::FloatGrid& grid) {
-  FieldView view;
-  view.field = &grid;
-  auto surface = extract_surface(view, {});
+  auto surface = extract_surface(view_of(grid), {});
   return surface ? std::move(surface->mesh) : Mesh();
 }
 
@@ -80,6 +77,7 @@ inline Eigen::AlignedBox3d box_of(const Mesh& mesh) {
 inline CloseRequest all_of(const Mesh& mesh) {
   CloseRequest request;
   request.surface = box_of(mesh);
+  request.band_voxels = kBand;
   request.memory_bytes = std::size_t{1} << 30;
   return request;
 }

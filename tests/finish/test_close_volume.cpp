@@ -24,7 +24,7 @@ Closed close(const openvdb::FloatGrid& grid, bool is_outside_free = true) {
   closed.open = test::mesh_of(grid);
   CloseRequest request = test::all_of(closed.open);
   request.is_outside_free = is_outside_free;
-  const auto volume = close_volume(test::seen(grid), request);
+  const auto volume = close_volume(test::view_of(grid), request);
   EXPECT_TRUE(volume);
   if (!volume) return closed;
   closed.mesh = test::mesh_of(*volume->field);
@@ -154,7 +154,7 @@ TEST(CloseVolume, ACutIsAPlane) {
   const auto grid = test::scan_of(test::block({0.06, 0.06, 0.06}), [](const Eigen::Vector3d&) { return true; });
   CloseRequest request = test::all_of(test::mesh_of(*grid));
   request.cut_m = [](const Eigen::Vector3d& p) { return -0.0313 - p.z(); };
-  const auto volume = close_volume(test::seen(*grid), request);
+  const auto volume = close_volume(test::view_of(*grid), request);
   ASSERT_TRUE(volume);
   const Mesh mesh = test::mesh_of(*volume->field);
   expect_closed(mesh, 2);
@@ -165,7 +165,7 @@ TEST(CloseVolume, RefusesABoxBeyondItsMemory) {
   const auto grid = test::scan_of(test::ball(0.08), [](const Eigen::Vector3d&) { return true; });
   CloseRequest request = test::all_of(test::mesh_of(*grid));
   request.memory_bytes = 1000;
-  const auto volume = close_volume(test::seen(*grid), request);
+  const auto volume = close_volume(test::view_of(*grid), request);
   ASSERT_FALSE(volume);
   EXPECT_EQ(volume.error().code, ErrorCode::kBudget);
   EXPECT_NE(volume.error().text().find("finish.crop"), std::string::npos);

@@ -75,11 +75,11 @@ TEST(Layering, OurHeadersAreNamedFromTheRoot) {
   }
 }
 
-/// Where each library lives: the rooms that may name it.
+/// Where each library lives: the rooms, or the single files, that may name it.
 const std::map<std::string, std::set<std::string>> kHomes = {
     {"opencv2", {"acquire", "fusion", "extract", "export"}},
     {"pcl", {"acquire", "fusion", "finish"}},
-    {"openvdb", {"fusion", "extract", "finish", "scan", "app"}},
+    {"openvdb", {"core/field_view.h", "fusion", "extract", "finish", "scan", "app"}},
     {"boost", {"extract", "view"}},
     {"qrcodegen", {"view"}},
     {"hwy", {"acquire", "fusion", "extract"}},
@@ -125,7 +125,8 @@ TEST(Layering, LibrariesStayInTheirHome) {
     if (include.is_quoted) continue;
     const auto home = kHomes.find(first_folder(include.target));
     if (home == kHomes.end()) continue;
-    EXPECT_TRUE(home->second.count(include.room)) << include.file << " includes <" << include.target << ">";
+    EXPECT_TRUE(home->second.count(include.room) || home->second.count(include.file))
+        << include.file << " includes <" << include.target << ">";
   }
 }
 
@@ -133,7 +134,7 @@ TEST(Layering, HeadersNameNoLibraryButEigenAndOpenVdb) {
   for (const Include& include : all_includes()) {
     if (include.is_quoted || !include.is_header || include.room == "app" || include.room == "python") continue;
     const std::string library = first_folder(include.target);
-    if (library == "openvdb") continue;  // part of the interface of fusion and extract
+    if (library == "openvdb") continue;  // part of the interface of fusion, extract and finish
     EXPECT_FALSE(kHomes.count(library)) << include.file << " includes <" << include.target << ">";
   }
 }
