@@ -18,6 +18,7 @@
 #include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "python/arrays.h"
+#include "python/scan.h"
 
 namespace py = pybind11;
 
@@ -349,4 +350,5 @@ PYBIND11_MODULE(_core, module) {
   scanknit::add_volume(module);
   scanknit::add_frame(module);
   scanknit::add_recording(module);
+  scanknit::add_scan(module);
 }

@@ -5,9 +5,11 @@
     mesh = volume.extract()
     mesh.write("model.glb")
 
+    scanknit.scan("recording", "out", presets=["object"])  # tracking, loops, finishing, all files
+
 Metres, radians; pose is camera to world; the camera looks along +z, x right, y down.
 """
 
-from ._core import Error, Frame, Mesh, Recording, Volume, __version__
+from ._core import Error, Frame, Mesh, Recording, Volume, __version__, scan
 
-__all__ = ["Error", "Frame", "Mesh", "Recording", "Volume", "__version__"]
+__all__ = ["Error", "Frame", "Mesh", "Recording", "Volume", "__version__", "scan"]

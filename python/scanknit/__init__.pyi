@@ -1,5 +1,5 @@
 import os
-from typing import Iterator, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -84,3 +84,13 @@ class Recording(Iterator[Frame]):
     def up(self) -> str: ...
     @property
     def dropped(self) -> int: ...
+
+def scan(
+    recording: Path,
+    output: Path,  # a folder, or one mesh file
+    *,
+    presets: Sequence[str] = (),
+    settings: Sequence[str] = (),  # "key=value"
+    progress: Optional[Callable[[str, int, int], Optional[bool]]] = None,  # False ends the frames
+    warning: Optional[Callable[[str], None]] = None,
+) -> Dict[str, Any]: ...

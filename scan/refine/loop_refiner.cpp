@@ -76,7 +76,7 @@ Result<void> LoopRefiner::track_again(const FrameRange& frames) {
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
   if (!closure.has_come_back()) return std::optional<Trajectory>();
   if (!closure.pulled.empty() && archive_.is_kept()) {
-    session_.info("coming upon an old place bent the walk: that part is tracked again");
+    session_.info("old parts of the scan pulled the tracker aside: those frames are tracked again");
     for (const FrameRange& frames : closure.pulled) {
       if (const auto tracked = track_again(frames); !tracked) return tracked.error();
     }

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "app/report/report_json.h"
 #include "export/picture/preview.h"
-#include "export/report/report.h"
 #include "export/report/report_page.h"
+#include "tests/app/run_sample.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/export/export_samples.h"
 
 namespace scanknit {
 namespace {
@@ -15,36 +15,21 @@ namespace {
 using test::TemporaryFolder;
 using test::write_text;
 
-RunReport sample() {
-  RunReport report;
-  report.version = "0.1.0";
-  report.input = "recordings/desk";
-  report.status = "ok";
-  report.frames = {1234, 1200, 30, 4, {{"no_pose", 30}}, {"frame-000003.pose.txt: no such file"}};
-  report.losses = {{"device", 7}, {"queue", 0}};
-  report.tracking = RunReport::Tracking{"track",
-                                        {{"ok", 2}, {"lost", 1}},
-                                        {{0, "ok", "", 0, 0, 0, 900, 0},
-                                         {1, "ok", "", 0.9, 0.8, 1, 900, 0},
-                                         {2, "lost", "too fast", 0.2, 0.1, 3, 900, 0}},
-                                        std::nullopt};
-  report.stages["integrate"].samples_ms = {2000, 500};
-  report.total_ms = 125'000;
-  report.volume = {1000, 20, 1.5, 0.004, false};
-  report.mesh = check_mesh(test::cube());
-  report.holes = RunReport::Holes{2, 0.3, {0.2, 0.1}};
-  report.fit = RunReport::Fit{24, 0.9, 0.0011, 0.004, 0.005, 20};
-  report.texture = RunReport::Texture{"", 1924, 1020, 0.0008, 31, 600'000, 0.993, 120, 1'500'000};
-  report.files = {{"glb", "out/model.glb"}};
-  report.config_json = R"({"fusion":{"voxel_size":0.004}})";
-  return report;
+using Json = nlohmann::json;
+
+/// A report without a turntable and finishing.
+Json sample() {
+  Run run = test::sample_run();
+  run.scan.turntable.reset();
+  run.scan.mesh.finish.reset();
+  return Json::parse(report_json(run));
 }
 
 constexpr const char* kTrajectory = "0 0 0 0 0 0 0 1\n1 0.5 0 0.1 0 0 0 1\n2 1 0 0.2 0 0 0 1\n";
 
-std::string page_of(const RunReport& report, std::string_view trajectory = kTrajectory,
+std::string page_of(const Json& report, std::string_view trajectory = kTrajectory,
                     std::span<const PagePicture> pictures = {}) {
-  const auto page = report_page(to_json(report), trajectory, pictures);
+  const auto page = report_page(report.dump(-1, ' ', false, Json::error_handler_t::replace), trajectory, pictures);
   return page ? *page : "";
 }
 
@@ -76,29 +61,31 @@ TEST(ReportPage, DrawsTrackingAndTheCamerasWay) {
 }
 
 TEST(ReportPage, PosesOfScansAreNoWayOfACamera) {
-  RunReport report = sample();
-  report.alignment.emplace();
+  Run run = test::sample_run();
+  run.scan.alignment.emplace();
+  const Json report = Json::parse(report_json(run));
   EXPECT_EQ(page_of(report).find("Camera path"), std::string::npos);
 }
 
 TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
-  RunReport report = sample();
-  report.tracking->frames.assign(20'000, {1, "ok", "", 0.9, 0.9, 1, 900, 0});
-  report.tracking->frames[12'345].state = "lost";
-  const std::string page = page_of(report);
+  Run run = test::sample_run();
+  run.scan.tracking->frames.assign(20'000, {1, TrackState::kOk, "", 0.9, 0.9, 1, 900, 0});
+  run.scan.tracking->frames[12'345].state = TrackState::kLost;
+  const std::string page = page_of(Json::parse(report_json(run)));
   EXPECT_NE(page.find("<rect class=\"lost\""), std::string::npos);
   EXPECT_LT(page.size(), 100'000u);
 }
 
 TEST(ReportPage, OfNothingIsAPage) {
-  expect_all(page_of(RunReport{}, ""), {"<!doctype html>", "There is no mesh", "</html>"});
+  expect_all(page_of(Json::parse(report_json(Run{})), ""), {"<!doctype html>", "There is no mesh", "</html>"});
 }
 
 TEST(ReportPage, OfAStreamedMeshSaysThatItsPictureIsCoarse) {
-  RunReport report = sample();
-  report.is_mesh_checked = false;
-  report.holes.reset();
-  report.fit.reset();
+  Run run = test::sample_run();
+  run.scan.mesh.is_checked = false;
+  run.scan.mesh.holes.reset();
+  run.scan.mesh.fit.reset();
+  const Json report = Json::parse(report_json(run));
   const std::vector<PagePicture> pictures = {png_of("preview")};
   expect_all(page_of(report, kTrajectory, pictures), {"<img", "never in memory as a whole", "coarsely", "not checked"});
   EXPECT_EQ(page_of(sample(), kTrajectory, pictures).find("coarsely"), std::string::npos);
@@ -116,20 +103,22 @@ TEST(ReportPage, NeedsNoScriptAndFetchesNothing) {
 constexpr const char* kHostile = "<script>alert(1)</script>\"'&<img src=x onerror=y>\x01\xFF";
 
 TEST(ReportPage, EveryStringIsText) {
-  RunReport report = sample();
-  report.input = report.version = report.status = kHostile;
-  report.warnings = {kHostile};
-  report.frames.dropped_by_reason = {{kHostile, 1}};
-  report.frames.drop_messages = {kHostile};
-  report.losses = {{kHostile, 3}};
-  report.tracking->frames[1].state = report.tracking->frames[1].reason = kHostile;
-  report.tracking->states = {{"ok", 1}};
-  report.turntable.emplace().reason = kHostile;
-  report.alignment.emplace().pairs.resize(1);
-  report.alignment->pairs[0].verdict = report.alignment->pairs[0].reason = kHostile;
-  report.stages[kHostile].samples_ms = {1};
-  report.files = {{kHostile, kHostile}};
-  report.config_json = nlohmann::json{{"<b>", "<i>\"'"}}.dump();
+  Run run = test::sample_run();
+  run.scan.alignment.emplace().pairs.resize(1);
+  Json report = Json::parse(report_json(run));
+  const Json hostile = kHostile;
+  report["input"] = report["version"] = report["status"] = hostile;
+  report["warnings"] = {kHostile};
+  report["frames"]["dropped_by_reason"] = {{kHostile, 1}};
+  report["frames"]["drop_messages"] = {kHostile};
+  report["losses"] = {{kHostile, 3}};
+  report["tracking"]["frames"][1]["state"] = report["tracking"]["frames"][1]["reason"] = hostile;
+  report["turntable"]["is_refined"] = false;
+  report["turntable"]["reason"] = hostile;
+  report["alignment"]["pairs"][0]["verdict"] = report["alignment"]["pairs"][0]["reason"] = hostile;
+  report["stages"][kHostile] = report["stages"]["integrate"];
+  report["files"] = {{kHostile, kHostile}};
+  report["config"] = {{"<b>", "<i>\"'"}};
   const std::string page = page_of(report);
   for (const char* word : {"<script", "<img src=x", "<b>", "<i>\"", "\"'&<"}) {
     EXPECT_EQ(page.find(word), std::string::npos) << word;
@@ -140,10 +129,10 @@ TEST(ReportPage, EveryStringIsText) {
 }
 
 TEST(ReportPage, ALongTextIsCutBetweenCharacters) {
-  RunReport report = sample();
-  report.input.clear();
-  for (int i = 0; i < 10'000; ++i) report.input += "\xC3\xA9";  // é
-  const std::string page = page_of(report);
+  Run run = test::sample_run();
+  run.scan.input.clear();
+  for (int i = 0; i < 10'000; ++i) run.scan.input += "\xC3\xA9";  // é
+  const std::string page = page_of(Json::parse(report_json(run)));
   EXPECT_NE(page.find("\xC3\xA9..."), std::string::npos);
   EXPECT_LT(page.size(), 50'000u);
 }
@@ -170,7 +159,7 @@ TEST(ReportPage, WhatIsNoPictureIsLeftOut) {
 
 TEST(ReportPage, ValuesOfAnotherTypeAreLeftOut) {
   // A report of another version, or of somebody else: the page has what it understands.
-  const nlohmann::json all = nlohmann::json::parse(to_json(sample()));
+  const nlohmann::json all = sample();
   for (const nlohmann::json& other :
        {nlohmann::json(), nlohmann::json("text"), nlohmann::json(7),
         nlohmann::json::array({1, "a", nlohmann::json::object()}), nlohmann::json{{"frames", 1}, {"pairs", 2}}}) {
@@ -198,7 +187,7 @@ TEST(ReportPage, WhatIsNoReportIsRefused) {
 }
 
 TEST(CheckReport, OursIsOneAndSoIsAnOlderOneThatHasLess) {
-  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  nlohmann::json report = sample();
   EXPECT_TRUE(check_report(report.dump()));
   for (const char* key : {"alignment", "finish", "texture", "losses", "fit"}) report.erase(key);
   EXPECT_TRUE(check_report(report.dump()));
@@ -209,7 +198,7 @@ TEST(CheckReport, WhatLacksTheFirstThingsOrHasAnotherTypeIsNamed) {
     const auto checked = check_report(report.dump());
     return checked ? std::string() : checked.error().message;
   };
-  const nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  const nlohmann::json report = sample();
   EXPECT_NE(said(nlohmann::json::object()).find("version"), std::string::npos);
   EXPECT_NE(said(nlohmann::json::array()), "");
   for (const auto& [key, value] : report.items()) {
@@ -226,7 +215,7 @@ TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
 }
 
 TEST(ReportPage, TheCamerasWayIsWhereFinishingPutTheMesh) {
-  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  nlohmann::json report = sample();
   const std::string as_it_was = *report_page(report.dump(), kTrajectory, {});
   report["finish"] = {
       {"steps", {{{"name", "watertight"}, {"refused", ""}, {"figures", {{"invented_area_mm2", 20.04}}}}}},
@@ -246,7 +235,7 @@ TEST(ReportPage, TheCamerasWayIsWhereFinishingPutTheMesh) {
 }
 
 TEST(ReportPage, FiguresOfFinishingAreRoundedForPeople) {
-  nlohmann::json report = nlohmann::json::parse(to_json(sample()));
+  nlohmann::json report = sample();
   report["finish"]["steps"] = {{{"name", "ground"},
                                 {"refused", ""},
                                 {"figures",
@@ -266,10 +255,10 @@ TEST(WriteReportPage, TakesWhatLiesBesideItWhereverTheRunWroteIt) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_png(ColourImage(64, 48, {200, 60, 40}), folder / "preview.png"));
   write_text(folder / "trajectory.txt", kTrajectory);
-  RunReport report = sample();
-  report.files["preview"] = "/elsewhere/out/preview.png";
-  report.files["trajectory"] = "elsewhere/trajectory.txt";
-  ASSERT_TRUE(write_report_page(to_json(report), folder / "report.html"));
+  Json report = sample();
+  report["files"]["preview"] = "/elsewhere/out/preview.png";
+  report["files"]["trajectory"] = "elsewhere/trajectory.txt";
+  ASSERT_TRUE(write_report_page(report.dump(), folder / "report.html"));
   expect_all(test::read_text(folder / "report.html"), {"data:image/jpeg", "Camera path"});
 }
 
@@ -277,9 +266,9 @@ TEST(WriteReportPage, ReadsNothingOutsideItsFolder) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "inner");
   ASSERT_TRUE(write_png(ColourImage(64, 48, {200, 60, 40}), folder / "secret.png"));
-  RunReport report = sample();
-  report.files["preview"] = "../secret.png";
-  ASSERT_TRUE(write_report_page(to_json(report), folder / "inner" / "report.html"));
+  Json report = sample();
+  report["files"]["preview"] = "../secret.png";
+  ASSERT_TRUE(write_report_page(report.dump(), folder / "inner" / "report.html"));
   EXPECT_EQ(test::read_text(folder / "inner" / "report.html").find("data:image"), std::string::npos);
 }
 

@@ -214,6 +214,46 @@ class Recordings(unittest.TestCase):
             self.assertIn("6 frames", done.stdout)
             self.same_file(out, self.path("run" + extension))
 
+    def test_a_scan_has_the_bytes_of_scanknit_run(self):
+        seen, warnings = [], []
+        scan = scanknit.scan(self.recording, self.path("python"), presets=["room"],
+                             settings=["acquire.poses=track", f"fusion.voxel_size={VOXEL}", "finish.smooth=2"],
+                             progress=lambda what, done, total: seen.append((what, done, total)),
+                             warning=warnings.append)
+        self.run_program("run", self.recording, "--preset", "room", "--poses", "track", "--set",
+                         f"fusion.voxel_size={VOXEL}", "--set", "finish.smooth=2", "-o", self.path("run"))
+        for name in ("model.glb", "model.ply", "trajectory.txt", "preview.png", "error.png"):
+            self.same_file(os.path.join(self.path("python"), name), os.path.join(self.path("run"), name))
+        self.assertEqual(scan["frames"], {"read": 6, "fused": 6, "dropped": 0, "lost": 0})
+        self.assertEqual([number for number, _ in scan["poses"]], list(range(6)))
+        self.assertIn(("fusing", 6, 6), seen)
+        self.assertEqual(warnings, scan["warnings"])
+
+    def test_a_cancelled_scan_is_the_mesh_of_what_was_fused(self):
+        def stop_after_two(what, done, total):
+            return not (what == "fusing" and done >= 2)
+
+        scan = scanknit.scan(self.recording, self.path("some.ply"), settings=[f"fusion.voxel_size={VOXEL}"],
+                             progress=stop_after_two)
+        self.assertLess(scan["frames"]["fused"], 6)
+        self.assertGreater(scan["triangles"], 100)
+        self.assertTrue(any("interrupted" in warning for warning in scan["warnings"]))
+
+    def test_what_a_callback_raises_comes_out_of_the_scan(self):
+        def raise_it(what, done, total):
+            raise KeyError("mine")
+
+        with self.assertRaises(KeyError):
+            scanknit.scan(self.recording, self.path("none.ply"), progress=raise_it)
+
+    def test_errors_of_a_scan_have_a_code(self):
+        for code, call in (("input", lambda: scanknit.scan(self.path("nothing"), self.path("out"))),
+                           ("config", lambda: scanknit.scan(self.recording, self.path("out"), settings=["a.b=1"])),
+                           ("usage", lambda: scanknit.scan(self.recording, self.path("out.fbx")))):
+            with self.assertRaises(scanknit.Error) as caught:
+                call()
+            self.assertEqual(caught.exception.code, code)
+
     def test_frames_are_arrays(self):
         recording = scanknit.Recording(self.recording)
         self.assertEqual(len(recording), 6)
@@ -278,7 +318,7 @@ class Documentation(unittest.TestCase):
                 self.assertEqual(public, there, node.name)
 
     def test_everything_has_a_docstring(self):
-        for kind in (scanknit.Volume, scanknit.Mesh, scanknit.Frame, scanknit.Recording):
+        for kind in (scanknit.Volume, scanknit.Mesh, scanknit.Frame, scanknit.Recording, scanknit.scan):
             self.assertTrue(kind.__doc__)
         self.assertIn("(H, W) float32", scanknit.Volume.integrate.__doc__)
         self.assertIn("metres", scanknit.Mesh.vertices.__doc__)

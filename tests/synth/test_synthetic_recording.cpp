@@ -10,8 +10,8 @@
 #include "synth/synthetic_source.h"
 #include "synth/truth_files.h"
 #include "synth/write_recording.h"
-#include "tests/acquire/test_synthetic_meshes.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/synth/test_synthetic_meshes.h"
 
 namespace scanknit {
 namespace {

@@ -11,7 +11,7 @@
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/synthetic_source.h"
-#include "tests/acquire/test_synthetic_meshes.h"
+#include "tests/synth/test_synthetic_meshes.h"
 
 namespace scanknit {
 namespace {

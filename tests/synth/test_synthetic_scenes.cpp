@@ -9,7 +9,7 @@
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"
 #include "synth/scene/surface_samples.h"
-#include "tests/acquire/test_synthetic_meshes.h"
+#include "tests/synth/test_synthetic_meshes.h"
 
 namespace scanknit {
 namespace {

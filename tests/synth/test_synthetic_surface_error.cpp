@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "synth/surface_error.h"
-#include "tests/acquire/test_synthetic_meshes.h"
+#include "tests/synth/test_synthetic_meshes.h"
 
 namespace scanknit {
 namespace {
