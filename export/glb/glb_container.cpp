@@ -11,8 +11,9 @@
 namespace scanknit {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
-constexpr std::uint32_t kJson = 0x4E4F534A;   // "JSON"
+constexpr std::uint32_t kMagic = 0x46546C67;   // "glTF"
+constexpr std::uint32_t kJson = 0x4E4F534A;    // "JSON"
+constexpr std::uint32_t kBinary = 0x004E4942;  // "BIN"
 
 /// The deepest nesting of brackets outside strings; needs no valid JSON.
 int nesting_depth(std::string_view json) {
@@ -63,24 +64,31 @@ Result<void> check_glb_container(std::string_view bytes, int max_depth) {
   return {};
 }
 
-std::string glb_container(std::string json, std::string binary) {
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  binary.resize((binary.size() + 3) / 4 * 4, '\0');
-  std::string glb;
-  const auto put = [&glb](std::size_t value) {
-    for (int shift = 0; shift < 32; shift += 8) glb += static_cast<char>(value >> shift & 0xFF);
+GlbShell glb_shell(std::string json, std::size_t binary_bytes) {
+  constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+  const auto padding = [](std::size_t bytes) { return (4 - bytes % 4) % 4; };
+  json.append(padding(json.size()), ' ');
+  GlbShell shell{"", std::string(padding(binary_bytes), '\0')};
+  binary_bytes += shell.after.size();
+  const auto put = [&shell](std::size_t value) {
+    for (int shift = 0; shift < 32; shift += 8) shell.before += static_cast<char>(value >> shift & 0xFF);
   };
-  constexpr std::size_t kHeader = 12, kChunkHeader = 8, kBin = 0x004E4942;
-  glb.reserve(kHeader + 2 * kChunkHeader + json.size() + binary.size());
   put(kMagic);
   put(2);
-  put(kHeader + kChunkHeader + json.size() + kChunkHeader + binary.size());
+  put(kHeader + kChunkHeader + json.size() + kChunkHeader + binary_bytes);
   put(json.size());
   put(kJson);
-  glb += json;
-  put(binary.size());
-  put(kBin);
-  return glb += binary;
+  shell.before += json;
+  put(binary_bytes);
+  put(kBinary);
+  return shell;
+}
+
+std::string glb_container(std::string json, std::string_view binary) {
+  GlbShell shell = glb_shell(std::move(json), binary.size());
+  std::string glb = std::move(shell.before);
+  glb.reserve(glb.size() + binary.size() + shell.after.size());
+  return glb.append(binary).append(shell.after);
 }
 
 }  // namespace scanknit

@@ -1,6 +1,7 @@
-// The outer shell of a GLB file, checked before a library parses it.
+// The outer shell of a GLB file: written, and checked before a library parses it.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -12,8 +13,16 @@ namespace scanknit {
 /// chunk nested deeper than `max_depth` (recursive parsers would run out of stack).
 [[nodiscard]] Result<void> check_glb_container(std::string_view bytes, int max_depth = 64);
 
-/// The shell round `json` and `binary` (glTF 2.0, 4.4), which are filled up to multiples of four. Together they must
-/// stay below 4 GiB.
-[[nodiscard]] std::string glb_container(std::string json, std::string binary);
+/// The bytes of a GLB file before and after its binary data (glTF 2.0, 4.4).
+struct GlbShell {
+  std::string before;  ///< the file's header, the JSON chunk, and the header of the binary chunk
+  std::string after;   ///< zeros up to a multiple of four
+};
+
+/// For `binary_bytes` of data. With the JSON they must stay below 4 GiB.
+[[nodiscard]] GlbShell glb_shell(std::string json, std::size_t binary_bytes);
+
+/// The whole file.
+[[nodiscard]] std::string glb_container(std::string json, std::string_view binary);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// A mesh as the primitives of a GLB. Private to the GLB writers.
+// A mesh as the primitives of a GLB. Private to the GLB writer.
 #pragma once
 
 #include <numeric>

@@ -9,7 +9,7 @@
 
 #include "export/glb/glb_accessor.h"
 #include "export/glb/glb_container.h"
-#include "export/glb/glb_packing.h"
+#include "export/glb/glb_decompression.h"
 #include "export/glb/glb_texture.h"
 #include "export/mesh/mesh_builder.h"
 #include "export/mesh/mesh_readers.h"

@@ -1,5 +1,5 @@
-// The writers of each format. All expect what write_mesh() has checked: a mesh that is not empty and whose indices,
-// attribute lengths and placed positions are right.
+// The writers of each format but GLB (export/glb/glb_writer.h). All expect what write_mesh() has checked: a mesh that
+// is not empty and whose indices, attribute lengths and placed positions are right.
 #pragma once
 
 #include <array>
@@ -10,26 +10,11 @@
 #include "core/files/atomic_file.h"
 #include "core/mesh.h"
 #include "core/result.h"
-#include "export/export_config.h"
 #include "export/glb/placement.h"
-#include "export/texture/mesh_texture.h"
 
 namespace scanknit {
 
 class ByteWriter;
-
-struct GlbLimits {
-  /// GLB files are kept below 2 GiB: beyond it tinygltf would truncate sizes at 4 GiB, and viewers fail well before.
-  std::uint64_t max_bytes = (1ull << 31) - 1;
-  std::size_t max_vertices_of_a_primitive = kMaxVerticesOfAPrimitive;  ///< not 0
-};
-
-/// glTF 2.0, one mesh, through tinygltf. `placement` must be metres, Y up. A normal of zero length (direction unknown)
-/// is written as +Y, since glTF asks for unit length. A mesh of more vertices than a primitive may have becomes several
-/// primitives, boxes of it with their own copies of the vertices they share; the reader joins them again. A mesh that
-/// would pass `limits.max_bytes` is refused with kOutput before memory is asked for.
-[[nodiscard]] Result<void> write_glb(const Mesh& mesh, const Placement& placement, Material material, AtomicFile& file,
-                                     const MeshTexture* texture = nullptr, const GlbLimits& limits = {});
 
 /// The parts of PLY and STL files, for meshes that are written from elsewhere than a Mesh.
 struct PlyContents {

@@ -6,7 +6,7 @@
 #include <cctype>
 
 #include "core/files/atomic_file.h"
-#include "export/glb/glb_packing.h"
+#include "export/glb/glb_writer.h"
 #include "export/glb/placement_plan.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_writers.h"
@@ -14,7 +14,7 @@
 namespace scanknit {
 namespace {
 
-/// What every format needs. tinygltf would write NaN as null, and others would write it as it is.
+/// What every format needs.
 Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
   const auto failure = [](std::string what) { return Error{ErrorCode::kMesh, std::move(what)}; };
   const std::size_t n = mesh.positions_m.size();
@@ -51,13 +51,7 @@ Result<void> check_texture(const Mesh& mesh, const MeshTexture* texture) {
 Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config,
                       const MeshTexture* texture, AtomicFile& file) {
   switch (plan.format) {
-    case MeshFormat::kGlb: {
-      const GlbLimits limits{.max_vertices_of_a_primitive = config.max_vertices_of_a_primitive};
-      if (config.quantize || config.compress) {
-        return write_packed_glb(mesh, plan.placement, config, file, texture, limits);
-      }
-      return write_glb(mesh, plan.placement, config.material, file, texture, limits);
-    }
+    case MeshFormat::kGlb: return write_glb({mesh, plan.placement, texture}, config, file);
     case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "export/glb/glb_packing.h"
+#include "export/glb/glb_writer.h"
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
@@ -168,23 +168,24 @@ TEST(GlbPartsLimits, AMeshWithinTheLimitIsOnePrimitiveWithAllItsVertices) {
 TEST(GlbPartsLimits, WhatTheCopiesOnTheBordersAddCountsForTheFilesLimit) {
   const Mesh mesh = test::marked_sphere();
   const TemporaryFolder folder;
-  ExportConfig packed;
-  packed.compress = true;
-  const auto is_written = [&](bool is_packed, const GlbLimits& limits) {
+  const Placement as_it_is;
+  const auto is_written = [&](ExportConfig config, std::size_t most_vertices, std::uint64_t max_bytes) {
+    config.max_vertices_of_a_primitive = most_vertices;
     auto file = AtomicFile::create(folder / "m.glb");
-    const auto written = is_packed ? write_packed_glb(mesh, {}, packed, *file, nullptr, limits)
-                                   : write_glb(mesh, {}, Material::kLit, *file, nullptr, limits);
+    const auto written = write_glb({mesh, as_it_is}, config, *file, max_bytes);
     if (!written) {
       EXPECT_NE(written.error().message.find("write PLY"), std::string::npos);
     }
     return static_cast<bool>(written);
   };
+  ExportConfig compressed;
+  compressed.compress = true;
   const std::uint64_t bytes = 32 * mesh.positions_m.size() + 12 * mesh.triangles.size();
-  for (const bool is_packed : {false, true}) {
-    constexpr std::uint64_t kHead = 8192;
-    EXPECT_TRUE(is_written(is_packed, {.max_bytes = bytes + kHead}));
-    EXPECT_FALSE(is_written(is_packed, {.max_bytes = bytes + kHead, .max_vertices_of_a_primitive = 20}));
-    EXPECT_TRUE(is_written(is_packed, {.max_bytes = 10 * bytes, .max_vertices_of_a_primitive = 20}));
+  constexpr std::uint64_t kHead = 8192;
+  for (const ExportConfig& config : {ExportConfig{}, compressed}) {
+    EXPECT_TRUE(is_written(config, kMaxVerticesOfAPrimitive, bytes + kHead));
+    EXPECT_FALSE(is_written(config, 20, bytes + kHead));
+    EXPECT_TRUE(is_written(config, 20, 10 * bytes));
   }
 }
 

@@ -1,4 +1,5 @@
-// Undoing EXT_meshopt_compression: https://github.com/KhronosGroup/glTF, extensions/2.0/Vendor.
+#include "export/glb/glb_decompression.h"
+
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
 #include "export/glb/glb_container.h"
-#include "export/glb/glb_packing.h"
 #include "export/mesh/mesh_builder.h"
 
 namespace scanknit {
@@ -112,7 +112,7 @@ Result<std::optional<std::string>> without_meshopt(std::string_view glb, const L
   json["buffers"] = Json::array({{{"byteLength", binary.size()}}});
   forget_extension(json, "extensionsUsed");
   forget_extension(json, "extensionsRequired");
-  return std::optional<std::string>(glb_container(json.dump(), std::move(binary)));
+  return std::optional<std::string>(glb_container(json.dump(), binary));
 }
 
 }  // namespace scanknit
