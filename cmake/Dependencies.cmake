@@ -9,6 +9,7 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs features2d ca
 find_package(TinyGLTF REQUIRED)
 find_package(meshoptimizer REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_path(MUSTACHE_INCLUDE_DIR kainjow/mustache.hpp REQUIRED)  # headers only, in the compiler's own path
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(highway REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(freenect REQUIRED IMPORTED_TARGET libfreenect)

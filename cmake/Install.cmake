@@ -8,7 +8,8 @@ install(TARGETS ${rooms} EXPORT ScanKnitTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 foreach(room core acquire synth fusion extract finish export scan)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit COMPONENT dev FILES_MATCHING PATTERN "*.h")
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit COMPONENT dev FILES_MATCHING PATTERN "*.h"
+          PATTERN page_json.h EXCLUDE PATTERN page_values.h EXCLUDE)  # they name a JSON library
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit/core COMPONENT dev)

@@ -2,82 +2,88 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 namespace scanknit {
 namespace {
 
-using Json = nlohmann::ordered_json;
+const ReportJson kNull;
+const ReportJson kEmptyList = ReportJson::array();
+const ReportJson kEmptyObject = ReportJson::object();
 
-const Json kNothing;
+std::string on_one_line(const ReportJson& json) {
+  return json.dump(-1, ' ', false, ReportJson::error_handler_t::replace);
+}
 
-const Json& value_of(const void* json) {
-  return *static_cast<const Json*>(json);
+void flatten(const ReportJson& json, const std::string& name, int depth, std::size_t most,
+             std::vector<std::pair<std::string, std::string>>& rows) {
+  constexpr int kMostDepth = 16;
+  if (rows.size() >= most) return;
+  if (!json.is_object() || json.empty() || depth > kMostDepth) {
+    rows.emplace_back(name, depth > kMostDepth ? "..."
+                            : json.is_string() ? json.get<std::string>()
+                                               : on_one_line(json));
+    return;
+  }
+  for (const auto& [key, value] : json.items()) {
+    flatten(value, name.empty() ? key : name + "." + key, depth + 1, most, rows);
+  }
 }
 
 }  // namespace
 
-bool PageJson::is_object() const {
-  return value_of(json_).is_object();
-}
-bool PageJson::is_array() const {
-  return value_of(json_).is_array();
-}
-bool PageJson::is_number() const {
-  return value_of(json_).is_number() && std::isfinite(value_of(json_).get<double>());
-}
-bool PageJson::is_string() const {
-  return value_of(json_).is_string();
-}
-bool PageJson::is_boolean() const {
-  return value_of(json_).is_boolean();
-}
-bool PageJson::is_null() const {
-  return value_of(json_).is_null();
+Result<ReportJson> parse_report(std::string_view text) {
+  constexpr int kMostDepth = 64;
+  bool is_too_deep = false;
+  const auto watch = [&](int depth, ReportJson::parse_event_t, ReportJson&) {
+    is_too_deep = is_too_deep || depth > kMostDepth;
+    return !is_too_deep;
+  };
+  ReportJson json = ReportJson::parse(text, watch, /*allow_exceptions=*/false);
+  if (is_too_deep || !json.is_object()) return Error{ErrorCode::kInput, "is no report: expected a JSON object"};
+  return json;
 }
 
-double PageJson::as_number() const {
-  return is_number() ? value_of(json_).get<double>() : 0;
-}
-
-std::string PageJson::as_text() const {
-  return is_string() ? value_of(json_).get<std::string>() : "";
-}
-
-bool PageJson::is_true() const {
-  return is_boolean() && value_of(json_).get<bool>();
-}
-
-std::size_t PageJson::size() const {
-  return is_structured() ? value_of(json_).size() : 0;
-}
-
-PageJson PageJson::operator[](std::size_t place) const {
-  return PageJson(is_array() && place < size() ? &value_of(json_)[place] : &kNothing);
-}
-
-std::vector<std::pair<std::string, PageJson>> PageJson::items() const {
-  std::vector<std::pair<std::string, PageJson>> items;
-  if (!is_object()) return items;
-  for (const auto& [key, value] : value_of(json_).items()) items.emplace_back(key, PageJson(&value));
-  return items;
-}
-
-PageJson PageJson::at(const std::string& pointer) const {
-  const Json* place = &value_of(json_);
+const ReportJson& value_at(const ReportJson& json, std::string_view pointer) {
+  const ReportJson* place = &json;
   for (std::size_t begin = 1; begin <= pointer.size();) {
     const std::size_t end = std::min(pointer.find('/', begin), pointer.size());
-    if (!place->is_object()) return PageJson(&kNothing);
-    const auto found = place->find(pointer.substr(begin, end - begin));
-    if (found == place->end()) return PageJson(&kNothing);
+    if (!place->is_object()) return kNull;
+    const auto found = place->find(std::string(pointer.substr(begin, end - begin)));
+    if (found == place->end()) return kNull;
     place = &*found;
     begin = end + 1;
   }
-  return PageJson(place);
+  return *place;
 }
 
-std::string PageJson::dump() const {
-  return value_of(json_).dump(-1, ' ', false, Json::error_handler_t::replace);
+const ReportJson& list_at(const ReportJson& json, std::string_view pointer) {
+  const ReportJson& value = value_at(json, pointer);
+  return value.is_array() ? value : kEmptyList;
+}
+
+const ReportJson& object_at(const ReportJson& json, std::string_view pointer) {
+  const ReportJson& value = value_at(json, pointer);
+  return value.is_object() ? value : kEmptyObject;
+}
+
+std::optional<double> number_of(const ReportJson& value) {
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return std::nullopt;
+  return value.get<double>();
+}
+
+std::optional<double> number_at(const ReportJson& json, std::string_view pointer) {
+  return number_of(value_at(json, pointer));
+}
+
+std::string text_at(const ReportJson& json, std::string_view pointer) {
+  const ReportJson& value = value_at(json, pointer);
+  return value.is_string() ? value.get<std::string>() : "";
+}
+
+std::vector<std::pair<std::string, std::string>> flattened(const ReportJson& json, std::size_t most) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  flatten(json, "", 0, most, rows);
+  return rows;
 }
 
 }  // namespace scanknit

@@ -1,46 +1,39 @@
-// PageJson: a look at some part of a report that may lack it, or have something else there.
+// Reading values of a report.json that may lack any of them, or have something else there: it may be of another
+// version, or of another program. Private to the page: the only header that names the JSON library.
 #pragma once
 
 #include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/result.h"
+
 namespace scanknit {
 
-/// Refers to a value of the parsed report, or to null. Asked for what it is not, it answers 0, "", false or nothing.
-class PageJson {
- public:
-  /// `json` is a const nlohmann::ordered_json* and outlives it.
-  explicit PageJson(const void* json) : json_(json) {}
+using ReportJson = nlohmann::ordered_json;
 
-  [[nodiscard]] bool is_object() const;
-  [[nodiscard]] bool is_array() const;
-  [[nodiscard]] bool is_structured() const { return is_object() || is_array(); }
-  [[nodiscard]] bool is_number() const;  ///< and finite
-  [[nodiscard]] bool is_string() const;
-  [[nodiscard]] bool is_boolean() const;
-  [[nodiscard]] bool is_null() const;
+/// Errors (kInput): no JSON object, or one that is nested too deep.
+[[nodiscard]] Result<ReportJson> parse_report(std::string_view text);
 
-  [[nodiscard]] double as_number() const;
-  [[nodiscard]] std::string as_text() const;
-  [[nodiscard]] bool is_true() const;
+/// The value at `pointer` ("/mesh/triangles"), which names keys of objects; null when there is none. Refers to `json`.
+[[nodiscard]] const ReportJson& value_at(const ReportJson& json, std::string_view pointer);
 
-  /// Of an array or an object.
-  [[nodiscard]] std::size_t size() const;
-  [[nodiscard]] bool empty() const { return size() == 0; }
-  /// Of an array; null beyond its end.
-  [[nodiscard]] PageJson operator[](std::size_t place) const;
-  /// Of an object, in the file's order.
-  [[nodiscard]] std::vector<std::pair<std::string, PageJson>> items() const;
-  /// What is at `pointer` ("/mesh/triangles") below an object.
-  [[nodiscard]] PageJson at(const std::string& pointer) const;
+/// The list or the object there; an empty one when there is none.
+[[nodiscard]] const ReportJson& list_at(const ReportJson& json, std::string_view pointer);
+[[nodiscard]] const ReportJson& object_at(const ReportJson& json, std::string_view pointer);
 
-  /// As JSON on one line.
-  [[nodiscard]] std::string dump() const;
+/// A number that is finite; nothing otherwise.
+[[nodiscard]] std::optional<double> number_of(const ReportJson& value);
+[[nodiscard]] std::optional<double> number_at(const ReportJson& json, std::string_view pointer);
 
- private:
-  const void* json_;
-};
+/// The text there, not escaped; empty when there is none.
+[[nodiscard]] std::string text_at(const ReportJson& json, std::string_view pointer);
+
+/// "fusion.voxel_size" and "0.002" for every value in `json`, at any depth; both not escaped. At most `most` rows.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> flattened(const ReportJson& json, std::size_t most);
 
 }  // namespace scanknit

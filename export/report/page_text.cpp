@@ -10,19 +10,6 @@ namespace scanknit {
 namespace {
 
 constexpr std::size_t kMostBytes = 600;  // of one text: a path may have 4096, a page of a phone shows some 40 a line
-constexpr int kMostDepth = 16;
-
-void flatten(const PageJson& json, const std::string& name, int depth, std::size_t most,
-             std::vector<std::pair<std::string, std::string>>& rows) {
-  if (rows.size() >= most) return;
-  if (!json.is_object() || json.empty() || depth > kMostDepth) {
-    rows.emplace_back(name, depth > kMostDepth ? "..." : json.is_string() ? json.as_text() : json.dump());
-    return;
-  }
-  for (const auto& [key, value] : json.items()) {
-    flatten(value, name.empty() ? key : name + "." + key, depth + 1, most, rows);
-  }
-}
 
 }  // namespace
 
@@ -65,15 +52,6 @@ std::string base64(std::span<const std::byte> bytes) {
     for (std::size_t k = 0; k < 4; ++k) text += k <= have ? kDigits[value >> (18 - 6 * k) & 63] : '=';
   }
   return text;
-}
-
-std::optional<double> number_at(const PageJson& json, const std::string& pointer) {
-  const PageJson value = json.at(pointer);
-  return value.is_number() ? std::optional(value.as_number()) : std::nullopt;
-}
-
-std::string text_at(const PageJson& json, const std::string& pointer) {
-  return json.at(pointer).as_text();
 }
 
 std::string grouped_digits(double count) {
@@ -126,27 +104,6 @@ std::string percent(double share) {
 
 std::string css_colour(Rgb8 colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour.r, colour.g, colour.b);
-}
-
-std::string table(const std::vector<std::string>& heads, const std::vector<std::vector<std::string>>& rows) {
-  std::string html = "<div class=\"scroll\"><table>\n";
-  if (!heads.empty()) {
-    html += "<tr>";
-    for (const std::string& head : heads) html += "<th>" + head + "</th>";
-    html += "</tr>\n";
-  }
-  for (const auto& row : rows) {
-    html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + cell + "</td>";
-    html += "</tr>\n";
-  }
-  return html + "</table></div>\n";
-}
-
-std::vector<std::pair<std::string, std::string>> flattened(const PageJson& json, std::size_t most) {
-  std::vector<std::pair<std::string, std::string>> rows;
-  flatten(json, "", 0, most, rows);
-  return rows;
 }
 
 }  // namespace scanknit

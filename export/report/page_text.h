@@ -1,16 +1,12 @@
-// What every part of report.html is written with.
+// Numbers and texts as report.html writes them.
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "core/image.h"
-#include "export/report/page_json.h"
 
 namespace scanknit {
 
@@ -19,11 +15,6 @@ namespace scanknit {
 [[nodiscard]] std::string escaped(std::string_view text);
 
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
-
-/// The number at `pointer`, see PageJson::at(); nothing when there is none.
-[[nodiscard]] std::optional<double> number_at(const PageJson& json, const std::string& pointer);
-/// The text there, not escaped; empty when there is none.
-[[nodiscard]] std::string text_at(const PageJson& json, const std::string& pointer);
 
 /// "1,234,567"
 [[nodiscard]] std::string grouped_digits(double count);
@@ -38,12 +29,5 @@ namespace scanknit {
 [[nodiscard]] std::string percent(double share);
 /// "#rrggbb"
 [[nodiscard]] std::string css_colour(Rgb8 colour);
-
-/// Rows of two cells or more; the first row may be heads. Cells are HTML already.
-[[nodiscard]] std::string table(const std::vector<std::string>& heads,
-                                const std::vector<std::vector<std::string>>& rows);
-
-/// "fusion.voxel_size" and "0.002" for every value in `json`, at any depth; both not escaped. At most `most` rows.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> flattened(const PageJson& json, std::size_t most);
 
 }  // namespace scanknit

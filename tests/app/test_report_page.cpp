@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 
 #include "app/report/report_json.h"
 #include "export/picture/preview.h"
@@ -101,6 +102,20 @@ TEST(ReportPage, NeedsNoScriptAndFetchesNothing) {
 }
 
 constexpr const char* kHostile = "<script>alert(1)</script>\"'&<img src=x onerror=y>\x01\xFF";
+
+TEST(ReportPage, EveryNameInItsTemplateIsGivenAValue) {
+  const std::filesystem::path folder = std::filesystem::path(SCANKNIT_SOURCE_DIR) / "export/report";
+  const std::string page = test::read_text(folder / "report.html.mustache");
+  const std::string values = test::read_text(folder / "page_values.cpp");
+  const std::regex tag(R"(\{\{[{#^]?(\w+)\}\})");
+  std::size_t names = 0;
+  for (auto match = std::sregex_iterator(page.begin(), page.end(), tag); match != std::sregex_iterator(); ++match) {
+    const std::string name = (*match)[1];
+    EXPECT_NE(values.find('"' + name + '"'), std::string::npos) << name;
+    ++names;
+  }
+  EXPECT_GT(names, 100u);
+}
 
 TEST(ReportPage, EveryStringIsText) {
   Run run = test::sample_run();

@@ -88,6 +88,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"gdcmReader.h", {"extract"}},
     {"NrrdIO.h", {"extract"}},
     {"tiny_gltf.h", {"export"}},
+    {"kainjow", {"export"}},
     {"nlohmann", {"acquire", "synth", "export", "view", "app"}},
     {"yaml-cpp", {"app"}},
     {"CLI", {"app"}},
@@ -130,8 +131,12 @@ TEST(Layering, LibrariesStayInTheirHome) {
   }
 }
 
+/// Headers that are not installed (cmake/Install.cmake) may name the libraries of their room.
+const std::set<std::string> kPrivateHeaders = {"export/report/page_json.h"};
+
 TEST(Layering, HeadersNameNoLibraryButEigenAndOpenVdb) {
   for (const Include& include : all_includes()) {
+    if (kPrivateHeaders.count(include.file)) continue;
     if (include.is_quoted || !include.is_header || include.room == "app" || include.room == "python") continue;
     const std::string library = first_folder(include.target);
     if (library == "openvdb") continue;  // part of the interface of fusion, extract and finish

@@ -1,0 +1,18 @@
+// Fills report.html.mustache with what a report says. Private to report_page.cpp.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "export/report/page_json.h"
+
+namespace scanknit {
+
+/// The pictures of a page as data URIs, by kind (PagePicture::kind); those that cannot be shown are empty.
+using PageUris = std::map<std::string, std::string>;
+
+/// The whole page. `trajectory`: in the TUM format, may be empty.
+[[nodiscard]] std::string filled_page(const ReportJson& report, std::string_view trajectory, const PageUris& pictures);
+
+}  // namespace scanknit
