@@ -177,7 +177,7 @@ class BlocksInFront {
       for (const BlockIndex::Number number : regions[r]->blocks) {
         const VolumeBlock& block = volume_.index().blocks()[number];
         if (block.last_frame == volume_.frames || block.is_free) continue;
-        if (is_in_front(block.origin, kBlockSide)) found[r].push_back(number);
+        if (is_in_front(block.origin, kBlockEdgeVoxels)) found[r].push_back(number);
       }
     });
     for (const auto& numbers : found) {

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using openvdb::Coord;
 
-constexpr int kLastInBlock = kBlockSide - 1;
+constexpr int kLastInBlock = kBlockEdgeVoxels - 1;
 constexpr int kRowsPerTask = 16;
 
 Coord block_of(const Vector3d& index) {
