@@ -14,6 +14,8 @@ struct NoiseModel {
     const double beyond = z_m - from_m;
     return floor_m + growth_per_m * beyond * beyond;
   }
+  /// sigma(z) times `scale`.
+  [[nodiscard]] NoiseModel scaled(double scale) const { return {floor_m * scale, growth_per_m * scale, from_m}; }
 };
 
 }  // namespace scanknit

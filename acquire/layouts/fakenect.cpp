@@ -12,6 +12,7 @@
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/raw_recording.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/ascii_numbers.h"
 #include "core/files/byte_reader.h"
 #include "core/files/read_file.h"
 
@@ -65,8 +66,8 @@ Result<RawFrame> parse_pnm(std::span<const std::byte> bytes, StreamKind kind, co
   const char* highest = is_depth ? "65535" : "255";
   const bool is_known =
       lines.size() == 1 && lines[0].words.size() == 4 && lines[0].words[0] == magic && lines[0].words[3] == highest;
-  const auto width = is_known ? parse_number(lines[0].words[1]) : std::nullopt;
-  const auto height = is_known ? parse_number(lines[0].words[2]) : std::nullopt;
+  const auto width = is_known ? parse_double(lines[0].words[1]) : std::nullopt;
+  const auto height = is_known ? parse_double(lines[0].words[2]) : std::nullopt;
   const auto is_side = [&](const std::optional<double>& side) {
     return side && *side >= 1 && *side <= 65535 && *side == std::floor(*side);
   };

@@ -8,6 +8,7 @@
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recording_channels.h"
 #include "acquire/replay/raw_recording.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -75,7 +76,7 @@ bool fits_mcap(const RandomAccess& file) {
 Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::filesystem::path& path,
                              const AcquireConfig& config) {
   auto reader = McapReader::open(std::move(access), config.limits);
-  if (!reader) return Error{ErrorCode::kInput, reader.error().message, path.string()};
+  if (!reader) return located(reader.error(), path);
   if (reader->find_channel(kDepthTopic) == nullptr) {
     return Error{ErrorCode::kInput,
                  std::string("an MCAP file, but not a recording of ours: it has no channel ") + kDepthTopic,

@@ -5,6 +5,7 @@
 #include "acquire/field_of_view.h"
 #include "acquire/layouts/oni_file.h"
 #include "acquire/replay/raw_recording.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -33,7 +34,7 @@ bool fits_oni(const RandomAccess& file) {
 Result<Recording> index_oni(std::unique_ptr<RandomAccess> access, const std::filesystem::path& path,
                             const AcquireConfig& config) {
   auto opened = OniFile::open(std::move(access), config.limits);
-  if (!opened) return Error{ErrorCode::kInput, opened.error().message, path.string()};
+  if (!opened) return located(opened.error(), path);
   const auto file = std::make_shared<const OniFile>(*std::move(opened));
   RawRecording raw{.format = "oni", .file = path};
   raw.calibration.depth = camera_of(file->depth());  // without a colour camera, colour is taken to be registered

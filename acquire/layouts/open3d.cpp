@@ -1,7 +1,6 @@
 // Open3D / Redwood layout (Choi, Zhou, Koltun 2015): depth/, color/ or image/, camera_intrinsic.json, trajectory.log.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,7 +10,9 @@
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/ascii_numbers.h"
 #include "core/files/read_file.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -38,9 +39,7 @@ Result<std::vector<Picture>> list_pictures(const fs::path& folder, bool with_jpe
   std::vector<Picture> pictures;
   for (const std::string& name : listing->files) {
     const fs::path file(name);
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = lower_case(file.extension().string());
     const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";
     if (extension == ".png" || (with_jpeg && is_jpeg)) pictures.push_back({file.stem().string(), folder / file});
   }
@@ -59,7 +58,7 @@ Result<std::vector<Result<Pose>>> read_log(const fs::path& path, const Limits& l
     bool is_numeric = true;
     for (std::size_t i = first + 1; i < std::min(first + kLinesPerPose, lines.size()); ++i) {
       for (const std::string_view word : lines[i].words) {
-        const auto number = parse_number(word);
+        const auto number = parse_double(word);
         is_numeric &= number.has_value();
         numbers.push_back(number.value_or(0));
       }
@@ -90,9 +89,8 @@ Result<std::vector<Result<Pose>>> read_json(const fs::path& path, const Limits& 
     }
     if (numbers.size() != 16) return malformed;
     const auto T_camera_world = pose_from_matrix(Eigen::Map<const Eigen::Matrix4d>(numbers.data()));
-    poses.push_back(T_camera_world
-                        ? Result<Pose>(T_camera_world->inverse())
-                        : Result<Pose>(Error{ErrorCode::kInput, T_camera_world.error().message, path.string()}));
+    poses.push_back(T_camera_world ? Result<Pose>(T_camera_world->inverse())
+                                   : Result<Pose>(located(T_camera_world.error(), path)));
   }
   return poses;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "acquire/layouts/pcd_points.h"
+#include "acquire/line_sums.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
 #include "core/files/read_file.h"
@@ -20,32 +21,16 @@ bool is_pcd(const std::string& name) {
   return fs::path(name).extension() == ".pcd";
 }
 
-// Least squares of pixel = focal * slope + centre.
-class LineFit {
- public:
-  void add(double slope, double pixel) {
-    n_ += 1;
-    s_ += slope;
-    p_ += pixel;
-    ss_ += slope * slope;
-    sp_ += slope * pixel;
-    pp_ += pixel * pixel;
-  }
-  // {focal, centre}; nothing when the points do not settle them, or do not follow them.
-  [[nodiscard]] std::optional<std::pair<double, double>> solve() const {
-    if (n_ < static_cast<double>(kFewestPoints)) return std::nullopt;
-    const double variance = ss_ / n_ - (s_ / n_) * (s_ / n_);
-    if (!(variance > 1e-8)) return std::nullopt;  // a view of less than 0.0001 rad
-    const double focal = (sp_ / n_ - s_ / n_ * (p_ / n_)) / variance;
-    const double pixel_variance = pp_ / n_ - (p_ / n_) * (p_ / n_);
-    const double residual = std::sqrt(std::max(0.0, pixel_variance - focal * focal * variance));
-    if (!std::isfinite(focal) || focal == 0 || !(residual <= kMaxPixelResidual)) return std::nullopt;
-    return std::pair(focal, (p_ - focal * s_) / n_);
-  }
-
- private:
-  double n_ = 0, s_ = 0, p_ = 0, ss_ = 0, sp_ = 0, pp_ = 0;
-};
+// {focal, centre} of pixel = focal * slope + centre; nothing when the points do not determine them, or do not follow
+// them.
+std::optional<std::pair<double, double>> focal_and_centre(const LineSums& pixel_of_slope) {
+  if (pixel_of_slope.n < static_cast<double>(kFewestPoints)) return std::nullopt;
+  if (!(pixel_of_slope.variance() > 1e-8)) return std::nullopt;  // a view of less than 0.0001 rad
+  const double focal = pixel_of_slope.slope();
+  const bool is_pinhole = std::isfinite(focal) && focal != 0 && pixel_of_slope.residual() <= kMaxPixelResidual;
+  if (!is_pinhole) return std::nullopt;
+  return std::pair(focal, (pixel_of_slope.y - focal * pixel_of_slope.x) / pixel_of_slope.n);
+}
 
 struct CloudPicture {
   DepthImage depth_m;
@@ -54,8 +39,8 @@ struct CloudPicture {
 
 CloudPicture to_depth(const PcdPoints& cloud) {
   CloudPicture picture{DepthImage(cloud.header.width, cloud.header.height), {}};
-  LineFit across;
-  LineFit down;
+  LineSums across;
+  LineSums down;
   std::size_t i = 0;
   for (int v = 0; v < picture.depth_m.height(); ++v) {
     for (int u = 0; u < picture.depth_m.width(); ++u, ++i) {
@@ -66,8 +51,8 @@ CloudPicture to_depth(const PcdPoints& cloud) {
       down.add(double{p.y()} / p.z(), v);
     }
   }
-  const auto horizontal = across.solve();
-  const auto vertical = down.solve();
+  const auto horizontal = focal_and_centre(across);
+  const auto vertical = focal_and_centre(down);
   if (horizontal && vertical) {
     picture.camera = CameraIntrinsics{picture.depth_m.width(), picture.depth_m.height(), horizontal->first,
                                       vertical->first,         horizontal->second,       vertical->second};

@@ -6,6 +6,7 @@
 
 #include "acquire/replay/text_numbers.h"
 #include "core/checked_math.h"
+#include "core/files/ascii_numbers.h"
 #include "core/files/byte_reader.h"
 
 namespace scanknit {
@@ -20,7 +21,7 @@ Error broken(const std::string& what) {
 }
 
 std::optional<std::size_t> parse_size(std::string_view word, std::size_t max) {
-  const auto number = parse_number(word);
+  const auto number = parse_double(word);
   if (!number || !(*number >= 0) || *number > static_cast<double>(max)) return std::nullopt;
   const auto size = static_cast<std::size_t>(*number);
   return static_cast<double>(size) == *number ? std::optional(size) : std::nullopt;
@@ -81,7 +82,7 @@ Result<void> parse_line(const TextLine& line, const Limits& limits, PcdHeader& h
   if (key == "VIEWPOINT") {
     if (line.words.size() != 8) return broken("VIEWPOINT is not seven numbers");
     for (std::size_t i = 0; i < 7; ++i) {
-      const auto number = parse_number(line.words[i + 1]);
+      const auto number = parse_double(line.words[i + 1]);
       if (!number) return broken("VIEWPOINT is not seven numbers");
       header.viewpoint[i] = *number;
     }

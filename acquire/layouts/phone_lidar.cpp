@@ -10,6 +10,7 @@
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/read_file.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -40,7 +41,7 @@ Result<Pose> arkit_pose(const nlohmann::json& json, const fs::path& path) {
   const auto numbers = number_array(json, "cameraPoseARFrame", 16);
   if (!numbers) return Error{ErrorCode::kInput, "cameraPoseARFrame: expected sixteen numbers", path.string()};
   const auto arkit = pose_from_numbers(*numbers);
-  if (!arkit) return Error{ErrorCode::kInput, arkit.error().message, path.string()};
+  if (!arkit) return located(arkit.error(), path);
   return pose_from_matrix(arkit->matrix() * kArkitAxes.asDiagonal());
 }
 

@@ -10,6 +10,7 @@
 #include "acquire/replay/raw_recording.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -253,7 +254,7 @@ bool fits_realsense_bag(const RandomAccess& file) {
 Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> access, const std::filesystem::path& path,
                                       const AcquireConfig& config) {
   auto bag = RosBag::open(std::move(access), config.limits);
-  if (!bag) return Error{ErrorCode::kInput, bag.error().message, path.string()};
+  if (!bag) return located(bag.error(), path);
   const auto file = std::make_shared<BagRecording>(BagRecording{*std::move(bag), config.limits});
   sort_messages(*file);
   const std::optional<std::string>& fault = file->bag.fault();

@@ -8,6 +8,7 @@
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/ascii_numbers.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
@@ -70,7 +71,7 @@ Result<Pose> parse_tum_pose(const TextLine& line) {
   Eigen::Matrix<double, 7, 1> values;
   if (line.words.size() < 8) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
   for (int i = 0; i < 7; ++i) {
-    const auto number = parse_number(line.words[static_cast<std::size_t>(i) + 1]);
+    const auto number = parse_double(line.words[static_cast<std::size_t>(i) + 1]);
     if (!number) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
     values[i] = *number;
   }

@@ -10,6 +10,7 @@
 #include "acquire/layouts/oni_file.h"
 #include "acquire/reconnecting_source.h"
 #include "acquire/waiting.h"
+#include "core/located.h"
 #include "core/version.h"
 
 namespace scanknit {
@@ -41,7 +42,7 @@ Result<void> check_recording(const std::string& path) {
   auto access = open_random_access(path);
   if (!access) return access.error();
   const auto file = OniFile::open(*std::move(access), {});
-  if (!file) return Error{ErrorCode::kInput, file.error().message, path};
+  if (!file) return located(file.error(), path);
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorCode::kInput, why + "; `scanknit run` reads what is good in it", path};
   };

@@ -3,6 +3,7 @@
 
 #include "acquire/range/range_files.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/ascii_numbers.h"
 
 namespace scanknit {
 namespace {
@@ -17,7 +18,7 @@ Error broken(std::size_t line, const std::string& what) {
 Result<Pose> transposed_pose(const TextLine& line) {
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const auto number = parse_number(line.words[i + 2]);
+    const auto number = parse_double(line.words[i + 2]);
     if (!number || !std::isfinite(*number))
       return broken(line.number, "a number was expected, not '" + std::string(line.words[i + 2]) + "'");
     v[i] = *number;

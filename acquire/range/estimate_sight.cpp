@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "acquire/line_sums.h"
 #include "core/median.h"
 #include "core/range_scan.h"
 
@@ -12,25 +13,6 @@ namespace {
 constexpr std::size_t kFewestPoints = 20;  // on a line whose slope is believed
 constexpr double kMostResidual = 0.2;      // of a step between neighbours
 constexpr double kNearestSlitExtents = 2;  // slits nearer than so many depths of the scene are not believed
-
-/// Least squares of y = offset + slope x.
-struct LineSums {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-  void add(double at, double value) {
-    n += 1;
-    x += at;
-    y += value;
-    xx += at * at;
-    xy += at * value;
-    yy += value * value;
-  }
-  [[nodiscard]] double variance() const { return xx / n - x / n * (x / n); }
-  [[nodiscard]] double slope() const { return (xy / n - x / n * (y / n)) / variance(); }
-  [[nodiscard]] double at_zero() const { return y / n - slope() * (x / n); }
-  [[nodiscard]] double residual() const {
-    return std::sqrt(std::max(0.0, yy / n - y / n * (y / n) - slope() * slope() * variance()));
-  }
-};
 
 /// One row or column: where it crosses the plane, and its slope.
 struct GridLine {

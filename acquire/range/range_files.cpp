@@ -1,25 +1,18 @@
 #include "acquire/range/range_files.h"
 
-#include <algorithm>
-#include <cctype>
 #include <new>
 #include <utility>
 
+#include "core/files/ascii_numbers.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
 namespace {
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// ".ply" of "bun000.ply.gz".
 std::string ending(const std::filesystem::path& path) {
-  const std::filesystem::path inner = lower(path.extension().string()) == ".gz" ? path.stem() : path;
-  return lower(inner.extension().string());
+  const std::filesystem::path inner = lower_case(path.extension().string()) == ".gz" ? path.stem() : path;
+  return lower_case(inner.extension().string());
 }
 
 Result<RangeFile> parse(const std::string& kind, std::string_view bytes, const Limits& limits) {

@@ -8,6 +8,7 @@
 
 #include "acquire/replay/text_numbers.h"
 #include "core/files/read_file.h"
+#include "core/located.h"
 
 namespace scanknit {
 namespace {
@@ -28,11 +29,6 @@ Result<CameraIntrinsics> camera_from_matrix(int width, int height, Entry k) {
     return Error{ErrorCode::kInput, "not a camera matrix; expected fx 0 cx / 0 fy cy / 0 0 1 with fx and fy not 0"};
   }
   return camera;
-}
-
-Error at(Error error, const fs::path& path) {
-  error.where = path.string();
-  return error;
 }
 
 }  // namespace
@@ -85,14 +81,14 @@ Result<std::optional<CameraIntrinsics>> find_camera(const fs::path& folder, cons
       const auto text = read_text_file(place / name, limits.max_text_bytes);
       if (!text) return text.error();
       const auto camera = parse_camera_matrix(*text);
-      if (!camera) return at(camera.error(), place / name);
+      if (!camera) return located(camera.error(), place / name);
       return std::optional(*camera);
     }
     if (!fs::exists(place / kJsonName, code)) continue;
     const auto text = read_text_file(place / kJsonName, limits.max_text_bytes);
     if (!text) return text.error();
     const auto camera = parse_camera_json(*text);
-    if (!camera) return at(camera.error(), place / kJsonName);
+    if (!camera) return located(camera.error(), place / kJsonName);
     return std::optional(*camera);
   }
   return std::optional<CameraIntrinsics>();

@@ -1,32 +1,18 @@
 #include "acquire/replay/text_numbers.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string>
+
+#include "core/files/ascii_numbers.h"
 
 namespace scanknit {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\v\f";
-
-std::vector<std::string_view> split_words(std::string_view line) {
+std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
-  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    words.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kBlanks, end);
-  }
+  for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) words.push_back(word);
   return words;
-}
-
-template <typename T>
-std::optional<T> parse_whole(std::string_view word) {
-  if (!word.empty() && word.front() == '+') word.remove_prefix(1);  // from_chars does not know a plus sign
-  T value{};
-  const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (code != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
 }
 
 }  // namespace
@@ -38,20 +24,16 @@ std::vector<TextLine> text_lines(std::string_view text) {
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     line = line.substr(0, line.find('#'));
-    if (auto words = split_words(line); !words.empty()) lines.push_back({number, std::move(words)});
+    if (auto words = words_of(line); !words.empty()) lines.push_back({number, std::move(words)});
   }
   return lines;
-}
-
-std::optional<double> parse_number(std::string_view word) {
-  return parse_whole<double>(word);
 }
 
 std::optional<std::vector<double>> parse_numbers(std::string_view text) {
   std::vector<double> numbers;
   for (const TextLine& line : text_lines(text)) {
     for (const std::string_view word : line.words) {
-      const auto number = parse_number(word);
+      const auto number = parse_double(word);
       if (!number) return std::nullopt;
       numbers.push_back(*number);
     }
@@ -60,7 +42,7 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_seconds_ns(std::string_view word) {
-  const auto seconds = parse_number(word);
+  const auto seconds = parse_double(word);
   constexpr double kMaxSeconds = 9.0e9;  // the year 2255; 2^63 ns is 9.22e9 s
   if (!seconds || !(std::abs(*seconds) <= kMaxSeconds)) return std::nullopt;
   // Signs and exponents are rare and short: a double holds them. Plain digits are taken as they stand.

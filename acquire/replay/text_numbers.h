@@ -21,9 +21,6 @@ struct TextLine {
 /// carriage returns. The views point into `text`.
 [[nodiscard]] std::vector<TextLine> text_lines(std::string_view text);
 
-/// A whole word as a number; "nan" and "inf" are numbers too.
-[[nodiscard]] std::optional<double> parse_number(std::string_view word);
-
 /// Every word of `text` as a number; nothing when one is not.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 

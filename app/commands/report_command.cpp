@@ -7,6 +7,7 @@
 #include "app/commands/commands.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
+#include "core/located.h"
 #include "export/report/report_page.h"
 
 namespace scanknit {
@@ -49,9 +50,7 @@ int report_command(const ReportArguments& arguments, const CommonArguments& comm
     return fail(Error{sound.error().code, sound.error().message, found->json.string()}, common);
   }
   if (auto written = write_report_page(*json, found->page); !written) {
-    Error error = written.error();
-    if (error.where.empty()) error.where = found->json.string();
-    return fail(error, common);
+    return fail(located(written.error(), found->json), common);
   }
   const std::string page = found->page.string();
   const nlohmann::json result = {{"page", page}};

@@ -1,20 +1,11 @@
 #include "core/files/ascii_numbers.h"
 
-#include <charconv>
+#include <algorithm>
 
 namespace scanknit {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
-
-template <typename T>
-std::optional<T> parse(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
 
 }  // namespace
 
@@ -33,16 +24,12 @@ std::string_view take_line(std::string_view& rest) {
   return line;
 }
 
-std::optional<double> parse_double(std::string_view word) {
-  return parse<double>(word);
-}
-
-std::optional<float> parse_float(std::string_view word) {
-  return parse<float>(word);
-}
-
-std::optional<std::int64_t> parse_integer(std::string_view word) {
-  return parse<std::int64_t>(word);
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
 }
 
 }  // namespace scanknit

@@ -55,11 +55,6 @@ Result<void> check_counts(std::size_t vertices, std::size_t triangles) {
                "the mesh has more than 2^31 - 1 vertices or triangles: take larger voxels, or crop the volume"};
 }
 
-Error located(Error error, const std::filesystem::path& path) {
-  if (error.where.empty()) error.where = path.string();
-  return error;
-}
-
 WrittenFile written_file(const std::filesystem::path& path, const PlacementPlan& plan) {
   std::error_code code;
   const std::uintmax_t bytes = std::filesystem::file_size(path, code);

@@ -28,9 +28,6 @@ struct PlacementPlan {
 /// kMesh beyond 2^31 - 1 vertices or triangles: PLY's indices are ints.
 [[nodiscard]] Result<void> check_counts(std::size_t vertices, std::size_t triangles);
 
-/// The error with `path` where it names no place.
-[[nodiscard]] Error located(Error error, const std::filesystem::path& path);
-
 /// What was written at `path`, its size looked up.
 [[nodiscard]] WrittenFile written_file(const std::filesystem::path& path, const PlacementPlan& plan);
 

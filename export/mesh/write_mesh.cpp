@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "core/files/atomic_file.h"
+#include "core/located.h"
 #include "export/glb/glb_writer.h"
 #include "export/glb/placement_plan.h"
 #include "export/mesh/mesh_extension.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/files/atomic_file.h"
+#include "core/located.h"
 #include "export/glb/placement_plan.h"
 #include "export/mesh/byte_writer.h"
 #include "export/mesh/mesh_writers.h"

@@ -17,8 +17,8 @@ inline constexpr int kBlockCells = 8;  ///< along each axis; also samples that a
 /// Samples round a block that a ValueBlock shows: for gradients and for the cells of neighbouring blocks.
 inline constexpr int kBlockFirst = -1;
 inline constexpr int kBlockLast = 9;
-inline constexpr int kBlockSide = kBlockLast - kBlockFirst + 1;
-inline constexpr std::size_t kBlockSamples = std::size_t{kBlockSide} * kBlockSide * kBlockSide;
+inline constexpr int kValueBlockSide = kBlockLast - kBlockFirst + 1;  ///< 11 samples along each axis
+inline constexpr std::size_t kValueBlockSamples = std::size_t{kValueBlockSide} * kValueBlockSide * kValueBlockSide;
 
 /// In the volume's unit. Samples that are not finite are unobserved.
 inline constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
@@ -65,29 +65,29 @@ class ValueBlock {
     for (int x = first; x <= last; ++x) {
       for (int y = first; y <= last; ++y)
         std::memcpy(row(x, y).data(), origin_ + x * stride_x_ + y * stride_y_ + kBlockFirst,
-                    kBlockSide * sizeof(float));
+                    kValueBlockSide * sizeof(float));
     }
     show_buffer();
   }
 
   /// Shows the buffer, whose samples are to be written through row().
-  void show_buffer() { show(buffer_origin(), kBlockSide * kBlockSide, kBlockSide); }
+  void show_buffer() { show(buffer_origin(), kValueBlockSide * kValueBlockSide, kValueBlockSide); }
 
   /// The samples (x, y, -1) to (x, y, 9) of the buffer.
-  [[nodiscard]] std::span<float, kBlockSide> row(int x, int y) {
-    return std::span<float, kBlockSide>(buffer_.data() + row_start(x, y), kBlockSide);
+  [[nodiscard]] std::span<float, kValueBlockSide> row(int x, int y) {
+    return std::span<float, kValueBlockSide>(buffer_.data() + row_start(x, y), kValueBlockSide);
   }
 
  private:
   [[nodiscard]] static std::size_t row_start(int x, int y) {
-    return static_cast<std::size_t>(((x - kBlockFirst) * kBlockSide + (y - kBlockFirst)) * kBlockSide);
+    return static_cast<std::size_t>(((x - kBlockFirst) * kValueBlockSide + (y - kBlockFirst)) * kValueBlockSide);
   }
   [[nodiscard]] const float* buffer_origin() const { return buffer_.data() + row_start(0, 0) - kBlockFirst; }
 
   const float* origin_ = nullptr;
   std::ptrdiff_t stride_x_ = 0;
   std::ptrdiff_t stride_y_ = 0;
-  std::array<float, kBlockSamples> buffer_;  // not initialised: most blocks never need it
+  std::array<float, kValueBlockSamples> buffer_;  // not initialised: most blocks never need it
 };
 
 /// sRGB-encoded, 0 to 1; no_colour() where none was seen. The same samples as a ValueBlock.
@@ -96,8 +96,8 @@ class ColourBlock {
   [[nodiscard]] const Eigen::Vector3f& at(const Eigen::Vector3i& p) const {
     return samples_[row_start(p.x(), p.y()) + static_cast<std::size_t>(p.z() - kBlockFirst)];
   }
-  [[nodiscard]] std::span<Eigen::Vector3f, kBlockSide> row(int x, int y) {
-    return std::span<Eigen::Vector3f, kBlockSide>(samples_.data() + row_start(x, y), kBlockSide);
+  [[nodiscard]] std::span<Eigen::Vector3f, kValueBlockSide> row(int x, int y) {
+    return std::span<Eigen::Vector3f, kValueBlockSide>(samples_.data() + row_start(x, y), kValueBlockSide);
   }
   [[nodiscard]] static bool contains(const Eigen::Vector3i& p) {
     return p.minCoeff() >= kBlockFirst && p.maxCoeff() <= kBlockLast;
@@ -105,9 +105,9 @@ class ColourBlock {
 
  private:
   [[nodiscard]] static std::size_t row_start(int x, int y) {
-    return static_cast<std::size_t>(((x - kBlockFirst) * kBlockSide + (y - kBlockFirst)) * kBlockSide);
+    return static_cast<std::size_t>(((x - kBlockFirst) * kValueBlockSide + (y - kBlockFirst)) * kValueBlockSide);
   }
-  std::array<Eigen::Vector3f, kBlockSamples> samples_;
+  std::array<Eigen::Vector3f, kValueBlockSamples> samples_;
 };
 
 [[nodiscard]] inline Eigen::Vector3f no_colour() {

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "core/files/ascii_numbers.h"
 
 namespace scanknit {
 
@@ -30,16 +31,6 @@ namespace scanknit {
   return words;
 }
 
-/// The whole word as a number; "nan" and "inf" are doubles.
-template <typename Number>
-[[nodiscard]] std::optional<Number> parse_number(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  Number number{};
-  const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (fault != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-  return number;
-}
-
 /// Exactly `count` numbers, one a word.
 template <typename Number>
 [[nodiscard]] std::optional<std::vector<Number>> parse_numbers(const std::vector<std::string_view>& words,
@@ -52,14 +43,6 @@ template <typename Number>
     numbers.push_back(*number);
   }
   return numbers;
-}
-
-[[nodiscard]] inline std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
 }
 
 }  // namespace scanknit

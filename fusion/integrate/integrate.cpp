@@ -20,16 +20,9 @@ using openvdb::Coord;
 
 constexpr float kNowhere_m = 1e30f;  // behind everything
 
-/// Leaves that are not in the volume.
-struct Leaves {
-  std::unique_ptr<TsdfLeaf> tsdf;
-  std::unique_ptr<WeightLeaf> weight;
-  std::unique_ptr<ColourLeaf> colour;
-};
-
 /// What a thread has at hand for the next block.
 struct Spare {
-  Leaves leaves;                                   ///< in which nothing is known, or none
+  NewBlock block;                                  ///< in which nothing is known, or without leaves
   std::array<ColourCode, kBlockVoxels> colours{};  ///< none, for a block that has no memory for its own
 };
 
@@ -38,8 +31,7 @@ struct BlockTask {
   Coord origin;
   float far_m;                                   ///< behind this z the frame says nothing of it
   BlockIndex::Number known = BlockIndex::kNone;  ///< its number in the volume
-  Leaves added = {};                             ///< while it has none, if the frame says something of it
-  bool has_matter = false;
+  NewBlock added = {};                           ///< while it has none, if the frame says something of it
 };
 
 /// Applies one frame to blocks. Holds what is the same for all voxels.
@@ -70,7 +62,7 @@ class BlockUpdate {
     }
   }
 
-  /// The spare leaves become the task's if it needs them.
+  /// The spare block becomes the task's if it needs one.
   void apply(BlockTask& task, Spare& spare) const {
     if (task.known != BlockIndex::kNone) {
       VolumeBlock& block = volume_.index().blocks()[task.known];
@@ -80,19 +72,11 @@ class BlockUpdate {
       if (!had_colours && has_own_colours(*block.colour)) volume_.count_colours_of_a_block();
       return;
     }
-    Leaves& leaves = spare.leaves;
-    if (leaves.tsdf == nullptr) {
-      leaves = {std::make_unique<TsdfLeaf>(task.origin, volume_.tsdf().background()),
-                std::make_unique<WeightLeaf>(task.origin, WeightCode{0}),
-                std::make_unique<ColourLeaf>(openvdb::PartialCreate(), task.origin, ColourCode{0})};
-    }
-    leaves.tsdf->setOrigin(task.origin);
-    leaves.weight->setOrigin(task.origin);
-    leaves.colour->setOrigin(task.origin);
-    VolumeBlock block{task.origin, leaves.tsdf.get(), leaves.weight.get(), leaves.colour.get()};
-    if (!apply(block, task.far_m, spare.colours)) return;
-    task.added = std::move(leaves);
-    task.has_matter = block.has_matter;
+    if (!spare.block.has_leaves()) spare.block = NewBlock(task.origin, volume_.tsdf().background());
+    spare.block.move_to(task.origin);
+    if (!apply(spare.block.block, task.far_m, spare.colours)) return;
+    task.added = std::move(spare.block);
+    task.added.block.is_free = false;  // a new block is known to be free from its second frame on
   }
 
  private:
@@ -144,20 +128,15 @@ std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolu
     for (std::size_t i = range.begin(); i < range.end(); ++i)
       tasks[i] = {blocks[i].origin, blocks[i].far_m, volume.index().find(blocks[i].origin)};
   });
-  const std::size_t budget = volume.config().memory_budget_mib << 20;
-  VolumeMemory memory = volume.memory();
+  BlockBudget budget = volume.block_budget();
   std::erase_if(tasks, [&](const BlockTask& task) {
     if (task.known != BlockIndex::kNone) {
       volume.index().blocks()[task.known].last_frame = volume.frames;
       return false;
     }
-    if (memory.most_bytes_with(task.origin) > budget) {
-      stats.is_budget_reached = true;
-      return true;
-    }
-    memory.add(task.origin);
-    return false;
+    return !budget.admits(task.origin);
   });
+  stats.is_budget_reached = budget.is_reached();
   return tasks;
 }
 
@@ -177,7 +156,7 @@ class BlocksInFront {
       for (const BlockIndex::Number number : regions[r]->blocks) {
         const VolumeBlock& block = volume_.index().blocks()[number];
         if (block.last_frame == volume_.frames || block.is_free) continue;
-        if (is_in_front(block.origin, kBlockSide)) found[r].push_back(number);
+        if (is_in_front(block.origin, kBlockEdgeVoxels)) found[r].push_back(number);
       }
     });
     for (const auto& numbers : found) {
@@ -202,12 +181,10 @@ class BlocksInFront {
 std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
   std::size_t added = 0;
   for (BlockTask& task : tasks) {
-    if (task.added.tsdf == nullptr) continue;
-    VolumeBlock block{task.origin, task.added.tsdf.release(), task.added.weight.release(), task.added.colour.release()};
-    block.last_frame = volume.frames;
-    block.has_changed = true;
-    block.has_matter = task.has_matter;
-    volume.add_block(block);
+    if (!task.added.has_leaves()) continue;
+    task.added.block.last_frame = volume.frames;
+    task.added.block.has_changed = true;
+    volume.add_block(std::move(task.added));
     ++added;
   }
   return added;

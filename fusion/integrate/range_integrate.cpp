@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <new>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "fusion/integrate/surface_rows.h"
@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using openvdb::Coord;
 
-constexpr int kLastInBlock = kBlockSide - 1;
+constexpr int kLastInBlock = kBlockEdgeVoxels - 1;
 constexpr int kRowsPerTask = 16;
 
 Coord block_of(const Vector3d& index) {
@@ -181,51 +181,19 @@ class RangeUpdate {
   TsdfVolume& volume_;
 };
 
-/// Leaves that are not in the volume yet.
-struct NewBlock {
-  std::unique_ptr<TsdfLeaf> tsdf;
-  std::unique_ptr<WeightLeaf> weight;
-  std::unique_ptr<ColourLeaf> colour;
-  VolumeBlock block;
-};
-
-NewBlock make_block(const Coord& origin, const TsdfVolume& volume) {
-  NewBlock made{std::make_unique<TsdfLeaf>(origin, volume.tsdf().background()),
-                std::make_unique<WeightLeaf>(origin, WeightCode{0}),
-                std::make_unique<ColourLeaf>(origin, ColourCode{0}),
-                {}};
-  made.block = {origin, made.tsdf.get(), made.weight.get(), made.colour.get()};
-  return made;
-}
-
-/// Which of `origins` the budget leaves room for.
-std::vector<Coord> within_budget(const std::vector<Coord>& origins, const TsdfVolume& volume, IntegrateStats& stats) {
-  const std::size_t budget = volume.config().memory_budget_mib << 20;
-  VolumeMemory memory = volume.memory();
-  std::vector<Coord> kept;
-  for (const Coord& origin : origins) {
-    if (memory.most_bytes_with(origin) > budget) {
-      stats.is_budget_reached = true;
-      continue;
-    }
-    memory.add(origin);
-    kept.push_back(origin);
-  }
-  return kept;
-}
-
 void update_blocks(const RangeUpdate& update, TsdfVolume& volume, IntegrateStats& stats) {
-  std::vector<Coord> unknown;
+  std::vector<Coord> wanted;
   std::vector<BlockIndex::Number> known;
+  BlockBudget budget = volume.block_budget();
   for (const Coord& origin : update.band_blocks()) {
     const BlockIndex::Number number = volume.index().find(origin);
-    if (number == BlockIndex::kNone) {
-      unknown.push_back(origin);
-    } else {
+    if (number != BlockIndex::kNone) {
       known.push_back(number);
+    } else if (budget.admits(origin)) {
+      wanted.push_back(origin);
     }
   }
-  const std::vector<Coord> wanted = within_budget(unknown, volume, stats);
+  stats.is_budget_reached = budget.is_reached();
   stats.blocks_touched = known.size() + wanted.size();
   if (volume.config()
           .carve_free_space) {  // what lies before the surface; a scan is no frame of a stream, all may be asked
@@ -242,18 +210,16 @@ void update_blocks(const RangeUpdate& update, TsdfVolume& volume, IntegrateStats
         block.last_frame = volume.frames;
         continue;
       }
-      NewBlock made = make_block(wanted[i - known.size()], volume);
+      NewBlock made(wanted[i - known.size()], volume.tsdf().background());
+      made.colour->allocate();
       if (update.apply(made.block)) fresh[i - known.size()] = std::move(made);
     }
   });
   for (NewBlock& made : fresh) {
-    if (made.tsdf == nullptr) continue;
+    if (!made.has_leaves()) continue;
     made.block.last_frame = volume.frames;
     made.block.has_changed = true;
-    (void)made.tsdf.release();
-    (void)made.weight.release();
-    (void)made.colour.release();
-    volume.add_block(made.block);
+    volume.add_block(std::move(made));
     ++stats.blocks_added;
   }
 }

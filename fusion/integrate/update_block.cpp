@@ -144,7 +144,7 @@ class VoxelUpdate {
   HWY_INLINE void move(BlockChange& change) const {
     const Floats f;
     const auto zero = hn::Zero(f);
-    std::array<std::uint64_t, kBlockSide> free{};
+    std::array<std::uint64_t, kBlockEdgeVoxels> free{};
     for (const std::size_t at : observed_) {
       float* const tsdf = voxels_.tsdf + at;
       WeightCode* const weights = voxels_.weight + at;
@@ -312,10 +312,11 @@ FrameView::FrameView(const Image<PixelPlane>& pixels, const CameraIntrinsics& ca
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     VoxelSteps& along = steps[static_cast<std::size_t>(axis)];
     const Eigen::RowVector3d step = index_to_pixels_.row(axis);
-    for (std::size_t n = 0; n < kBlockSide; ++n) along.slab[n] = static_cast<float>(step.x() * static_cast<double>(n));
+    for (std::size_t n = 0; n < kBlockEdgeVoxels; ++n)
+      along.slab[n] = static_cast<float>(step.x() * static_cast<double>(n));
     for (std::size_t n = 0; n < kSlabVoxels; ++n) {
-      along.in_slab[n] = static_cast<float>(step.y() * static_cast<double>(n / kBlockSide) +
-                                            step.z() * static_cast<double>(n % kBlockSide));
+      along.in_slab[n] = static_cast<float>(step.y() * static_cast<double>(n / kBlockEdgeVoxels) +
+                                            step.z() * static_cast<double>(n % kBlockEdgeVoxels));
     }
   }
 }

@@ -11,11 +11,10 @@
 #include "core/pose.h"
 #include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"
+#include "fusion/volume/block_size.h"
 
 namespace scanknit {
 
-inline constexpr int kBlockSide = 8;
-inline constexpr std::size_t kBlockVoxels = 512;
 inline constexpr std::size_t kSlabVoxels = 64;  ///< of one x
 
 /// The inner part of the band, where the surface will come to lie whatever the noise: there colour is taken.
@@ -63,7 +62,7 @@ struct BlockPlace {
 
 /// From a block's first voxel to the others, along one homogeneous pixel coordinate.
 struct VoxelSteps {
-  std::array<float, kBlockSide> slab;  ///< to the first of each x
+  std::array<float, kBlockEdgeVoxels> slab;  ///< to the first of each x
   alignas(64) std::array<float, kSlabVoxels> in_slab;
 };
 
@@ -103,10 +102,11 @@ struct BlockVoxels {
 
 /// What a frame did to a block.
 struct BlockChange {
-  std::array<std::uint64_t, kBlockSide> observed{};  ///< voxels that the frame says something of: word x, bit 8 y + z
-  bool is_free = false;                              ///< all of them, and each is free space by now
-  bool has_matter = false;                           ///< one of them is behind a surface by now
-  bool has_colour = false;                           ///< one of them took a colour
+  std::array<std::uint64_t, kBlockEdgeVoxels>
+      observed{};           ///< voxels that the frame says something of: word x, bit 8 y + z
+  bool is_free = false;     ///< all of them, and each is free space by now
+  bool has_matter = false;  ///< one of them is behind a surface by now
+  bool has_colour = false;  ///< one of them took a colour
 };
 
 /// Updates the weighted running mean of signed distances (Curless & Levoy 1996). A voxel that projects to a pixel is

@@ -30,12 +30,6 @@ bool fits(const IcpResult& fit, Hold hold) {
          fit.contradicted_share <= kMostContradicted;
 }
 
-/// Both frames are noisy.
-NoiseModel noise_of_two(const NoiseModel& one) {
-  const double more = std::sqrt(2.0);
-  return {one.floor_m * more, one.growth_per_m * more, one.from_m};
-}
-
 IcpResult register_from_best(const KeyFrame& a, const KeyFrame& b, const std::vector<Pose>& guesses,
                              const NoiseModel& noise) {
   IcpConfig coarse{noise};
@@ -76,7 +70,7 @@ double expected_overlap(const KeyFrame& a, const KeyFrame& b, const Pose& T_a_b)
 std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
                                               const std::vector<Pose>& T_a_b_guesses, const NoiseModel& noise,
                                               Hold hold) {
-  const NoiseModel of_two = noise_of_two(noise);
+  const NoiseModel of_two = noise.scaled(std::sqrt(2.0));  // both frames are noisy
   const IcpResult there = register_from_best(a, b, T_a_b_guesses, of_two);
   if (!fits(there, hold)) return std::nullopt;
   const IcpResult back = register_frame(a.seen, b.seen, there.T_model_frame.inverse(), IcpConfig{of_two});

@@ -65,10 +65,6 @@ constexpr int kSureViews = 3;
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
 
-NoiseModel scaled(const NoiseModel& noise, double scale) {
-  return {noise.floor_m * scale, noise.growth_per_m * scale, noise.from_m};
-}
-
 /// Why a frame shows too little to be tracked; nothing when it shows enough.
 std::optional<std::string> why_blind(const SurfaceLevel& level, std::optional<double> last_depth_m) {
   const auto points = static_cast<double>(points_of(level));
@@ -133,7 +129,7 @@ const char* to_string(TrackState state) {
 TrackResult Tracker::track(const Frame& frame, const TsdfVolume& volume) {
   volume_ = &volume;
   raycast_time_ = {};
-  noise_ = scaled(volume.config().noise, noise_scale_);
+  noise_ = volume.config().noise.scaled(noise_scale_);
   const SurfacePyramid seen = pyramid_of(frame, noise_);
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);

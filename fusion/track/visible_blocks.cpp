@@ -8,13 +8,12 @@
 #include <optional>
 
 #include "fusion/integrate/cube_projector.h"
+#include "fusion/volume/block_size.h"
 
 namespace scanknit {
 namespace {
 
 using openvdb::Coord;
-
-constexpr int kBlockSide = 8;
 
 /// The pixels whose rays may pass a cube of samples, each of which speaks for half a voxel round it; nothing when none
 /// does.
@@ -57,7 +56,7 @@ std::vector<Candidate> candidates_of(const BlockIndex& index, const CameraIntrin
                                      double voxel_size_m, float nearest_m) {
   const RayFinder rays(k, T_world_camera, voxel_size_m, nearest_m);
   const auto own_block = [&](int axis) {
-    return static_cast<int>(std::floor((T_world_camera.translation()[axis] / voxel_size_m + 0.5) / kBlockSide));
+    return static_cast<int>(std::floor((T_world_camera.translation()[axis] / voxel_size_m + 0.5) / kBlockEdgeVoxels));
   };
   const Coord own(own_block(0), own_block(1), own_block(2));
 
@@ -68,7 +67,7 @@ std::vector<Candidate> candidates_of(const BlockIndex& index, const CameraIntrin
     for (const BlockIndex::Number number : region.blocks) {
       const VolumeBlock& block = index.blocks()[number];
       if (!block.has_matter || block.is_free) continue;
-      const auto pixels = rays.pixels(block.origin, kBlockSide);
+      const auto pixels = rays.pixels(block.origin, kBlockEdgeVoxels);
       if (!pixels) continue;
       const Coord away = (block.origin >> 3) - own;
       const int distance = std::abs(away.x()) + std::abs(away.y()) + std::abs(away.z());

@@ -158,13 +158,11 @@ class Outline {
 
 /// Adds the blocks between two heights that the volume does not have.
 void add_slab(const TurntableSpace& space, double low_m, double high_m, TsdfVolume& volume) {
-  constexpr int kSide = 8;
-  const double block_m = kSide * volume.config().voxel_size_m;
+  const double block_m = kBlockEdgeVoxels * volume.config().voxel_size_m;
   const Vector3d centre = space.axis.point + (low_m + high_m) / 2 * space.up;
   const double reach_m = space.radius_m + high_m - low_m + 2 * block_m;
   const auto first = [&](int axis) { return static_cast<int>(std::floor((centre[axis] - reach_m) / block_m)); };
   const auto last = [&](int axis) { return static_cast<int>(std::ceil((centre[axis] + reach_m) / block_m)); };
-  const auto background = static_cast<float>(volume.tsdf().background());
   for (int i = first(0); i <= last(0); ++i) {
     for (int j = first(1); j <= last(1); ++j) {
       for (int k = first(2); k <= last(2); ++k) {
@@ -172,14 +170,9 @@ void add_slab(const TurntableSpace& space, double low_m, double high_m, TsdfVolu
         const double height = space.height_of(middle);
         if (height < low_m - block_m || height > high_m + block_m) continue;
         if (space.distance_of(middle) > space.radius_m + block_m) continue;
-        const Coord origin(kSide * i, kSide * j, kSide * k);
+        const Coord origin(kBlockEdgeVoxels * i, kBlockEdgeVoxels * j, kBlockEdgeVoxels * k);
         if (volume.index().find(origin) != BlockIndex::kNone) continue;
-        VolumeBlock block;
-        block.origin = origin;
-        block.tsdf = std::make_unique<TsdfLeaf>(origin, background).release();
-        block.weight = std::make_unique<WeightLeaf>(origin, WeightCode{0}).release();
-        block.colour = std::make_unique<ColourLeaf>(openvdb::PartialCreate(), origin, ColourCode{0}).release();
-        volume.add_block(block);
+        volume.add_block(NewBlock(origin, volume.tsdf().background()));
       }
     }
   }

@@ -11,6 +11,7 @@
 
 #include "core/field_view.h"
 #include "core/voxel_codes.h"
+#include "fusion/volume/block_size.h"
 
 namespace scanknit {
 
@@ -18,6 +19,7 @@ using TsdfGrid = openvdb::FloatGrid;
 using TsdfLeaf = TsdfGrid::TreeType::LeafNodeType;
 using WeightLeaf = WeightCodeGrid::TreeType::LeafNodeType;
 using ColourLeaf = ColourCodeGrid::TreeType::LeafNodeType;
+static_assert(TsdfLeaf::DIM == kBlockEdgeVoxels && TsdfLeaf::SIZE == kBlockVoxels);
 
 /// A leaf of colours has memory for them from the first one on. Before, it reads as zeros; buffer().data() gives it
 /// that memory, as accessors do that read it.

@@ -70,10 +70,11 @@ Voxel TsdfVolume::voxel(const openvdb::Coord& index) const {
   return voxel;
 }
 
-void TsdfVolume::add_block(const VolumeBlock& block) {
-  tsdf_->tree().addLeaf(block.tsdf);
-  weight_->tree().addLeaf(block.weight);
-  colour_->tree().addLeaf(block.colour);
+void TsdfVolume::add_block(NewBlock added) {
+  const VolumeBlock& block = added.block;
+  tsdf_->tree().addLeaf(added.tsdf.release());
+  weight_->tree().addLeaf(added.weight.release());
+  colour_->tree().addLeaf(added.colour.release());
   index_.add(block);
   memory_.add(block.origin);
   if (has_own_colours(*block.colour)) memory_.add_colours();

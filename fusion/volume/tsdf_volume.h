@@ -13,6 +13,7 @@
 #include "core/result.h"
 #include "fusion/fusion_config.h"
 #include "fusion/volume/block_index.h"
+#include "fusion/volume/new_block.h"
 #include "fusion/volume/volume_memory.h"
 
 namespace scanknit {
@@ -58,8 +59,10 @@ class TsdfVolume {
 
   [[nodiscard]] const BlockIndex& index() const { return index_; }
   [[nodiscard]] BlockIndex& index() { return index_; }
-  /// The leaves become those of a block. They are the volume's from now on.
-  void add_block(const VolumeBlock& block);
+  /// For new blocks, within fusion.memory_budget.
+  [[nodiscard]] BlockBudget block_budget() const { return {memory_, config_.memory_budget_mib << 20}; }
+  /// `added` has leaves, and the volume has no block there. The leaves are the volume's from now on.
+  void add_block(NewBlock added);
   /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
   /// once.
   void count_colours_of_a_block() { memory_.add_colours(); }

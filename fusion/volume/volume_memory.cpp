@@ -70,4 +70,13 @@ void VolumeMemory::add(const Coord& origin) {
   upper_nodes_.insert(upper_origin(origin));
 }
 
+bool BlockBudget::admits(const Coord& origin) {
+  if (memory_.most_bytes_with(origin) > max_bytes_) {
+    is_reached_ = true;
+    return false;
+  }
+  memory_.add(origin);
+  return true;
+}
+
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// VolumeMemory: what the blocks of a volume take, counted as they come.
+// VolumeMemory: what the blocks of a volume take, counted as they come. BlockBudget: which more there is room for.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <unordered_set>
+#include <utility>
 
 namespace scanknit {
 
@@ -27,6 +28,23 @@ class VolumeMemory {
   std::size_t blocks_ = 0;
   std::size_t coloured_ = 0;
   std::unordered_set<openvdb::Coord> lower_nodes_, upper_nodes_;
+};
+
+/// Says for which new blocks there is room within a budget, and counts them as if each had colours.
+class BlockBudget {
+ public:
+  /// `memory`: of the blocks that the volume has.
+  BlockBudget(VolumeMemory memory, std::size_t max_bytes) : memory_(std::move(memory)), max_bytes_(max_bytes) {}
+
+  /// True if there is room for one more block, at `origin`: it is counted from now on.
+  [[nodiscard]] bool admits(const openvdb::Coord& origin);
+  /// True once a block was not admitted. A block that needs fewer nodes of the trees may be, afterwards.
+  [[nodiscard]] bool is_reached() const { return is_reached_; }
+
+ private:
+  VolumeMemory memory_;
+  std::size_t max_bytes_;
+  bool is_reached_ = false;
 };
 
 }  // namespace scanknit

@@ -102,23 +102,102 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"bzlib.h", {"acquire"}},
 };
 
-// All rooms share one namespace: two types of one name would be one to the linker.
-TEST(Layering, NoTwoHeadersDefineATypeOfOneName) {
-  const std::regex definition(R"(^(?:class|struct|enum class) (?:alignas\(\d+\) )?(\w+)(?: final)?(?: :.*)?\s*\{)");
-  std::map<std::string, std::string> first;
+/// All headers of all rooms, by their path from the source root, without comments.
+std::map<std::string, std::vector<std::string>> all_headers() {
+  std::map<std::string, std::vector<std::string>> headers;
   for (const std::string& room : kRooms) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(SCANKNIT_SOURCE_DIR) / room)) {
       if (entry.path().extension() != ".h") continue;
+      std::vector<std::string>& lines = headers[fs::relative(entry.path(), SCANKNIT_SOURCE_DIR).string()];
       std::ifstream file(entry.path());
-      for (std::string line; std::getline(file, line);) {
-        std::smatch match;
-        if (!std::regex_search(line, match, definition)) continue;
-        const auto [place, is_new] = first.emplace(match[1].str(), entry.path().string());
-        EXPECT_TRUE(is_new) << match[1] << " in " << entry.path() << " and " << place->second;
-      }
+      for (std::string line; std::getline(file, line);) lines.push_back(line.substr(0, line.find("//")));
     }
   }
-  EXPECT_GT(first.size(), 100u);
+  return headers;
+}
+
+/// What stands between the brackets of a list, split at the commas that are within no other bracket.
+std::vector<std::string> split_list(const std::string& list) {
+  std::vector<std::string> parts(1);
+  int depth = 0;
+  for (const char c : list) {
+    if (c == '<' || c == '(' || c == '{') ++depth;
+    if (c == '>' || c == ')' || c == '}') --depth;
+    if (c == ',' && depth == 0)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+/// "double x, const Pose& T = {}" without names and default values: "double,const Pose&,".
+std::string parameter_types(const std::string& parameters) {
+  std::string types;
+  if (parameters.empty()) return types;
+  for (const std::string& parameter : split_list(parameters)) {
+    std::string type = std::regex_replace(parameter, std::regex(R"(\s*=.*$|^\s+)"), "");
+    type = std::regex_replace(type, std::regex(R"((.*[\s&*>])\w+\s*$)"), "$1");
+    types += std::regex_replace(type, std::regex(R"(\s+$)"), "") + ",";
+  }
+  return types;
+}
+
+/// What a header defines or declares at the start of a line, in the rooms' common namespace: types, constants, and
+/// functions with the types of their parameters.
+std::set<std::string> names_in(const std::vector<std::string>& lines) {
+  const std::string before = R"(^(?:template <.*> )?)";
+  const std::regex type(before + R"((?:class|struct|union|enum class|enum) (?:alignas\(\d+\) )?(\w+)[^;(]*\{)");
+  const std::regex alias(before + R"(using (\w+) =)");
+  const std::regex constant(R"(^(?:inline |static )*constexpr (?:[\w:*]|<.*>| )+ (\w+)(?:\[.*\])*(?: =|\{|;))");
+  const std::regex function(R"(^(?!using |#|return )(?:\[\[nodiscard\]\] )?[\w:<>,*& ]+[ &*](\w+)\((.*))");
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].empty() || lines[i].front() == ' ') continue;
+    std::smatch match;
+    for (const std::regex* one : {&type, &alias, &constant}) {
+      if (std::regex_search(lines[i], match, *one)) names.insert(match[1].str());
+    }
+    if (lines[i].starts_with("struct ") || !std::regex_search(lines[i], match, function)) continue;
+    const std::string name = match[1].str();
+    std::string parameters = match[2].str();
+    const auto end = [&] {
+      int depth = 1;
+      for (std::size_t at = 0; at < parameters.size(); ++at) {
+        depth += parameters[at] == '(' ? 1 : parameters[at] == ')' ? -1 : 0;
+        if (depth == 0) return at;
+      }
+      return std::string::npos;
+    };
+    while (end() == std::string::npos && ++i < lines.size()) parameters += " " + lines[i];
+    names.insert(name + "(" + parameter_types(parameters.substr(0, end())) + ")");
+  }
+  return names;
+}
+
+// All rooms share one namespace: two definitions of one name would be one to the linker. Functions may be overloaded.
+TEST(Layering, NoTwoHeadersDefineTheSameName) {
+  std::map<std::string, std::string> first;
+  for (const auto& [header, lines] : all_headers()) {
+    for (const std::string& name : names_in(lines)) {
+      const auto [place, is_new] = first.emplace(name, header);
+      EXPECT_TRUE(is_new) << name << " in " << header << " and " << place->second;
+    }
+  }
+  for (const char* known : {"CameraIntrinsics", "Pose", "kBlockCells", "decode_weight(WeightCode,)",
+                            "extract_surface(const FieldView&,const ExtractConfig&,)"}) {
+    EXPECT_TRUE(first.contains(known)) << known;
+  }
+}
+
+TEST(Layering, NamesAreFoundByTheirKind) {
+  const std::set<std::string> expected = {"Grid",  "Kind",   "Leaf",  "add(std::map<int, int>,const Pose&,)",
+                                          "kSide", "kNames", "side()"};
+  EXPECT_EQ(names_in({"template <typename T> struct Grid final : Base<T> {", "struct Declared;", "enum class Kind {",
+                      "using Leaf = Grid<int>;", "inline constexpr std::array<int, 2> kNames = {1, 2};",
+                      "inline constexpr int kSide = 8;", "  int indented = 0;", "void add(std::map<int, int> values,",
+                      "         const Pose& T = Pose(1));", "[[nodiscard]] inline int side() {", "  return half(8);"}),
+            expected);
 }
 
 TEST(Layering, LibrariesStayInTheirHome) {
