@@ -38,7 +38,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   ScanView view(arguments.view, job, ScanView::Mode::kCapture, stop_on_signal.token(), console);
   ScanResult scan = scan_live(job, request, view, stop_on_signal.token());
   add_times(view.times(), scan.stages);
-  Run run = close_run(std::move(scan), /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends
+  CommandRun run = close_run(std::move(scan), /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends
   const int exit_code = conclude(run, *outputs, common);
   view.serve_result(run);
   return exit_code;

@@ -32,7 +32,7 @@ int run_command(const RunArguments& arguments, const CommonArguments& common) {
   ScanView view(arguments.view, job, ScanView::Mode::kRun, stop_on_signal.token(), console);
   ScanResult scan = scan_recording(job, view, stop_on_signal.token());
   add_times(view.times(), scan.stages);
-  Run run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
+  CommandRun run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
   const int exit_code = conclude(run, *outputs, common);
   view.serve_result(run);
   return exit_code;

@@ -353,7 +353,7 @@ void ScanView::publish_files(const FilesByKind& files) {
   server_->publish_files(paths);
 }
 
-void ScanView::serve_result(const Run& run) {
+void ScanView::serve_result(const CommandRun& run) {
   if (server_ == nullptr) return;
   constexpr const char* kOver = "the scan is over";
   server_->refuse_commands(kOver);

@@ -58,7 +58,7 @@ class ScanView final : public ScanObserver {
 
   /// Tells how the scan ended, and what can be downloaded. Then serves the page until stopped; returns at once if that
   /// was asked for already, or if nothing has been fused.
-  void serve_result(const Run& run);
+  void serve_result(const CommandRun& run);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -21,12 +21,12 @@ double peak_rss_mib() {
 }
 
 /// A volume that was full and lost its camera is meshed as far as it goes.
-bool is_partial(const Run& run) {
+bool is_partial(const CommandRun& run) {
   return run.exit_code == exit_code_of(ErrorCode::kBudget) && run.scan.mesh.check;
 }
 
 /// Which outcomes leave a report: whatever was found out about the input. A refused option, disk or budget leaves none.
-bool wants_report(const Run& run) {
+bool wants_report(const CommandRun& run) {
   switch (run.exit_code) {
     case exit_code_of(ErrorCode::kUsage):
     case exit_code_of(ErrorCode::kOutput): return false;
@@ -35,7 +35,7 @@ bool wants_report(const Run& run) {
   }
 }
 
-Result<void> write_report(const Outputs& outputs, Run& run) {
+Result<void> write_report(const Outputs& outputs, CommandRun& run) {
   if (!outputs.report || !wants_report(run)) return {};
   FilesByKind& files = run.scan.files;
   files["report"] = outputs.report->string();
@@ -49,7 +49,7 @@ Result<void> write_report(const Outputs& outputs, Run& run) {
   return write_file_atomically(*outputs.report, json);
 }
 
-std::string result_text(const Run& run, const CommonArguments& common, bool with_case_table) {
+std::string result_text(const CommandRun& run, const CommonArguments& common, bool with_case_table) {
   if (common.is_json) return report_json(run);
   if (!run.scan.outcome && !is_partial(run)) return "";
   std::string text;
@@ -60,9 +60,9 @@ std::string result_text(const Run& run, const CommonArguments& common, bool with
 
 }  // namespace
 
-Run close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
+CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
-  Run run{std::move(scan), "ok", kExitOk, spent.count(), peak_rss_mib()};
+  CommandRun run{std::move(scan), "ok", kExitOk, spent.count(), peak_rss_mib()};
   const Result<void>& outcome = run.scan.outcome;
   if (!outcome) {
     run.status = outcome.error().text();
@@ -74,7 +74,7 @@ Run close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::
   return run;
 }
 
-int conclude(Run& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
+int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
   if (auto written = write_report(outputs, run); !written) {
     run.scan.files.erase("report");
     run.scan.files.erase("page");

@@ -9,7 +9,7 @@ namespace scanknit {
 
 /// The report to its file, the result to stdout, the error to stderr. The result is the report with --json, else a few
 /// lines of summary (not with --quiet) and, `with_case_table`, the frequency of the sub-cases. Returns the exit code.
-[[nodiscard]] int conclude(Run& run, const Outputs& outputs, const CommonArguments& common,
+[[nodiscard]] int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common,
                            bool with_case_table = false);
 
 }  // namespace scanknit

@@ -318,7 +318,7 @@ std::size_t count_of(const TrackingResult& tracking, TrackState state) {
                                                 [&](const TrackedFrame& frame) { return frame.state == state; }));
 }
 
-std::string report_json(const Run& run) {
+std::string report_json(const CommandRun& run) {
   const ScanResult& scan = run.scan;
   Json json;
   json["version"] = kVersion;

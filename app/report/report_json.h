@@ -11,7 +11,7 @@ namespace scanknit {
 
 /// One JSON document, keys as in docs/report.schema.json, ending in a newline. Numbers are numbers; bounds_m is
 /// [[x,y,z],[x,y,z]].
-[[nodiscard]] std::string report_json(const Run& run);
+[[nodiscard]] std::string report_json(const CommandRun& run);
 
 /// "none", "rpm", "step", "file", "recording".
 [[nodiscard]] const char* to_string(AngleSource source);

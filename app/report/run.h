@@ -1,4 +1,4 @@
-// Run: a scan's result, and how the program ends with it.
+// CommandRun: a scan's result, and how the program ends with it.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-struct Run {
+struct CommandRun {
   ScanResult scan;
   std::string status;  ///< "ok", or the error's text
   int exit_code = 0;
@@ -17,6 +17,6 @@ struct Run {
 };
 
 /// `begin`: of the command. `was_interrupted`: by a signal, where that is not how the command ends.
-[[nodiscard]] Run close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin);
+[[nodiscard]] CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin);
 
 }  // namespace scanknit

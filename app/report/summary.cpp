@@ -97,7 +97,7 @@ std::string texture_line(const ScanResult& scan) {
                      texel_words(texture.texel_m), 100 * texture.seen_share, texture.frames);
 }
 
-std::string time_line(const Run& run) {
+std::string time_line(const CommandRun& run) {
   std::vector<std::string> parts;
   for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "integrate", "refine", "fuse_again",
                             "extract", "finish", "texture", "export", "write"}) {
@@ -158,7 +158,7 @@ std::string finish_text(const ScanResult& scan) {
 
 }  // namespace
 
-std::string summary_text(const Run& run) {
+std::string summary_text(const CommandRun& run) {
   const ScanResult& scan = run.scan;
   std::string text = frames_line(scan) + tracking_line(scan) + turntable_line(scan) + alignment_text(scan) +
                      volume_line(scan) + isovalue_line(scan);

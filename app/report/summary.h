@@ -8,6 +8,6 @@
 namespace scanknit {
 
 /// Frames, voxels, triangles, size in millimetres, seconds a stage, where the files are, and what to try next.
-[[nodiscard]] std::string summary_text(const Run& run);
+[[nodiscard]] std::string summary_text(const CommandRun& run);
 
 }  // namespace scanknit

@@ -6,8 +6,8 @@
 
 namespace scanknit::test {
 
-inline Run sample_run() {
-  Run run;
+inline CommandRun sample_run() {
+  CommandRun run;
   run.status = "ok";
   run.total_ms = 125'000;
   run.peak_rss_mib = 300;

@@ -68,7 +68,7 @@ TEST(Report, FollowsItsPublishedSchema) {
 }
 
 TEST(Report, OfNothingFollowsTheSchemaToo) {
-  EXPECT_EQ(faults_of(report_json(Run{})), std::vector<std::string>{});
+  EXPECT_EQ(faults_of(report_json(CommandRun{})), std::vector<std::string>{});
 }
 
 TEST(Report, SchemaTestSeesWhatIsWrong) {
@@ -109,7 +109,7 @@ TEST(Report, BoundsArePrintedWithTheDigitsTheyHave) {
 }
 
 TEST(Report, WithoutAMeshSaysNull) {
-  Run run = sample_run();
+  CommandRun run = sample_run();
   run.scan.mesh.check.reset();
   EXPECT_TRUE(Json::parse(report_json(run))["mesh"].is_null());
 }
@@ -118,11 +118,11 @@ TEST(Report, CountsEveryStateOfTracking) {
   const Json tracking = Json::parse(report_json(sample_run()))["tracking"];
   EXPECT_EQ(tracking["states"], Json::parse(R"({"ok": 2, "weak": 0, "lost": 1, "recovered": 0})"));
   EXPECT_EQ(tracking["frames"][2]["reason"], "too fast");
-  EXPECT_TRUE(Json::parse(report_json(Run{}))["tracking"].is_null());
+  EXPECT_TRUE(Json::parse(report_json(CommandRun{}))["tracking"].is_null());
 }
 
 TEST(Report, TextThatIsNotUtf8IsRepaired) {
-  Run run = sample_run();
+  CommandRun run = sample_run();
   run.scan.input = "caf\xE9/\xFF\xFE";
   run.scan.frames.dropped_by_reason["\xC3\x28"] = 1;
   run.scan.frames.drop_messages = {"\x80"};
@@ -131,7 +131,7 @@ TEST(Report, TextThatIsNotUtf8IsRepaired) {
 }
 
 TEST(Report, NaNNeverAppears) {
-  Run run = sample_run();
+  CommandRun run = sample_run();
   run.total_ms = std::numeric_limits<double>::quiet_NaN();
   run.scan.stages["track"].samples_ms = {std::numeric_limits<double>::infinity()};
   run.scan.mesh.check->max_m.x() = std::numeric_limits<float>::quiet_NaN();
@@ -139,7 +139,7 @@ TEST(Report, NaNNeverAppears) {
 }
 
 TEST(Report, KeepsTheFirstHundredDropMessages) {
-  Run run = sample_run();
+  CommandRun run = sample_run();
   run.scan.frames.drop_messages.assign(250, "a frame");
   EXPECT_EQ(Json::parse(report_json(run))["frames"]["drop_messages"].size(), 100u);
 }

@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 
 /// A report without a turntable and finishing.
 Json sample() {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.turntable.reset();
   run.scan.mesh.finish.reset();
   return Json::parse(report_json(run));
@@ -62,14 +62,14 @@ TEST(ReportPage, DrawsTrackingAndTheCamerasWay) {
 }
 
 TEST(ReportPage, PosesOfScansAreNoWayOfACamera) {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.alignment.emplace();
   const Json report = Json::parse(report_json(run));
   EXPECT_EQ(page_of(report).find("Camera path"), std::string::npos);
 }
 
 TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.tracking->frames.assign(20'000, {1, TrackState::kOk, "", 0.9, 0.9, 1, 900, 0});
   run.scan.tracking->frames[12'345].state = TrackState::kLost;
   const std::string page = page_of(Json::parse(report_json(run)));
@@ -78,11 +78,11 @@ TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
 }
 
 TEST(ReportPage, OfNothingIsAPage) {
-  expect_all(page_of(Json::parse(report_json(Run{})), ""), {"<!doctype html>", "There is no mesh", "</html>"});
+  expect_all(page_of(Json::parse(report_json(CommandRun{})), ""), {"<!doctype html>", "There is no mesh", "</html>"});
 }
 
 TEST(ReportPage, OfAStreamedMeshSaysThatItsPictureIsCoarse) {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.mesh.is_checked = false;
   run.scan.mesh.holes.reset();
   run.scan.mesh.fit.reset();
@@ -118,7 +118,7 @@ TEST(ReportPage, EveryNameInItsTemplateIsGivenAValue) {
 }
 
 TEST(ReportPage, EveryStringIsText) {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.alignment.emplace().pairs.resize(1);
   Json report = Json::parse(report_json(run));
   const Json hostile = kHostile;
@@ -144,7 +144,7 @@ TEST(ReportPage, EveryStringIsText) {
 }
 
 TEST(ReportPage, ALongTextIsCutBetweenCharacters) {
-  Run run = test::sample_run();
+  CommandRun run = test::sample_run();
   run.scan.input.clear();
   for (int i = 0; i < 10'000; ++i) run.scan.input += "\xC3\xA9";  // é
   const std::string page = page_of(Json::parse(report_json(run)));
