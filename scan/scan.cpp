@@ -111,7 +111,9 @@ class RecordingScan {
     ScanJob turning = job_;
     turning.config.fusion.loop_closure = false;  // the turn closes otherwise
     TurntableRefiner turntable(turning, source_->info().poses, archive_, session_);
-    if (auto learned = turntable.learn(); !learned) return learned;
+    const auto learned = turntable.learn();
+    turntable.describe(result_);
+    if (!learned) return learned;
     ScanPass pass(turning, input_of(*source_), turntable, session_);
     const Result<void> scanned = pass.run();
     turntable.conclude(/*has_mesh=*/scanned.has_value());

@@ -217,10 +217,10 @@ class Recordings(unittest.TestCase):
     def test_a_scan_has_the_bytes_of_scanknit_run(self):
         seen, warnings = [], []
         scan = scanknit.scan(self.recording, self.path("python"), presets=["room"],
-                             settings=["acquire.poses=track", f"fusion.voxel_size={VOXEL}", "finish.smooth=2"],
+                             settings=[f"fusion.voxel_size={VOXEL}", "finish.smooth=2"],
                              progress=lambda what, done, total: seen.append((what, done, total)),
                              warning=warnings.append)
-        self.run_program("run", self.recording, "--preset", "room", "--poses", "track", "--set",
+        self.run_program("run", self.recording, "--preset", "room", "--set",
                          f"fusion.voxel_size={VOXEL}", "--set", "finish.smooth=2", "-o", self.path("run"))
         for name in ("model.glb", "model.ply", "trajectory.txt", "preview.png", "error.png"):
             self.same_file(os.path.join(self.path("python"), name), os.path.join(self.path("run"), name))
