@@ -3,6 +3,7 @@
 #
 #   ./quickstart.sh               build, then turn the sample recording into out/sample/model.glb
 #   ./quickstart.sh test          build, then run every test whose tools are installed
+#   ./quickstart.sh test --quick  build, then run each room's unit tests
 #   ./quickstart.sh test --full   install all of those tools first (browser, Blender, QEMU ...), then the same
 #   ./quickstart.sh tools         install those tools only
 #   ./quickstart.sh build         build only
@@ -73,12 +74,16 @@ build() {
   fi
 }
 
-run_tests() {
+build_tests() {
   install_packages "${required_packages[@]}" "${test_packages[@]}"
   install_page_packages
   build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON
   tests/prepare.sh "$build_dir"
-  ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)"
+}
+
+run_tests() {
+  build_tests
+  ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)" "$@"
 }
 
 case "$job" in
@@ -93,6 +98,7 @@ case "$job" in
     "$build_dir/bin/scanknit" run out/sample_recording --preset object -o out/sample
     ;;
   test) run_tests ;;
+  "test --quick") run_tests -L '^(core|layering|acquire|synth|align|fusion|extract|extract_volume|finish|export|scan|view)$' ;;
   "test --full")
     install_tools
     run_tests
@@ -104,7 +110,7 @@ case "$job" in
     build -DSCANKNIT_BUILD_TESTS=OFF
     ;;
   *)
-    sed -n '2,8s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,9s/^# \{0,1\}//p' "$0" >&2
     exit 2
     ;;
 esac
