@@ -22,8 +22,8 @@ int align_command(const AlignArguments& arguments, const CommonArguments& common
 
   const ScanJob job = job_of(request.inputs.front(), loaded->config, *outputs);
   Console console(common.verbosity);
-  CommandRun run = close_run(align_and_mesh(job, request, console, stop_on_signal.token()),
-                             stop_on_signal.token().stop_requested(), begin);
+  ScanResult scan = align_and_mesh(job, request, console, stop_on_signal.token());
+  CommandRun run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
   return conclude(run, *outputs, common);
 }
 

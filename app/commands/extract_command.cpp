@@ -1,4 +1,5 @@
 #include <chrono>
+#include <utility>
 
 #include "app/commands/commands.h"
 #include "app/report/conclude.h"
@@ -23,8 +24,8 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
   const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
   Console console(common.verbosity);
-  CommandRun run = close_run(extract_volume(job, request, console, stop_on_signal.token()),
-                             stop_on_signal.token().stop_requested(), begin);
+  ScanResult scan = extract_volume(job, request, console, stop_on_signal.token());
+  CommandRun run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
   return conclude(run, *outputs, common, arguments.wants_stats);
 }
 
