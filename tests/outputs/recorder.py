@@ -105,7 +105,7 @@ class Recorder:
             self.keep("bytes", name, sha256(content))
 
     def keep_output(self, case, path):
-        """One line for a file, one line for each file of a folder that holds a report, one line for any other folder."""
+        """One line for a file, for each file of a folder that holds a report, or for any other folder."""
         if path.is_file():
             self.keep_file(f"{case}/{path.name}", path)
         elif not path.is_dir():
