@@ -15,7 +15,7 @@ namespace scanknit {
 
 class PoseFinder {
  public:
-  /// kAuto must have been settled.
+  /// `mode` is not kAuto.
   explicit PoseFinder(PoseMode mode);
 
   /// Nothing when tracking is lost: the frame must not be fused. Takes the time of the stages "track" and "raycast".

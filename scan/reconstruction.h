@@ -23,7 +23,7 @@ namespace scanknit {
 class Reconstruction {
  public:
   struct Options {
-    PoseMode poses = PoseMode::kTrack;  ///< settled: not kAuto
+    PoseMode poses = PoseMode::kTrack;  ///< not kAuto
     bool keeps_depth_samples = false;   ///< some depth frames, to compare the mesh with
   };
 

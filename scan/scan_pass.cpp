@@ -42,7 +42,7 @@ Result<void> ScanPass::track_and_fuse() {
     } else {
       session_.observer().on_no_frame(nullptr, state());
     }
-    obey();
+    carry_out_commands();
   }
   return {};
 }
@@ -181,16 +181,16 @@ void ScanPass::enter_phase_of_frames() {
   phase_ = intake_.counts().fused + intake_.counts().lost > 0 ? ScanPhase::kScanning : ScanPhase::kWaiting;
 }
 
-void ScanPass::obey() {
+void ScanPass::carry_out_commands() {
   while (!intake_.is_over()) {
     const auto command = session_.observer().next_command(input_.stop, std::chrono::nanoseconds(0));
     if (!command) break;
-    obey(*command);
+    carry_out(*command);
   }
   if (phase_ == ScanPhase::kPaused) wait_while_paused();
 }
 
-void ScanPass::obey(const ScanCommand& command) {
+void ScanPass::carry_out(const ScanCommand& command) {
   Result<void> outcome;
   FilesByKind files;
   switch (command.kind) {
@@ -210,7 +210,7 @@ void ScanPass::wait_while_paused() {
   while (phase_ == ScanPhase::kPaused && !intake_.is_over() && !input_.stop.stop_requested()) {
     const auto command = session_.observer().next_command(input_.stop, input_.comes_by_itself ? 0ns : 500ms);
     if (command) {
-      obey(*command);
+      carry_out(*command);
       continue;
     }
     const auto frame = input_.comes_by_itself ? intake_.pass_over("paused") : std::nullopt;

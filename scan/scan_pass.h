@@ -65,8 +65,8 @@ class ScanPass {
   void enter_phase_of_frames();
 
   // What a person asks for.
-  void obey();
-  void obey(const ScanCommand& command);
+  void carry_out_commands();
+  void carry_out(const ScanCommand& command);
   void wait_while_paused();
   [[nodiscard]] Result<void> start_over();
   [[nodiscard]] Result<void> export_now(FilesByKind& files);

@@ -94,7 +94,7 @@ class ScanView final : public ScanObserver {
   std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
   std::optional<LiveMesh> mesh_;
   CropBox crop_;                        ///< in force
-  std::optional<ViewCommand> command_;  ///< is being obeyed
+  std::optional<ViewCommand> command_;  ///< is being carried out
   std::uint32_t revision_ = 0;          ///< of the mesh that was shown before
   bool is_mesh_behind_ = false;         ///< the volume may have what it does not show
   ViewState state_, published_;
