@@ -20,9 +20,11 @@ if(SCANKNIT_SANITIZE_BESIDE)
 endif()
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 
-# Precompiled headers and ccache agree only when ccache is told to trust the compiler about them.
+# Precompiled headers and ccache agree only when ccache is told to trust the compiler about them. Paths below this checkout
+# are compared as relative ones, so that another checkout of the same sources finds everything in the cache.
 find_program(SCANKNIT_CCACHE ccache)
 if(SCANKNIT_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER
-      ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${SCANKNIT_CCACHE})
+      ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}
+      CCACHE_NOHASHDIR=1 ${SCANKNIT_CCACHE})
 endif()

@@ -38,8 +38,23 @@ function(scanknit_room name)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
 
+# scanknit_module(name SOURCES ... LIBRARIES ...): libscanknit_name.so, which core/module.h opens when it is asked for. No
+# library to link with, and so installed in a folder of its own.
+function(scanknit_module name)
+  cmake_parse_arguments(MODULE "" "COMPONENT" "SOURCES;LIBRARIES" ${ARGN})
+  set(target scanknit_${name})
+  if(NOT MODULE_COMPONENT)
+    set(MODULE_COMPONENT runtime)
+  endif()
+  add_library(${target} MODULE ${MODULE_SOURCES})
+  target_link_libraries(${target} PRIVATE ${MODULE_LIBRARIES})
+  scanknit_flags(${target})
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/scanknit COMPONENT ${MODULE_COMPONENT})
+endfunction()
+
 # scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds]): one GoogleTest executable, each test a
-# ctest. The label is the room unless given. Tests find the sources through SCANKNIT_SOURCE_DIR.
+# ctest. The label is the room unless given.
 function(scanknit_test name)
   cmake_parse_arguments(TEST "" "LABEL;TIMEOUT" "SOURCES;LIBRARIES" ${ARGN})
   if(NOT TEST_LABEL)
@@ -49,8 +64,7 @@ function(scanknit_test name)
     set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
-  target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} GTest::gtest_main)
-  target_compile_definitions(${name} PRIVATE SCANKNIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} scanknit_test_places GTest::gtest_main)
   scanknit_flags(${name})
   # Under sanitizers a program is slow to start: long enough for its list of tests, even while others run.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60

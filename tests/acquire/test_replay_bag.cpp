@@ -381,7 +381,7 @@ TEST(RealsenseBag, CutAtAnyByteSaysSoAndGivesTheFramesBefore) {
 
 TEST(RealsenseBag, OfARealCameraCutAnywhereSaysSoAndGivesTheFramesBefore) {
   const fs::path file = data_folder() / "realsense_bag" / "single_depth_color_640x480.bag";
-  if (data_folder().empty() || !fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
+  if (!fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
   const TemporaryFolder folder;
   const Bytes whole = bytes_of(file);
   constexpr std::size_t kCuts = 40;
@@ -396,7 +396,7 @@ TEST(RealsenseBag, OfARealCameraCutAnywhereSaysSoAndGivesTheFramesBefore) {
 
 TEST(RealsenseBag, OfARealCameraIsReadWhole) {
   const fs::path file = data_folder() / "realsense_bag" / "single_depth_color_640x480.bag";
-  if (data_folder().empty() || !fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
+  if (!fs::exists(file)) GTEST_SKIP() << "SKIPPED: no realsense_bag to read";
   AcquireConfig config;
   config.poses = PoseMode::kStill;
   auto source = open_recording(file, config);

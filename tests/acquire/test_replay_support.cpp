@@ -100,10 +100,4 @@ std::string open_error(const fs::path& path, const AcquireConfig& config) {
   return source ? std::string() : source.error().text();
 }
 
-fs::path data_folder() {
-  const char* stated = std::getenv("SCANKNIT_TEST_DATA");
-  const fs::path folder = stated != nullptr ? fs::path(stated) : fs::path(SCANKNIT_SOURCE_DIR) / "../shared/data";
-  return fs::is_directory(folder) ? folder : fs::path();
-}
-
 }  // namespace scanknit::test

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 
@@ -64,8 +65,5 @@ struct Played {
 
 /// The message of open_recording's error, or "" when it opens.
 [[nodiscard]] std::string open_error(const std::filesystem::path& path, const AcquireConfig& config = {});
-
-/// ../shared/data beside the sources, or what SCANKNIT_TEST_DATA names; empty when it is not there.
-[[nodiscard]] std::filesystem::path data_folder();
 
 }  // namespace scanknit::test

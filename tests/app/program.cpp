@@ -13,6 +13,8 @@
 #include <iterator>
 #include <utility>
 
+#include "tests/support/places.h"
+
 namespace scanknit {
 namespace {
 
@@ -29,10 +31,10 @@ void redirect(int descriptor, const std::filesystem::path& file) {
     const rlimit limit{*max_file_bytes, *max_file_bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
-  std::vector<char*> argv = {const_cast<char*>(SCANKNIT_PROGRAM)};
+  std::vector<char*> argv = {const_cast<char*>(test::kProgram.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  ::execv(SCANKNIT_PROGRAM, argv.data());
+  ::execv(test::kProgram.c_str(), argv.data());
   ::_exit(127);
 }
 

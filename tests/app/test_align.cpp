@@ -11,6 +11,7 @@
 #include "fusion/align/point_grid.h"
 #include "tests/app/program.h"
 #include "tests/app/range_grids.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -285,9 +286,7 @@ TEST_F(AlignHills, WhatCannotBeReadEndsWithCode4AndItsName) {
 }
 
 fs::path bunny() {
-  const char* given = std::getenv("SCANKNIT_TEST_DATA");
-  const fs::path data = given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
-  return data / "range_stanford_bunny";
+  return test::data_folder() / "range_stanford_bunny";
 }
 
 /// Clean: hardly any piece, of the right size, manifold, and nowhere far from what was scanned.

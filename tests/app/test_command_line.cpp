@@ -10,6 +10,7 @@
 #include "core/version.h"
 #include "tests/app/program.h"
 #include "tests/app/scan.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -71,7 +72,7 @@ TEST(CommandLine, ConfigErrorsExitWith3OnePerLine) {
 
 TEST(CommandLine, EveryCommittedConfigurationPassesConfigCheck) {
   for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(SCANKNIT_SOURCE_DIR) / "configs")) {
+       std::filesystem::directory_iterator(std::filesystem::path(test::kSourceDir) / "configs")) {
     if (entry.path().extension() != ".yaml") continue;
     const Outcome outcome = scanknit_command({"config", "check", entry.path().string()});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -155,7 +156,7 @@ TEST(CommandLine, AnEmptyOutputIsAUsageError) {
 
 TEST(CommandLine, AResultThatStdoutWillNotTakeExitsWith8) {
   for (const std::string command : {"config schema", "config print", "synth --list"}) {
-    const int status = std::system((SCANKNIT_PROGRAM " " + command + " > /dev/full 2> /dev/null").c_str());
+    const int status = std::system((test::kProgram + " " + command + " > /dev/full 2> /dev/null").c_str());
     EXPECT_EQ(WEXITSTATUS(status), 8) << command;
   }
 }

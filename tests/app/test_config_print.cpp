@@ -10,12 +10,13 @@
 #include "app/config/config_print.h"
 #include "app/config/config_schema.h"
 #include "app/config/presets.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
 
 std::string file_text(const std::string& name) {
-  std::ifstream file(std::filesystem::path(SCANKNIT_SOURCE_DIR) / name);
+  std::ifstream file(std::filesystem::path(test::kSourceDir) / name);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -10,6 +10,7 @@
 #include "core/version.h"
 #include "tests/app/command_help.h"
 #include "tests/app/program.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -84,7 +85,7 @@ TEST_F(ManPages, NameTheExitCodesEnvironmentAndFiles) {
 
 /// The same for the same sources, whenever they are built: the changelog's.
 TEST_F(ManPages, HaveTheDateOfTheRelease) {
-  const std::string changes = read_text(SCANKNIT_SOURCE_DIR "/CHANGELOG.md");
+  const std::string changes = read_text(test::kSourceDir + "/CHANGELOG.md");
   const std::string head = std::string("\n## [") + kVersion + "] - ";
   const std::size_t at = changes.find(head);
   const std::string date = at == std::string::npos ? "unreleased" : changes.substr(at + head.size(), 10);

@@ -7,17 +7,13 @@
 
 #include "tests/app/program.h"
 #include "tests/app/trajectory_error.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-fs::path data_folder() {
-  const char* given = std::getenv("SCANKNIT_TEST_DATA");
-  return given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
-}
 
 struct Recording {
   const char* name;    ///< of the test
@@ -36,7 +32,7 @@ class RealRecording : public ::testing::TestWithParam<Recording> {};
 
 TEST_P(RealRecording, BecomesAMesh) {
   const Recording& recording = GetParam();
-  const fs::path folder = data_folder() / recording.folder;
+  const fs::path folder = test::data_folder() / recording.folder;
   if (!fs::exists(folder)) GTEST_SKIP() << "SKIPPED: no recording at " << folder;
   const TempFolder out;
   std::vector<std::string> arguments = {"run", folder.string(), "-o", out.path().string(), "--json"};
@@ -77,7 +73,7 @@ class Tracked : public ::testing::TestWithParam<TrackedRecording> {};
 
 TEST_P(Tracked, FollowsTheRecordedPoses) {
   const TrackedRecording& recording = GetParam();
-  const fs::path folder = data_folder() / recording.folder;
+  const fs::path folder = test::data_folder() / recording.folder;
   if (!fs::exists(folder)) GTEST_SKIP() << "SKIPPED: no recording at " << folder;
   const TempFolder out;
   const auto run = [&](const std::string& poses) {

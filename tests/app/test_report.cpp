@@ -7,6 +7,7 @@
 #include "export/mesh/mesh_stats.h"
 #include "tests/app/run_sample.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -55,7 +56,7 @@ void validate(const Json& value, const Json& schema, const std::string& place, s
 }
 
 std::vector<std::string> faults_of(const std::string& report) {
-  static const Json schema = Json::parse(test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.schema.json"));
+  static const Json schema = Json::parse(test::read_text(test::kSourceDir + "/docs/report.schema.json"));
   std::vector<std::string> faults;
   validate(Json::parse(report), schema, "report", faults);
   return faults;
@@ -80,7 +81,7 @@ TEST(Report, SchemaTestSeesWhatIsWrong) {
 }
 
 TEST(Report, EveryKeyIsInItsTable) {
-  const std::string table = test::read_text(SCANKNIT_SOURCE_DIR "/docs/report.md");
+  const std::string table = test::read_text(test::kSourceDir + "/docs/report.md");
   const Json json = Json::parse(report_json(sample_run()));
   for (const char* part : {"frames", "tracking", "volume", "mesh", "holes", "fit", "extract", "finish", "texture"}) {
     for (const auto& [key, value] : json[part].items()) {

@@ -9,6 +9,7 @@
 #include "export/report/report_page.h"
 #include "tests/app/run_sample.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -104,7 +105,7 @@ TEST(ReportPage, NeedsNoScriptAndFetchesNothing) {
 constexpr const char* kHostile = "<script>alert(1)</script>\"'&<img src=x onerror=y>\x01\xFF";
 
 TEST(ReportPage, EveryNameInItsTemplateIsGivenAValue) {
-  const std::filesystem::path folder = std::filesystem::path(SCANKNIT_SOURCE_DIR) / "export/report";
+  const std::filesystem::path folder = std::filesystem::path(test::kSourceDir) / "export/report";
   const std::string page = test::read_text(folder / "report.html.mustache");
   const std::string values = test::read_text(folder / "page_values.cpp");
   const std::regex tag(R"(\{\{[{#^]?(\w+)\}\})");

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tests/app/scan.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -137,7 +138,7 @@ TEST(Run, PrintsAFewReadableLines) {
 // Ctrl-C ends `scanknit capture ... 2>&1 | tee log` on both sides.
 TEST(Run, GoesOnWhenNobodyListensAnyMore) {
   const Scan scan;
-  const std::string command = std::string(SCANKNIT_PROGRAM) + " run '" + scan.recording().string() + "' -o '" +
+  const std::string command = test::kProgram + " run '" + scan.recording().string() + "' -o '" +
                               scan.output().string() + "' --set fusion.voxel_size=8mm 2>&1 | true";
   EXPECT_EQ(std::system(command.c_str()), 0) << "of `true`";
   EXPECT_TRUE(fs::exists(scan.output() / "model.glb"));
@@ -395,7 +396,7 @@ TEST(Interrupt, AClosedTerminalEndsTheScanWithItsMesh) {
 TEST(Interrupt, AScanWhoseTerminalIsGoneWritesItsMeshAllTheSame) {
   const Scan scan;
   std::vector<std::string> arguments = stepped_run(scan);
-  arguments.insert(arguments.begin(), SCANKNIT_PROGRAM);
+  arguments.insert(arguments.begin(), test::kProgram);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -403,7 +404,7 @@ TEST(Interrupt, AScanWhoseTerminalIsGoneWritesItsMeshAllTheSame) {
   const pid_t process = ::forkpty(&terminal, nullptr, nullptr, nullptr);
   ASSERT_GE(process, 0);
   if (process == 0) {
-    ::execv(SCANKNIT_PROGRAM, argv.data());
+    ::execv(test::kProgram.c_str(), argv.data());
     ::_exit(127);
   }
   ASSERT_EQ(::write(terminal, "\n", 1), 1);

@@ -7,12 +7,13 @@
 #include <string>
 
 #include "app/live/tracking_advice.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
 
 TEST(TrackingAdvice, ThereIsOneForEveryReasonOfTheReport) {
-  std::ifstream docs(std::filesystem::path(SCANKNIT_SOURCE_DIR) / "docs/report.md");
+  std::ifstream docs(std::filesystem::path(test::kSourceDir) / "docs/report.md");
   const std::regex row(R"(^\| `([a-z ]+)` \| (weak|lost) \|.*)");
   int reasons = 0;
   for (std::string line; std::getline(docs, line);) {

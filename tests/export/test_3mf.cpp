@@ -8,6 +8,7 @@
 #include "export/mesh/write_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -26,7 +27,7 @@ void write(const Mesh& mesh, const std::filesystem::path& path, std::optional<do
 
 /// What read_3mf.py says of it.
 std::string told(const std::filesystem::path& path) {
-  const std::string command = "python3 " SCANKNIT_SOURCE_DIR "/tests/export/read_3mf.py '" + path.string() + "' > '" +
+  const std::string command = "python3 " + test::kSourceDir + "/tests/export/read_3mf.py '" + path.string() + "' > '" +
                               path.string() + ".txt' 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << test::read_text(path.string() + ".txt");
   return test::read_text(path.string() + ".txt");

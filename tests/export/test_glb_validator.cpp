@@ -12,6 +12,7 @@
 #include "export/picture/encode_picture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -27,7 +28,7 @@ struct Verdict {
 };
 
 Verdict validate(const std::filesystem::path& file) {
-  const std::string command = "node '" SCANKNIT_SOURCE_DIR "/tests/export/validate_glb.mjs' '" SCANKNIT_NPM_DIR "' '" +
+  const std::string command = "node '" + test::kSourceDir + "/tests/export/validate_glb.mjs' '" + test::kNpmDir + "' '" +
                               file.string() + "' 2>&1";
   Verdict verdict;
   FILE* pipe = ::popen(command.c_str(), "r");
@@ -46,7 +47,7 @@ void expect_valid(const Mesh& mesh, const ExportConfig& config, const std::vecto
   ASSERT_TRUE(write_mesh(mesh, folder / "m.glb", config, UpAxis::kMinusY, std::nullopt, texture));
   const Verdict verdict = validate(folder / "m.glb");
   if (verdict.exit_code == kSkipped || verdict.exit_code == kNoSuchCommand) {
-    GTEST_SKIP() << "SKIPPED: node or gltf-validator is not installed (npm ci in " SCANKNIT_NPM_DIR ")";
+    GTEST_SKIP() << "SKIPPED: node or gltf-validator is not installed (npm ci in " << test::kNpmDir << ")";
   }
   EXPECT_EQ(verdict.exit_code, 0) << verdict.issues;
   std::istringstream lines(verdict.issues);

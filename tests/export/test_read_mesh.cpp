@@ -5,6 +5,7 @@
 #include "export/mesh/read_mesh.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
+#include "tests/support/places.h"
 
 namespace scanknit {
 namespace {
@@ -148,8 +149,7 @@ TEST(ReadObj, NamesTheLineThatIsWrong) {
 }
 
 TEST(ReadObj, ReadsTheReferenceMesh) {
-  const char* folder = std::getenv("SCANKNIT_TEST_DATA");
-  const std::filesystem::path data = folder != nullptr ? folder : SCANKNIT_SOURCE_DIR "/../shared/data";
+  const std::filesystem::path data = test::data_folder();
   if (!std::filesystem::exists(data / "meshes/spot.obj")) GTEST_SKIP() << "SKIPPED: no meshes/spot.obj in " << data;
   const auto mesh = read_mesh(data / "meshes/spot.obj");
   ASSERT_TRUE(mesh) << mesh.error().text();

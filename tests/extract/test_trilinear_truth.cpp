@@ -16,6 +16,7 @@
 
 #include "tests/core/temporary_folder.h"
 #include "tests/extract/trilinear_truth.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 namespace {
@@ -227,9 +228,7 @@ TEST(TrilinearTruth, NegationSwapsHighAndLow) {
 }
 
 fs::path published_cells() {
-  const char* given = std::getenv("SCANKNIT_TEST_DATA");
-  const fs::path data = given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
-  return data / "mc33_single_cells" / "MarchingCubes_cases.tar.xz";
+  return data_folder() / "mc33_single_cells" / "MarchingCubes_cases.tar.xz";
 }
 
 /// int32 nx ny nz, float bounding box[6], float values[8], little-endian; x fastest.

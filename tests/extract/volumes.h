@@ -18,6 +18,7 @@
 
 #include "extract/extract_surface.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 
@@ -192,10 +193,7 @@ inline void expect_same_bits(const Mesh& mesh, const Mesh& expected) {
 /// 10,000 cells of known Euler characteristic, at isovalue 0: L. Custodio, T. Etiene, S. Pesco, C. Silva, Practical
 /// considerations on marching cubes 33 topological correctness, Computers & Graphics 2013, supplement.
 [[nodiscard]] inline std::filesystem::path published_cells() {
-  namespace fs = std::filesystem;
-  const char* given = std::getenv("SCANKNIT_TEST_DATA");
-  const fs::path data = given != nullptr ? fs::path(given) : fs::path(SCANKNIT_SOURCE_DIR) / ".." / "shared" / "data";
-  return data / "mc33_single_cells" / "MarchingCubes_cases.tar.xz";
+  return data_folder() / "mc33_single_cells" / "MarchingCubes_cases.tar.xz";
 }
 
 /// Its cells are then the files in `folder`/Grids.

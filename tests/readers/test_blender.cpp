@@ -2,12 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/readers/told_mesh.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 namespace {
 
 Said read_in_blender(const WrittenMesh& file) {
-  return run("blender -b --factory-startup --python-exit-code 3 --python " SCANKNIT_SOURCE_DIR
+  return run("blender -b --factory-startup --python-exit-code 3 --python " + kSourceDir +
              "/tests/readers/read_in_blender.py -- '" +
              file.path() + "' '" + file.json() + "'");
 }

@@ -2,12 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/readers/told_mesh.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 namespace {
 
 Said read_in_open3d(const WrittenMesh& file) {
-  return run(debian_python() + " " SCANKNIT_SOURCE_DIR "/tests/readers/read_in_open3d.py '" + file.path() + "' '" +
+  return run(debian_python() + " " + kSourceDir + "/tests/readers/read_in_open3d.py '" + file.path() + "' '" +
              file.json() + "'");
 }
 

@@ -11,6 +11,7 @@
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/synthetic_source.h"
+#include "tests/support/places.h"
 #include "tests/synth/test_synthetic_meshes.h"
 
 namespace scanknit {
@@ -126,9 +127,7 @@ Mesh parse_obj(std::istream& file) {
 }
 
 TEST(Render, SeesSpotStandingUpright) {
-  const char* data = std::getenv("SCANKNIT_TEST_DATA");
-  const std::filesystem::path folder =
-      data != nullptr ? std::filesystem::path(data) : std::filesystem::path(SCANKNIT_SOURCE_DIR) / "../shared/data";
+  const std::filesystem::path folder = test::data_folder();
   std::ifstream file(folder / "meshes/spot.obj");
   if (!file) GTEST_SKIP() << "SKIPPED: " << (folder / "meshes/spot.obj") << " is not there";
   const auto scene = make_mesh_scene(parse_obj(file), 0.2);

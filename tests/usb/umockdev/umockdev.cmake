@@ -32,12 +32,10 @@ if(SCANKNIT_BUILD_APP)
   if(SCANKNIT_SANITIZE)
     set(slowness 4)
   endif()
-  target_compile_definitions(test_usb_commands PRIVATE
-    SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>" SCANKNIT_SLOWNESS=${slowness})
+  target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_SLOWNESS=${slowness})
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
     SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
       ../view/page_client.cpp
     LIBRARIES scanknit_app scanknit_umockdev_bus Boost::headers nlohmann_json::nlohmann_json)
-  target_compile_definitions(test_usb_capture PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
 endif()

@@ -5,8 +5,7 @@ scanknit_flags(scanknit_vhci_bus)
 
 add_executable(test_usb_vm $<TARGET_OBJECTS:emulated_camera_tests> vm/test_system.cpp ../app/program.cpp)
 target_link_libraries(test_usb_vm PRIVATE
-  scanknit_vhci_bus ${emulated_camera_libraries} nlohmann_json::nlohmann_json GTest::gtest_main)
-target_compile_definitions(test_usb_vm PRIVATE SCANKNIT_PROGRAM="$<TARGET_FILE:scanknit>")
+  scanknit_vhci_bus scanknit_test_places ${emulated_camera_libraries} nlohmann_json::nlohmann_json GTest::gtest_main)
 scanknit_flags(test_usb_vm)
 add_dependencies(test_usb_vm scanknit)
 
