@@ -22,8 +22,9 @@ struct CameraModel {
   Distortion distortion{};
 };
 
+/// How a recording is laid out (docs/recordings.md).
 enum class RecordingFormat {
-  kAuto,
+  kAuto,  ///< by its content
   kSevenScenes,
   kTum,
   kOpen3d,
@@ -69,13 +70,21 @@ struct AcquireConfig {
   std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, included
   std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
 
-  double min_depth_m = 0.0;     ///< nearer depth is dropped
+  double min_depth_m = 0.0;     ///< nearer depth is dropped; >= 0
   double max_depth_m = 0.0;     ///< farther depth is dropped; 0: no limit
   double edge_sigmas = 3.0;     ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
   int outlier_neighbours = 0;   ///< statistical outlier removal: neighbours of a point that are looked at; 0: off
   double outlier_sigmas = 2.0;  ///< points whose mean distance to them is this many sigma above the mean are dropped
   bool bilateral = false;       ///< edge-preserving smoothing of the depth
   Limits limits;
+};
+
+/// What a scanner is told before it streams; also keys of `acquire:`. What is not given is left as the camera has it.
+struct ScannerSettings {
+  std::optional<bool> emitter;        ///< the projector of a pattern, on or off
+  std::optional<int> laser_power_mw;  ///< of the projector
+  std::optional<int> preset;          ///< by the camera's own numbering
+  bool locks_exposure = true;         ///< colour exposure and white balance are held after the first second
 };
 
 }  // namespace scanknit

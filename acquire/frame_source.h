@@ -1,4 +1,4 @@
-// FrameSource: one frame after another, from a recording or a scanner (live/live_source.h).
+// FrameSource: one frame after another, from a recording or a scanner.
 #pragma once
 
 #include <chrono>

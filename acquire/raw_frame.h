@@ -9,6 +9,7 @@
 
 #include "acquire/acquire_config.h"
 #include "core/camera.h"
+#include "core/frame.h"
 #include "core/pose.h"
 
 namespace scanknit {
@@ -55,26 +56,6 @@ struct RawCalibration {
   std::string depth_unknown = {};   ///< why nothing is known of the depth camera, whose width then is 0; empty: it is
   std::string colour_unknown = {};  ///< why it is not known where the colour camera is; empty: it is
   std::vector<std::string> warnings = {};  ///< for people: what was taken for granted, since it could not be read
-};
-
-/// Frames that never arrived whole, by where they were lost.
-struct LossCounters {
-  std::uint64_t device = 0;     ///< the camera's own frame counter jumped
-  std::uint64_t transport = 0;  ///< incomplete, marked as bad, or with lost packets
-  std::uint64_t overflow = 0;   ///< more bytes than a picture has
-  std::uint64_t queue = 0;      ///< the consumer was too slow
-  std::uint64_t writer = 0;     ///< the recorder was too slow, or its disk full
-
-  [[nodiscard]] std::uint64_t total() const { return device + transport + overflow + queue + writer; }
-  LossCounters& operator+=(const LossCounters& other) {
-    device += other.device;
-    transport += other.transport;
-    overflow += other.overflow;
-    queue += other.queue;
-    writer += other.writer;
-    return *this;
-  }
-  friend bool operator==(const LossCounters&, const LossCounters&) = default;
 };
 
 /// A whole picture. Cheap to copy: the bytes are shared and never change.

@@ -12,10 +12,13 @@ function(scanknit_flags target)
   endif()
 endfunction()
 
-# scanknit_room(name SOURCES ... PUBLIC ... PRIVATE ... [PRECOMPILE header]): the library ScanKnit::name, whose headers
-# are included as "name/header.h".
+# scanknit_room(name SOURCES ... [HEADERS ...] PUBLIC ... PRIVATE ... [PRECOMPILE header]): the library ScanKnit::name,
+# whose headers are included as "name/header.h". HEADERS are those that users may include: Install.cmake installs them, and
+# no others. They include no header of ours that is not one of them.
 function(scanknit_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  list(TRANSFORM ROOM_HEADERS PREPEND ${name}/)
+  set_property(GLOBAL APPEND PROPERTY SCANKNIT_HEADERS ${ROOM_HEADERS})
   set(target scanknit_${name})
   if(SCANKNIT_SANITIZE_BESIDE AND NOT name MATCHES "^(core|acquire|scan|view)$")
     add_library(${target} SHARED IMPORTED GLOBAL)

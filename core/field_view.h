@@ -1,5 +1,5 @@
-// FieldView: the volume that one room passes on to another, be it fused or loaded. The one header of core that names
-// OpenVDB: it is not part of core's library, and whoever includes it links OpenVDB (fusion, extract and finish do).
+// FieldView: a volume to be read, be it fused or loaded. The one header of core that names OpenVDB: it is not part of
+// core's library, and whoever includes it links OpenVDB (fusion, extract and finish do).
 #pragma once
 
 #include <openvdb/openvdb.h>

@@ -64,6 +64,27 @@ struct FrameDropped {
 
 struct EndOfStream {};
 
+/// Frames that never arrived whole, by where they were lost: of a scanner, and of its recorder.
+struct LossCounters {
+  std::uint64_t device = 0;     ///< the camera's own frame counter jumped
+  std::uint64_t transport = 0;  ///< incomplete, marked as bad, or with lost packets
+  std::uint64_t overflow = 0;   ///< more bytes than a picture has
+  std::uint64_t queue = 0;      ///< the consumer was too slow
+  std::uint64_t writer = 0;     ///< the recorder was too slow, or its disk full
+
+  [[nodiscard]] std::uint64_t total() const { return device + transport + overflow + queue + writer; }
+  LossCounters& operator+=(const LossCounters& other) {
+    device += other.device;
+    transport += other.transport;
+    overflow += other.overflow;
+    queue += other.queue;
+    writer += other.writer;
+    return *this;
+  }
+  friend bool operator==(const LossCounters&, const LossCounters&) = default;
+};
+
+/// What a source gives at each call: a frame, why one could not be used, the end, or the error that ended it.
 using FrameEvent = std::variant<Frame, FrameDropped, EndOfStream, Error>;
 
 }  // namespace scanknit

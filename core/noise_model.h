@@ -1,4 +1,4 @@
-// The axial noise of a structured-light depth camera.
+// NoiseModel: the axial noise of a structured-light depth camera.
 #pragma once
 
 namespace scanknit {

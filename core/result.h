@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-/// What went wrong, coarse enough that each code has one exit code (app/cli/exit_codes.h).
+/// What went wrong, coarse enough that each code has one exit code of the program (docs/cli.md).
 enum class ErrorCode {
   kUsage,      ///< the command line asks for something that does not exist
   kConfig,     ///< a configuration value is unknown, malformed or out of range

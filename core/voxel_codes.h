@@ -1,4 +1,4 @@
-// What a voxel of a live volume keeps beside its signed distance, in six bytes.
+// WeightCode, ColourCode: what a voxel of a live volume keeps beside its signed distance, in six bytes.
 #pragma once
 
 #include <algorithm>

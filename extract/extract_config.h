@@ -1,8 +1,10 @@
-// ExtractConfig: how a volume becomes a mesh. The keys of `extract:` in YAML.
+// ExtractConfig: how a volume becomes a mesh. The keys of `extract:` in YAML. VolumeOptions: how its file is read.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace scanknit {
 
@@ -20,7 +22,7 @@ enum class Decider {
   kLorensen,   ///< the 15 cases of 1987, each cell by itself: leaves holes; to show the difference only
 };
 
-/// They have no ambiguity, and code of their own (reference/marching_tetrahedra.h).
+/// They have no ambiguity.
 [[nodiscard]] constexpr bool is_tetrahedral(Decider decider) {
   return decider == Decider::kTetra5 || decider == Decider::kTetra6 || decider == Decider::kTetra24;
 }
@@ -37,6 +39,11 @@ enum class InsideSide {
   kHigh,
 };
 
+/// True where matter is High. kAuto is settled by what the volume holds.
+[[nodiscard]] constexpr bool is_inside_high(InsideSide inside, bool is_signed_distance) {
+  return inside == InsideSide::kAuto ? !is_signed_distance : inside == InsideSide::kHigh;
+}
+
 struct ExtractConfig {
   double isovalue = 0;  ///< in the volume's own unit: metres for a scan
   Decider decider = Decider::kTrilinear;
@@ -46,6 +53,23 @@ struct ExtractConfig {
   double min_weight = 0;                    ///< samples observed with less weight count as unobserved
   std::size_t min_component_triangles = 0;  ///< smaller pieces are removed; 0: keep all
   std::int64_t memory_budget_mib = 4096;    ///< a volume that needs more is read slice by slice
+};
+
+/// How a volume's file stores a sample.
+enum class SampleType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
+enum class ByteOrder { kLittle, kBig };
+
+inline constexpr std::size_t kDefaultVolumeBudget = std::size_t{4} << 30;
+
+/// What a volume's file does not say of itself.
+struct VolumeOptions {
+  std::optional<Eigen::Vector3i> dims;        ///< raw files: samples along i (fastest), j, k
+  std::optional<SampleType> type;             ///< raw files
+  std::optional<Eigen::Vector3d> spacing;     ///< raw files and image stacks: mm, > 0
+  ByteOrder byte_order = ByteOrder::kLittle;  ///< raw files
+  std::uint64_t header_bytes = 0;             ///< raw files: bytes before the first sample
+  /// What the reader may hold in memory: the decoded samples where a format must be decoded whole, else a slice.
+  std::size_t memory_budget_bytes = kDefaultVolumeBudget;
 };
 
 }  // namespace scanknit

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "core/check.h"
+#include "extract/blocks/dense_blocks.h"
 #include "extract/blocks/vdb_blocks.h"
+#include "extract/cell/case_histogram.h"
 #include "extract/marching_cubes.h"
 #include "extract/reference/marching_tetrahedra.h"
 #include "extract/smooth_normals.h"
@@ -76,14 +78,6 @@ Result<void> check_extract_config(const ExtractConfig& config) {
   if (!std::isfinite(config.min_weight) || config.min_weight < 0)
     return Error{ErrorCode::kConfig, "must be a finite number, 0 or more", "extract.min_weight"};
   return {};
-}
-
-bool is_inside_high(InsideSide inside, bool is_signed_distance) {
-  return inside == InsideSide::kAuto ? !is_signed_distance : inside == InsideSide::kHigh;
-}
-
-Error too_many_vertices() {
-  return {ErrorCode::kMesh, "the mesh would have more than 2^32 - 2 vertices; use larger voxels", "extract"};
 }
 
 Result<Surface> extract_surface(const FieldView& view, const ExtractConfig& config) {

@@ -1,20 +1,20 @@
-// The stage that turns a volume into a mesh.
+// Extraction: a volume becomes a mesh.
 #pragma once
 
-#include <cstddef>
+#include <Eigen/Geometry>
 
 #include "core/field_view.h"
 #include "core/mesh.h"
 #include "core/result.h"
-#include "extract/blocks/dense_blocks.h"
 #include "extract/cell/case_counts.h"
 #include "extract/extract_config.h"
 
 namespace scanknit {
 
+/// What was extracted.
 struct Surface {
-  Mesh mesh;  ///< may be empty: the isovalue meets no observed cell
-  CaseCounts cases;
+  Mesh mesh;         ///< may be empty: the isovalue meets no observed cell
+  CaseCounts cases;  ///< how its cells were resolved
 };
 
 /// Disambiguated marching cubes (Lorensen & Cline 1987; the deciders of ExtractConfig). The mesh is manifold (but for
@@ -24,16 +24,17 @@ struct Surface {
 /// cannot be used.
 [[nodiscard]] Result<Surface> extract_surface(const FieldView& view, const ExtractConfig& config);
 
+/// An array of samples that somebody else owns; NaN where nothing is known.
+struct DenseView {
+  const float* samples = nullptr;  ///< (i, j, k) at i + dims.x() (j + dims.y() k)
+  Eigen::Vector3i dims = Eigen::Vector3i::Zero();
+  Eigen::Affine3d T_world_ijk = Eigen::Affine3d::Identity();
+};
+
 /// The same for an array of samples. `min_weight` of the configuration has no meaning here.
 [[nodiscard]] Result<Surface> extract_surface(const DenseView& volume, const ExtractConfig& config);
 
-/// kConfig: a value that extraction cannot work with, and why.
+/// Error (kConfig): a value that extraction cannot work with, and why. extract_surface() asks this first.
 [[nodiscard]] Result<void> check_extract_config(const ExtractConfig& config);
-
-[[nodiscard]] bool is_inside_high(InsideSide inside, bool is_signed_distance);
-
-/// Indices are 32-bit, and GLB keeps the last value for itself.
-inline constexpr std::size_t kMaxMeshVertices = 0xFFFFFFFEu;
-[[nodiscard]] Error too_many_vertices();
 
 }  // namespace scanknit

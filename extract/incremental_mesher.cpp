@@ -18,6 +18,7 @@
 #include "extract/cell/cell_table.h"
 #include "extract/cell/resolve_cell.h"
 #include "extract/extract_surface.h"
+#include "extract/marching_cubes.h"
 #include "extract/smooth_normals.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"

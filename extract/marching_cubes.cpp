@@ -158,6 +158,10 @@ class BlockWriter {
 }  // namespace
 
 // Counter-clockwise seen from the Lows is right when the Highs are matter; a mirror turns that round.
+Error too_many_vertices() {
+  return {ErrorCode::kMesh, "the mesh would have more than 2^32 - 2 vertices; use larger voxels", "extract"};
+}
+
 MarchingCubes::MarchingCubes(const BlockSource& source, const ExtractConfig& config, bool is_inside_high)
     : source_(source),
       config_(config),

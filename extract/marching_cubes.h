@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "core/result.h"
 #include "extract/blocks/block.h"
 #include "extract/blocks/classified_blocks.h"
-#include "extract/cell/case_counts.h"
+#include "extract/cell/case_histogram.h"
 #include "extract/extract_config.h"
 #include "extract/vertex_numbering.h"
 #include "extract/vertex_sampler.h"
@@ -19,6 +20,10 @@ struct MeshSize {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
 };
+
+/// Indices are 32-bit, and GLB keeps the last value for itself.
+inline constexpr std::size_t kMaxMeshVertices = 0xFFFFFFFEu;
+[[nodiscard]] Error too_many_vertices();
 
 /// A run of blocks in a source's list.
 struct BlockRange {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "extract/blocks/dense_blocks.h"
+#include "extract/cell/case_histogram.h"
 #include "extract/extract_surface.h"
 #include "extract/marching_cubes.h"
 

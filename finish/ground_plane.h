@@ -1,4 +1,4 @@
-// The table or the floor that a scan stands on.
+// find_ground: the table or the floor that a scan stands on.
 #pragma once
 
 #include <Eigen/Core>

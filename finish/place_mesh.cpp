@@ -1,4 +1,4 @@
-#include "finish/place_mesh.h"
+#include "finish/mesh_steps.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "finish/simplify_mesh.h"
+#include "finish/mesh_steps.h"
 
 #include <meshoptimizer.h>
 #include <tbb/parallel_for.h>

@@ -1,4 +1,4 @@
-#include "finish/smooth_mesh.h"
+#include "finish/mesh_steps.h"
 
 #include <tbb/parallel_for.h>
 

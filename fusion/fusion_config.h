@@ -1,4 +1,5 @@
-// FusionConfig: the volume and how frames enter it. The keys of `fusion:` in YAML.
+// FusionConfig: the volume and how frames enter it. TurntableConfig: what turned. The keys of `fusion:` and
+// `turntable:`.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +14,24 @@ inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
 inline constexpr std::size_t kMostMemoryBudgetMib = 1 << 24;
 
 struct FusionConfig {
-  double voxel_size_m = 0.004;
-  double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels ...
+  double voxel_size_m = 0.004;   ///< edge of a voxel, >= 0.000001
+  double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels (> 0) ...
   double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
   NoiseModel noise;
-  double max_weight = 4095;              ///< the running mean forgets beyond this weight
+  double max_weight = 4095;              ///< the running mean forgets beyond this weight; > 0, at most 4095
   bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
   bool loop_closure = true;              ///< the drift of a tracked walk that comes back is distributed at its end
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
+};
+
+/// What is known of a turntable, and what is done about it. The keys of `turntable:`.
+struct TurntableConfig {
+  bool is_enabled = false;           ///< the scanner stands still and the object turns
+  bool cuts = true;                  ///< what does not turn with the object is cut away, and so is the disc
+  bool closes_base = true;           ///< a plane closes the object where it stood on the disc
+  double rpm = 0;                    ///< turns a minute, steady, >= 0; 0: not known. Needs frames with times
+  double step_degrees = 0;           ///< between two frames, steady, 0 to 170; 0: not known
+  double angle_sigma_degrees = 0.5;  ///< how far angles that are known may be off: standard deviation, > 0
 };
 
 }  // namespace scanknit

@@ -64,7 +64,7 @@ VolumeResult described(const TsdfVolume& volume) {
   VolumeResult result;
   result.active_voxels = volume.active_voxels();
   result.blocks = volume.blocks();
-  result.memory_mib = static_cast<double>(volume.memory().bytes()) / kBytesPerMebibyte;
+  result.memory_mib = static_cast<double>(volume.memory_bytes()) / kBytesPerMebibyte;
   result.voxel_size_m = volume.config().voxel_size_m;
   result.is_budget_reached = volume.is_budget_reached;
   return result;

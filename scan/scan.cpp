@@ -126,9 +126,7 @@ class RecordingScan {
 
   /// The frames that the pass took, with all that they show.
   [[nodiscard]] Result<void> scan_as_walk(const ScanPass& pass, const TurntableRefiner& turntable) {
-    ScanJob taken = job_;
-    taken.frames = pass.intake().taken();
-    const auto frames = open_frames(taken);
+    const auto frames = open_frames(job_, &pass.intake().taken());
     if (!frames) return frames.error();
     PassInput input = input_of(**frames);
     input.counted = pass.intake().left_out();

@@ -2,15 +2,14 @@
 #pragma once
 
 #include "acquire/acquire_config.h"
-#include "acquire/scanner_settings.h"
 #include "export/export_config.h"
 #include "extract/extract_config.h"
 #include "finish/finish_config.h"
 #include "fusion/fusion_config.h"
-#include "fusion/turntable/turntable_config.h"
 
 namespace scanknit {
 
+/// Values and their ranges: docs/configuration.md, where each member is a key. The defaults scan a room.
 struct ScanConfig {
   AcquireConfig acquire;
   ScannerSettings scanner;  ///< also keys of `acquire:`

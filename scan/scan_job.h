@@ -8,7 +8,6 @@
 
 #include "acquire/replay/paced_source.h"
 #include "core/result.h"
-#include "scan/frames/sequence_ranges.h"
 #include "scan/scan_config.h"
 
 namespace scanknit {
@@ -30,9 +29,8 @@ struct ScanJob {
   bool measures_fit = false;  ///< compare the mesh with some of the depth frames: MeshResult::fit
   Pace pace = Pace::kFast;
   std::function<PaceControl()> pace_control = steady_pace_control;
-  std::optional<std::filesystem::path> angles = std::nullopt;         ///< of a turntable, see known_angles.h
+  std::optional<std::filesystem::path> angles = std::nullopt;  ///< of a turntable: degrees, a line for each frame
   std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: its frames are written here
-  std::optional<SequenceRanges> frames = std::nullopt;                ///< of `input`; nothing: all that are selected
 };
 
 /// Asks for every file of the job, and of the caller, whether it could be written. Errors: kOutput.

@@ -8,15 +8,18 @@
 #include <string_view>
 
 #include "acquire/frame_source.h"
-#include "core/crop_box.h"
+#include "core/axes.h"
 #include "core/frame.h"
-#include "core/log.h"
 #include "core/result.h"
-#include "fusion/volume/tsdf_volume.h"
 #include "scan/scan_result.h"
 #include "scan/scan_warning.h"
 
 namespace scanknit {
+
+class TsdfVolume;
+
+/// How important a message is.
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
 /// What a scan is doing.
 enum class ScanPhase {

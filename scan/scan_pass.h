@@ -6,7 +6,7 @@
 #include <stop_token>
 
 #include "acquire/frame_source.h"
-#include "core/crop_box.h"
+#include "core/axes.h"
 #include "core/result.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/frame_intake.h"

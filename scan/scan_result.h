@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquire/raw_frame.h"
+#include "core/frame.h"
 #include "core/mesh.h"
 #include "core/pose.h"
 #include "core/result.h"
@@ -19,7 +19,6 @@
 #include "fusion/track/tracker.h"
 #include "scan/scan_config.h"
 #include "scan/scan_warning.h"
-#include "scan/stage_times.h"
 #include "scan/trajectory.h"
 
 namespace scanknit {
@@ -117,7 +116,7 @@ struct HolesResult {
   std::vector<double> longest_m;  ///< of the longest rims, longest first
 };
 
-/// A mesh against some of its depth frames, see SurfaceFit.
+/// A mesh against some of its depth frames: how far what they saw lies from it.
 struct FitResult {
   std::size_t frames = 0;
   double seen_share = 0, median_m = 0, p95_m = 0;
@@ -169,6 +168,17 @@ struct AlignmentResult {
   std::vector<Scan> scans;
   std::vector<Pair> pairs;
 };
+
+/// How long a stage took, each time that it ran.
+struct StageTimes {
+  std::vector<double> samples_ms;
+  [[nodiscard]] double total_ms() const;
+  [[nodiscard]] double median_ms() const;  ///< 0 without samples
+  [[nodiscard]] double p95_ms() const;     ///< nearest rank; 0 without samples
+};
+
+/// By the stage's name: acquire, filter, track, raycast, integrate, extract, export ... (docs/report.md).
+using StageTimesByName = std::map<std::string, StageTimes>;
 
 struct ScanResult {
   Result<void> outcome;  ///< the error that ended the scan; what was found out until then is in the other members

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/log.h"
 #include "scan/scan_observer.h"
 #include "scan/scan_warning.h"
 #include "scan/stage_times.h"

@@ -1,24 +1,11 @@
-// How long each stage of a scan took.
+// StageTimer: takes the time of each stage of a scan.
 #pragma once
 
 #include <chrono>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
+
+#include "scan/scan_result.h"
 
 namespace scanknit {
-
-/// One sample for each time that a stage ran.
-struct StageTimes {
-  std::vector<double> samples_ms;
-  [[nodiscard]] double total_ms() const;
-  [[nodiscard]] double median_ms() const;  ///< 0 without samples
-  [[nodiscard]] double p95_ms() const;     ///< nearest rank; 0 without samples
-};
-
-/// By the stage's name: acquire, filter, track, raycast, integrate, extract, export ... (docs/report.md).
-using StageTimesByName = std::map<std::string, StageTimes>;
 
 /// Adds the samples of `from` to those of `to`.
 void add_times(const StageTimesByName& from, StageTimesByName& to);

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/crop_box.h"
+#include "core/axes.h"
 #include "core/pose.h"
 #include "core/result.h"
 

@@ -12,6 +12,7 @@
 #include "app/cli/volume_arguments.h"
 #include "app/config/config_schema.h"
 #include "app/config/presets.h"
+#include "extract/volume/sample_type.h"
 
 namespace scanknit {
 namespace {

@@ -7,6 +7,7 @@
 #include "app/report/conclude.h"
 #include "app/terminal/signals.h"
 #include "scan/scan.h"
+#include "scan/stage_times.h"
 
 namespace scanknit {
 namespace {

@@ -17,6 +17,7 @@
 #include "export/spill/stitch_borders.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/volume/extract_volume.h"
+#include "scan/volume/open_volume_file.h"
 #include "scan/volume/volume_values.h"
 
 namespace scanknit {

@@ -7,6 +7,7 @@
 #include "app/terminal/pace_control.h"
 #include "app/terminal/signals.h"
 #include "scan/scan.h"
+#include "scan/stage_times.h"
 
 namespace scanknit {
 

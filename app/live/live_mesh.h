@@ -12,6 +12,7 @@
 
 #include "core/result.h"
 #include "extract/incremental_mesher.h"
+#include "fusion/volume/block_index.h"
 #include "fusion/volume/tsdf_volume.h"
 
 namespace scanknit {

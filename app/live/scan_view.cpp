@@ -13,6 +13,7 @@
 #include "export/picture/depth_picture.h"
 #include "scan/frames/frame_count.h"
 #include "scan/live/live_scanner.h"
+#include "scan/stage_times.h"
 #include "view/mesh_chunk.h"
 
 namespace scanknit {
@@ -140,7 +141,7 @@ void ScanView::on_frame(const Frame& frame, const std::optional<Pose>& T_world_c
   note_tracking(scan.newest);
   note_pose(frame, T_world_camera);
   is_mesh_behind_ = true;
-  state_.memory_mib = static_cast<double>(scan.volume.memory().bytes()) / (1024 * 1024);
+  state_.memory_mib = static_cast<double>(scan.volume.memory_bytes()) / (1024 * 1024);
   if (budget_.allows(mesh_cost_)) update_some_of_mesh(scan.volume);
   const auto picture_every = server_->clients() > 0 ? kPictureEvery : kPictureForLater;
   if (begin - picture_at_ >= picture_every && budget_.allows(Clock::now() - begin + picture_cost_)) {

@@ -7,7 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/log.h"
 #include "scan/scan_observer.h"
 
 namespace spdlog {

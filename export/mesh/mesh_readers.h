@@ -8,7 +8,7 @@
 #include "core/mesh.h"
 #include "core/result.h"
 #include "export/mesh/mesh_extension.h"
-#include "export/mesh/mesh_notes.h"
+#include "export/mesh/read_mesh.h"
 
 namespace scanknit {
 

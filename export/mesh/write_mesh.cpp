@@ -11,6 +11,7 @@
 #include "export/glb/placement_plan.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_writers.h"
+#include "export/texture/mesh_texture.h"
 
 namespace scanknit {
 namespace {

@@ -9,9 +9,10 @@
 #include "core/mesh.h"
 #include "core/result.h"
 #include "export/export_config.h"
-#include "export/texture/mesh_texture.h"
 
 namespace scanknit {
+
+struct MeshTexture;
 
 struct WrittenFile {
   std::filesystem::path path;
@@ -24,9 +25,10 @@ struct WrittenFile {
 /// STL: millimetres, +Z up, no colour. 3MF: the same, with colours.
 /// `file_unit_m`: the mesh lies in the coordinates of a volume's file, whose unit is so many metres (> 0). PLY, OBJ and
 /// STL then keep that unit; GLB and 3MF are scaled.
-/// `texture`: written into GLB; the other formats have none. A textured mesh has no colours: viewers would multiply
-/// them. Errors: kMesh for an empty mesh, an index out of range, a number that is not finite; kOutput for a disk that
-/// refuses, an unknown extension (the message lists the known), a file that would pass the format's size limit.
+/// `texture`: written into GLB; the other formats have none; null: none. Scans bake it (ExportConfig::texture). A
+/// textured mesh has no colours: viewers would multiply them. Errors: kMesh for an empty mesh, an index out of range, a
+/// number that is not finite; kOutput for a disk that refuses, an unknown extension (the message lists the known), a
+/// file that would pass the format's size limit.
 [[nodiscard]] Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path,
                                              const ExportConfig& config, UpAxis world_up,
                                              std::optional<double> file_unit_m = std::nullopt,

@@ -1,4 +1,4 @@
-// A picture of a mesh without display or GPU.
+// render_preview: a picture of a mesh, without display or GPU.
 #pragma once
 
 #include <filesystem>

@@ -7,15 +7,9 @@
 
 #include "core/result.h"
 #include "extract/blocks/block.h"
+#include "extract/extract_surface.h"
 
 namespace scanknit {
-
-/// Samples that somebody else owns.
-struct DenseView {
-  const float* samples = nullptr;  ///< (i, j, k) at i + dims.x() (j + dims.y() k)
-  Eigen::Vector3i dims = Eigen::Vector3i::Zero();
-  Eigen::Affine3d T_world_ijk = Eigen::Affine3d::Identity();
-};
 
 /// Blocks whose z runs along i, the fastest axis in memory, and x along k: most are shown where they lie, without a
 /// copy. Keeps the view's samples alive no longer than the caller does.

@@ -7,10 +7,9 @@
 #include <span>
 #include <string_view>
 
-namespace scanknit {
+#include "extract/extract_config.h"
 
-enum class SampleType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
-enum class ByteOrder { kLittle, kBig };
+namespace scanknit {
 
 [[nodiscard]] std::size_t bytes_per_sample(SampleType type);
 /// "int8", "uint8" ... "uint64", "float", "double".

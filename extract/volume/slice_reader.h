@@ -6,12 +6,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "core/result.h"
+#include "extract/extract_config.h"
 #include "extract/volume/dense_volume.h"
-#include "extract/volume/sample_type.h"
 #include "extract/volume/volume_header.h"
 
 namespace scanknit {
@@ -27,18 +26,6 @@ class SliceReader {
   [[nodiscard]] virtual Result<void> read_slice(int k, std::span<float> samples) = 0;
   /// False: the format can only be decoded whole, and the reader holds the whole volume in memory.
   [[nodiscard]] virtual bool is_streamed() const = 0;
-};
-
-inline constexpr std::size_t kDefaultVolumeBudget = std::size_t{4} << 30;
-
-struct VolumeOptions {
-  std::optional<Eigen::Vector3i> dims;        ///< raw files: samples along i (fastest), j, k
-  std::optional<SampleType> type;             ///< raw files
-  std::optional<Eigen::Vector3d> spacing;     ///< raw files and image stacks: mm, > 0
-  ByteOrder byte_order = ByteOrder::kLittle;  ///< raw files
-  std::uint64_t header_bytes = 0;             ///< raw files: bytes before the first sample
-  /// What the reader may hold in memory: the decoded samples where a format must be decoded whole, else a slice.
-  std::size_t memory_budget_bytes = kDefaultVolumeBudget;
 };
 
 /// Opens, by content and name: a folder of DICOM slices or one file in it (series by UID, the largest is taken; slices

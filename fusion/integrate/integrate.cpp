@@ -12,6 +12,9 @@
 #include "fusion/integrate/band_blocks.h"
 #include "fusion/integrate/observation.h"
 #include "fusion/integrate/update_block.h"
+#include "fusion/volume/block_index.h"
+#include "fusion/volume/new_block.h"
+#include "fusion/volume/volume_memory.h"
 
 namespace scanknit {
 namespace {
@@ -221,23 +224,6 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
   } catch (const openvdb::Exception& e) {
     return Error{ErrorCode::kInternal, std::string("OpenVDB: ") + e.what()};
   }
-}
-
-BlockCounter::BlockCounter(const FusionConfig& config, std::size_t max_bytes)
-    : config_(config), max_bytes_(max_bytes) {}
-
-void BlockCounter::add(const Frame& frame, const Pose& T_world_camera) {
-  if (is_full() || !is_rigid(T_world_camera)) return;
-  const Observation observation(frame, config_);
-  if (!is_indexable(observation, T_world_camera, config_.voxel_size_m)) return;
-  for (const BandBlock& block : find_band_blocks(observation, T_world_camera, config_.voxel_size_m)) {
-    if (is_full()) return;
-    if (origins_.insert(block.origin).second) memory_.add(block.origin);
-  }
-}
-
-std::size_t BlockCounter::blocks() const {
-  return origins_.size();
 }
 
 }  // namespace scanknit

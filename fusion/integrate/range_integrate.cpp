@@ -14,6 +14,9 @@
 
 #include "fusion/integrate/surface_rows.h"
 #include "fusion/integrate/update_block.h"
+#include "fusion/volume/block_index.h"
+#include "fusion/volume/new_block.h"
+#include "fusion/volume/volume_memory.h"
 
 namespace scanknit {
 namespace {

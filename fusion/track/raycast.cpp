@@ -13,6 +13,7 @@
 #include "fusion/track/march_rays.h"
 #include "fusion/track/ray_surfaces.h"
 #include "fusion/track/visible_blocks.h"
+#include "fusion/volume/block_index.h"
 
 namespace scanknit {
 namespace {

@@ -1,4 +1,6 @@
 #include "fusion/turntable/cut_volume.h"
+#include "fusion/volume/block_index.h"
+#include "fusion/volume/new_block.h"
 
 #include <tbb/parallel_for.h>
 

@@ -4,6 +4,10 @@
 #include <mutex>
 #include <string>
 
+#include "fusion/volume/block_index.h"
+#include "fusion/volume/new_block.h"
+#include "fusion/volume/volume_memory.h"
+
 namespace scanknit {
 namespace {
 
@@ -25,6 +29,11 @@ typename Grid::Ptr make_grid(const char* name, const typename Grid::ValueType& b
 }
 
 }  // namespace
+
+TsdfVolume::TsdfVolume() : index_(std::make_unique<BlockIndex>()), memory_(std::make_unique<VolumeMemory>()) {}
+TsdfVolume::TsdfVolume(TsdfVolume&&) noexcept = default;
+TsdfVolume& TsdfVolume::operator=(TsdfVolume&&) noexcept = default;
+TsdfVolume::~TsdfVolume() = default;
 
 Result<TsdfVolume> TsdfVolume::create(const FusionConfig& config) {
   constexpr double kLeastVoxelSize_m = 1e-6;  // finer than any scanner, and OpenVDB's transforms still have an inverse
@@ -70,19 +79,35 @@ Voxel TsdfVolume::voxel(const openvdb::Coord& index) const {
   return voxel;
 }
 
+std::size_t TsdfVolume::blocks() const {
+  return index_->blocks().size();
+}
+
+std::size_t TsdfVolume::memory_bytes() const {
+  return memory_->bytes();
+}
+
+BlockBudget TsdfVolume::block_budget() const {
+  return {*memory_, config_.memory_budget_mib << 20};
+}
+
+void TsdfVolume::count_colours_of_a_block() {
+  memory_->add_colours();
+}
+
 void TsdfVolume::add_block(NewBlock added) {
   const VolumeBlock& block = added.block;
   tsdf_->tree().addLeaf(added.tsdf.release());
   weight_->tree().addLeaf(added.weight.release());
   colour_->tree().addLeaf(added.colour.release());
-  index_.add(block);
-  memory_.add(block.origin);
-  if (has_own_colours(*block.colour)) memory_.add_colours();
+  index_->add(block);
+  memory_->add(block.origin);
+  if (has_own_colours(*block.colour)) memory_->add_colours();
 }
 
 std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {
   std::vector<openvdb::Coord> origins;
-  for (VolumeBlock& block : index_.blocks()) {
+  for (VolumeBlock& block : index_->blocks()) {
     if (block.has_changed) origins.push_back(block.origin);
     block.has_changed = false;
   }

@@ -4,7 +4,9 @@
 #include <openvdb/openvdb.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -12,11 +14,13 @@
 #include "core/image.h"
 #include "core/result.h"
 #include "fusion/fusion_config.h"
-#include "fusion/volume/block_index.h"
-#include "fusion/volume/new_block.h"
-#include "fusion/volume/volume_memory.h"
 
 namespace scanknit {
+
+class BlockBudget;
+class BlockIndex;
+class VolumeMemory;
+struct NewBlock;
 
 /// What is known of one sample.
 struct Voxel {
@@ -38,36 +42,22 @@ class TsdfVolume {
   /// scan.
   [[nodiscard]] static Result<TsdfVolume> create(const FusionConfig& config);
 
-  TsdfVolume(TsdfVolume&&) = default;
-  TsdfVolume& operator=(TsdfVolume&&) = default;
-  TsdfVolume(const TsdfVolume&) = delete;
-  TsdfVolume& operator=(const TsdfVolume&) = delete;
-  ~TsdfVolume() = default;
+  TsdfVolume(TsdfVolume&&) noexcept;
+  TsdfVolume& operator=(TsdfVolume&&) noexcept;
+  ~TsdfVolume();
 
   [[nodiscard]] const FusionConfig& config() const { return config_; }
-  [[nodiscard]] const TsdfGrid& tsdf() const { return *tsdf_; }
+  [[nodiscard]] const openvdb::FloatGrid& tsdf() const { return *tsdf_; }
   [[nodiscard]] const WeightCodeGrid& weight() const { return *weight_; }
   [[nodiscard]] const ColourCodeGrid& colour() const { return *colour_; }
-  /// For the rooms that read it. The grids stay the volume's.
+  /// For extract_surface() and others that read it. The grids stay the volume's.
   [[nodiscard]] FieldView field_view() const;
   /// For looking at a few; a walk through three trees.
   [[nodiscard]] Voxel voxel(const openvdb::Coord& index) const;
 
-  [[nodiscard]] std::size_t blocks() const { return index_.blocks().size(); }  ///< leaves of 8^3 voxels
-  [[nodiscard]] std::size_t active_voxels() const;                             ///< observed voxels
-  [[nodiscard]] const VolumeMemory& memory() const { return memory_; }
-
-  [[nodiscard]] const BlockIndex& index() const { return index_; }
-  [[nodiscard]] BlockIndex& index() { return index_; }
-  /// For new blocks, within fusion.memory_budget.
-  [[nodiscard]] BlockBudget block_budget() const { return {memory_, config_.memory_budget_mib << 20}; }
-  /// `added` has leaves, and the volume has no block there. The leaves are the volume's from now on.
-  void add_block(NewBlock added);
-  /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
-  /// once.
-  void count_colours_of_a_block() { memory_.add_colours(); }
-  /// The origins of the blocks that changed since the last call, for meshing these alone.
-  [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
+  [[nodiscard]] std::size_t blocks() const;         ///< leaves of 8^3 voxels
+  [[nodiscard]] std::size_t active_voxels() const;  ///< observed voxels
+  [[nodiscard]] std::size_t memory_bytes() const;   ///< of the blocks and the trees above them
 
   /// True once integrate() had to leave out blocks because of the budget.
   bool is_budget_reached = false;
@@ -77,14 +67,29 @@ class TsdfVolume {
   /// as three floats from 0 to 1, negative where none was seen. Errors: kOutput.
   [[nodiscard]] Result<void> save(const std::filesystem::path& path) const;
 
+  // For what changes a volume block by block: integrate() and the like. The types are the library's own.
+
+  [[nodiscard]] const BlockIndex& index() const { return *index_; }
+  [[nodiscard]] BlockIndex& index() { return *index_; }
+  [[nodiscard]] const VolumeMemory& memory() const { return *memory_; }
+  /// For new blocks, within fusion.memory_budget.
+  [[nodiscard]] BlockBudget block_budget() const;
+  /// `added` has leaves, and the volume has no block there. The leaves are the volume's from now on.
+  void add_block(NewBlock added);
+  /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
+  /// once.
+  void count_colours_of_a_block();
+  /// The origins of the blocks that changed since the last call, for meshing these alone.
+  [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
+
  private:
-  TsdfVolume() = default;
+  TsdfVolume();
   FusionConfig config_;
-  TsdfGrid::Ptr tsdf_;
+  openvdb::FloatGrid::Ptr tsdf_;
   WeightCodeGrid::Ptr weight_;
   ColourCodeGrid::Ptr colour_;
-  BlockIndex index_;
-  VolumeMemory memory_;
+  std::unique_ptr<BlockIndex> index_;
+  std::unique_ptr<VolumeMemory> memory_;
 };
 
 /// A volume read from a .vdb: ours, or any file with a FloatGrid.
@@ -94,7 +99,7 @@ struct LoadedVolume {
   openvdb::Vec3SGrid::Ptr colour;   ///< "colour" or null
   bool is_signed_distance = false;  ///< ours, or of grid class level set
 
-  /// For the rooms that read it. The grids stay the volume's.
+  /// For extract_surface() and others that read it. The grids stay the volume's.
   [[nodiscard]] FieldView field_view() const;
 };
 

@@ -1,4 +1,4 @@
-// Several scans of one thing, brought together and meshed as one.
+// align_and_mesh: several scans of one thing, brought together and meshed as one.
 #pragma once
 
 #include <filesystem>
@@ -6,13 +6,20 @@
 #include <stop_token>
 #include <vector>
 
-#include "scan/align/align_inputs.h"
 #include "scan/scan_job.h"
 #include "scan/scan_observer.h"
 #include "scan/scan_result.h"
 
 namespace scanknit {
 
+/// What is known of where the scans are, beside what their files say.
+struct KnownPlaces {
+  std::optional<std::filesystem::path> initial = {};  ///< poses: lines of SCAN tx ty tz qx qy qz qw
+  std::optional<std::filesystem::path> markers = {};  ///< lines of SCAN MARKER x y z
+  bool wants_refinement = false;                      ///< poses that the files carry are a beginning, not the end
+};
+
+/// What is to be aligned.
 struct AlignRequest {
   std::vector<std::filesystem::path> inputs;  ///< range scans, recordings, meshes, point clouds, .conf
   KnownPlaces known;

@@ -15,6 +15,7 @@
 #include "scan/frames/frame_count.h"
 #include "scan/frames/frame_intake.h"
 #include "scan/reconstruction.h"
+#include "scan/stage_times.h"
 #include "scan/tracking_verdict.h"
 
 namespace scanknit {

@@ -12,8 +12,10 @@
 #include "acquire/filter/depth_filter.h"
 #include "acquire/frame_source.h"
 #include "core/files/quantity.h"
+#include "fusion/integrate/block_counter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
+#include "fusion/volume/volume_memory.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/frame_count.h"
 

@@ -6,16 +6,16 @@
 
 namespace scanknit {
 
-Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, std::size_t every) {
+Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const SequenceRanges* only, std::size_t every) {
   AcquireConfig config = job.config.acquire;
   config.every *= every;
   auto source = open_recording(job.input, config);
-  if (!source || !job.frames) return source;
-  return std::unique_ptr<FrameSource>(std::make_unique<OnlyFrames>(*std::move(source), *job.frames));
+  if (!source || only == nullptr) return source;
+  return std::unique_ptr<FrameSource>(std::make_unique<OnlyFrames>(*std::move(source), *only));
 }
 
-FrameArchive archive_of(const ScanJob& job) {
-  return FrameArchive([&job](std::size_t every) { return open_frames(job, every); });
+FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only) {
+  return FrameArchive([&job, only](std::size_t every) { return open_frames(job, only, every); });
 }
 
 }  // namespace scanknit

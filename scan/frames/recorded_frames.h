@@ -7,14 +7,16 @@
 #include "acquire/frame_source.h"
 #include "core/result.h"
 #include "scan/frames/frame_archive.h"
+#include "scan/frames/sequence_ranges.h"
 #include "scan/scan_job.h"
 
 namespace scanknit {
 
-/// Every `every`-th of the job's frames. Errors: open_recording().
-[[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, std::size_t every = 1);
+/// Every `every`-th of the job's frames, those of `only` alone unless it is null. Errors: open_recording().
+[[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const SequenceRanges* only = nullptr,
+                                                               std::size_t every = 1);
 
-/// Reads them again from the recording. `job` outlives it.
-[[nodiscard]] FrameArchive archive_of(const ScanJob& job);
+/// Reads them again from the recording. `job` and `only` outlive it.
+[[nodiscard]] FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only = nullptr);
 
 }  // namespace scanknit

@@ -4,13 +4,17 @@
 #include <memory>
 #include <utility>
 
+#include "acquire/live/live_source.h"
+#include "acquire/record/recorder.h"
 #include "core/files/atomic_file.h"
 #include "scan/frames/recorded_frames.h"
+#include "scan/live/live_scanner.h"
 #include "scan/refine/loop_refiner.h"
 #include "scan/refine/turntable_refiner.h"
 #include "scan/scan.h"
 #include "scan/scan_pass.h"
 #include "scan/settings_check.h"
+#include "scan/stage_times.h"
 
 namespace scanknit {
 namespace {
@@ -151,10 +155,9 @@ class LiveScan {
   [[nodiscard]] Result<bool> scan_recorded_turntable() {
     ScanJob recorded = job_;
     recorded.input = *request_.recording;
-    recorded.frames = taken_;
-    const auto source = open_frames(recorded);
+    const auto source = open_frames(recorded, &taken_);
     if (!source) return source.error();
-    const FrameArchive archive = archive_of(recorded);
+    const FrameArchive archive = archive_of(recorded, &taken_);
     ScanSession session(session_.observer(), {});
     TurntableRefiner turntable(recorded, (*source)->info().poses, archive, session);
     const auto scanned = [&]() -> Result<void> {

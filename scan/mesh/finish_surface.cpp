@@ -13,10 +13,8 @@
 #include "finish/close_volume.h"
 #include "finish/ground_plane.h"
 #include "finish/invented.h"
-#include "finish/pieces.h"
-#include "finish/place_mesh.h"
-#include "finish/simplify_mesh.h"
-#include "finish/smooth_mesh.h"
+#include "finish/mesh_steps.h"
+#include "scan/stage_times.h"
 
 namespace scanknit {
 namespace {

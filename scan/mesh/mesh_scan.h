@@ -1,7 +1,7 @@
 // The mesh of a reconstruction, written to all files of a job.
 #pragma once
 
-#include "core/crop_box.h"
+#include "core/axes.h"
 #include "core/result.h"
 #include "scan/mesh/write_texture.h"
 #include "scan/reconstruction.h"

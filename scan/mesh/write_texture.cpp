@@ -10,6 +10,7 @@
 
 #include "export/mesh/write_mesh.h"
 #include "export/picture/encode_picture.h"
+#include "export/texture/mesh_texture.h"
 #include "export/texture/texel_size.h"
 #include "export/texture/texture_atlas.h"
 #include "export/texture/texture_baker.h"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "core/files/quantity.h"
@@ -15,6 +14,7 @@
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/settings_check.h"
+#include "scan/volume/open_volume_file.h"
 #include "scan/volume/vdb_grids.h"
 #include "scan/volume/volume_values.h"
 
@@ -72,14 +72,6 @@ Result<void> with_values(Result<void> result, const ValueSource& values) {
 
 std::size_t budget_bytes(const ExtractConfig& config) {
   return static_cast<std::size_t>(config.memory_budget_mib * kMebibyte);
-}
-
-/// The readers do not know what their options are called here.
-Error naming_options(Error error, const std::filesystem::path& path) {
-  if (error.code == ErrorCode::kUsage) error.message += " (see --dims, --type and --spacing)";
-  if (error.code == ErrorCode::kBudget) error.message += " (--set extract.memory_budget=SIZE)";
-  if (error.where.empty()) error.where = path.string();
-  return error;
 }
 
 double sample_bytes(const VolumeHeader& header) {
@@ -295,27 +287,6 @@ class VolumeExtraction {
 ScanResult extract_volume(const ScanJob& job, const VolumeRequest& request, ScanObserver& observer,
                           std::stop_token stop) {
   return VolumeExtraction(job, request, observer, stop).run();
-}
-
-Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path, VolumeOptions options,
-                                                      const ExtractConfig& config) {
-  options.memory_budget_bytes = budget_bytes(config);
-  auto reader = open_volume(path, options);
-  if (!reader) return naming_options(reader.error(), path);
-  return reader;
-}
-
-bool is_vdb(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".vdb";
-}
-
-Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options) {
-  if (!options.dims && !options.type && !options.spacing) return {};
-  return Error{ErrorCode::kUsage, "--dims, --type and --spacing are for raw samples and stacks of images, not for .vdb",
-               path.string()};
 }
 
 }  // namespace scanknit

@@ -154,7 +154,7 @@ TEST(RangeIntegrate, StopsGrowingAtTheBudget) {
   const auto stats = integrate(RangeView(scan, surface), surface.noise_m, Pose::Identity(), *volume);
   ASSERT_TRUE(stats);
   EXPECT_TRUE(stats->is_budget_reached);
-  EXPECT_LE(volume->memory().bytes(), std::size_t{16} << 20);
+  EXPECT_LE(volume->memory_bytes(), std::size_t{16} << 20);
 }
 
 }  // namespace

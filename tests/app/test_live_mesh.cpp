@@ -11,6 +11,7 @@
 #include "app/live/live_mesh.h"
 #include "extract/extract_surface.h"
 #include "fusion/integrate/integrate.h"
+#include "fusion/volume/block_index.h"
 #include "tests/app/small_scan.h"
 
 namespace scanknit {

@@ -9,6 +9,7 @@
 #include "export/glb/glb_writer.h"
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/write_mesh.h"
+#include "export/texture/mesh_texture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/every_packing.h"
 #include "tests/export/texture_samples.h"

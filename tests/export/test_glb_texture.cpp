@@ -12,6 +12,7 @@
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/encode_picture.h"
+#include "export/texture/mesh_texture.h"
 #include "export/texture/srgb.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/every_packing.h"

@@ -8,10 +8,7 @@
 #include <stop_token>
 
 #include "finish/mesh_edges.h"
-#include "finish/pieces.h"
-#include "finish/place_mesh.h"
-#include "finish/simplify_mesh.h"
-#include "finish/smooth_mesh.h"
+#include "finish/mesh_steps.h"
 #include "tests/core/sample_meshes.h"
 
 namespace scanknit {

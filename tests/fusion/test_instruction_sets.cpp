@@ -9,6 +9,7 @@
 #include "fusion/track/picture_shift.h"
 #include "fusion/track/raycast.h"
 #include "fusion/track/surface_pyramid.h"
+#include "fusion/volume/block_index.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "fusion/integrate/band_blocks.h"
+#include "fusion/integrate/block_counter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/integrate/update_block.h"
 #include "tests/fusion/analytic_frames.h"
@@ -261,7 +262,7 @@ TEST(Integrate, StopsGrowingAtTheBudgetAndSaysSo) {
   EXPECT_TRUE(stats->is_budget_reached);
   EXPECT_TRUE(volume.is_budget_reached);
   EXPECT_GT(volume.blocks(), 0u);
-  EXPECT_LE(volume.memory().bytes(), config.memory_budget_mib << 20);
+  EXPECT_LE(volume.memory_bytes(), config.memory_budget_mib << 20);
 }
 
 TEST(Integrate, GivesTheSameBitsForAnyNumberOfThreads) {

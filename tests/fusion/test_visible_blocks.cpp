@@ -8,6 +8,7 @@
 #include <map>
 
 #include "fusion/integrate/integrate.h"
+#include "fusion/volume/block_index.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

@@ -9,7 +9,9 @@
 
 #include "core/files/read_file.h"
 #include "fusion/integrate/integrate.h"
+#include "fusion/volume/block_index.h"
 #include "fusion/volume/tsdf_volume.h"
+#include "fusion/volume/volume_memory.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit {
@@ -161,7 +163,7 @@ TEST(VolumeMemory, IsWhatOpenVdbCountsAndTheIndex) {
       config.voxel_size_m = voxel_size_m;
       const TsdfVolume volume = walls_all_round(config, are_coloured);
       const auto counted = static_cast<double>(counted_by_openvdb(volume));
-      const auto told = static_cast<double>(volume.memory().bytes());
+      const auto told = static_cast<double>(volume.memory_bytes());
       EXPECT_GE(told, counted) << voxel_size_m << are_coloured;
       EXPECT_LE(told, 1.1 * counted) << voxel_size_m << are_coloured;
     }
@@ -202,7 +204,7 @@ TEST(VolumeMemory, KeepsWithinSmallBudgets) {
     EXPECT_TRUE(volume.is_budget_reached) << budget_mib;
     EXPECT_GT(volume.active_voxels(), 0u) << budget_mib;
     EXPECT_LE(counted_by_openvdb(volume), budget_mib << 20) << budget_mib;
-    EXPECT_LE(volume.memory().bytes(), budget_mib << 20) << budget_mib;
+    EXPECT_LE(volume.memory_bytes(), budget_mib << 20) << budget_mib;
   }
 }
 

@@ -1,0 +1,363 @@
+#include "fusion/track/model_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/track/motion_vector.h"
+#include "fusion/track/picture_shift.h"
+#include "fusion/track/raycast.h"
+
+namespace scanknit {
+namespace {
+
+// A frame with a surface at fewer of its pixels says too little.
+constexpr double kFewestPoints = 0.03;
+
+// Nearer than this most depth cameras see nothing.
+constexpr double kTooClose_m = 0.7;
+
+// Of the points, the share that must lie before something known; of those, the share that must agree with it.
+constexpr double kLeastOverlap = 0.15;
+constexpr double kLeastInliers = 0.5;
+constexpr double kGoodInliers = 0.65;
+
+// Colours of the right place agree to a mean weight of 0.75 and more; those of a wrong one by chance to 0.3 to 0.55.
+constexpr double kLeastColour = 0.35;
+
+// Recorded poses are corrected by no more than this, unless the frame fits as frames usually do.
+constexpr double kSmallCorrection_m = 0.05;
+constexpr double kSmallCorrection_rad = 0.05;
+
+// A pose far from where the camera was expected, or after a gap, or after the camera was lost, must fit as well as
+// frames usually do: a wrong place would be fused as a second copy. At the right place a frame fits within these of the
+// usual; at a wrong one it lacks a tenth of its inliers or colour, or the model contradicts it.
+constexpr double kSureOverlap = 0.4;
+constexpr double kSureInliers = 0.65;
+constexpr double kSureColour = 0.5;
+constexpr double kSureContradicted = 0.1;
+constexpr double kUsualInliers = 0.08;
+constexpr double kUsualColour = 0.05;
+constexpr double kUsualContradicted = 0.03;
+
+// Where something comes, goes or moves, the model contradicts more of the frame. What it does not contradict must agree
+// with it as usual: else what moves takes the camera along.
+constexpr double kChanged = 0.1;
+constexpr double kUsualRest = 0.06;
+constexpr double kLeastInliersInChange = 0.3;
+constexpr std::int64_t kPromptly_ns = 250'000'000;  // later than this another place is likelier than a change
+constexpr int kMostUnsure = 15;                     // frames in a row that are only followed
+
+// So far from where it was expected, and by more than the camera moved before, or after so many intervals without a
+// frame, a pose is a surprise.
+constexpr double kSurprise_m = 0.2;
+constexpr double kSurprise_rad = 0.2;
+constexpr double kSurpriseIntervals = 4;
+
+// A fit that gets so much worse from one frame to the next is a surprise, too: who walks into view does so more slowly.
+constexpr double kFallOfInliers = 0.25;
+constexpr double kFallOfColour = 0.2;
+constexpr double kRiseOfContradiction = 0.1;
+
+// A place that was recognised must hold for so many frames in a row before anything is fused.
+constexpr int kSureViews = 3;
+
+// A view from elsewhere shows less of what the camera sees: look again from the place that was found.
+constexpr double kNearView_m = 0.1;
+constexpr double kNearView_rad = 0.1;
+
+/// Why a frame shows too little to be tracked; nothing when it shows enough.
+std::optional<std::string> why_blind(const SurfaceLevel& level, std::optional<double> last_depth_m) {
+  const auto points = static_cast<double>(points_of(level));
+  if (points == 0) return "nothing seen";
+  if (points >= kFewestPoints * level.intrinsics.width * level.intrinsics.height) return std::nullopt;
+  return last_depth_m && *last_depth_m < kTooClose_m ? "too close" : "too few points";
+}
+
+/// Of what the model does not contradict, the share that agrees with it.
+double inliers_of_rest(double inlier_share, double contradicted_share) {
+  return contradicted_share < 1 ? inlier_share / (1 - contradicted_share) : 0;
+}
+
+bool has_changed(const IcpResult& fit) {
+  return fit.contradicted_share > kChanged;
+}
+
+bool is_believable(const IcpResult& fit, double least_inliers = kLeastInliers) {
+  return fit.overlap >= kLeastOverlap && fit.inlier_share >= least_inliers && fit.colour_agreement >= kLeastColour;
+}
+
+bool is_near(const Pose& a, const Pose& b, double distance_m, double turn_rad) {
+  const Pose apart = a.inverse() * b;
+  return apart.translation().norm() < distance_m && angle_of(apart) < turn_rad;
+}
+
+/// Why a believable pose is held by little; nothing when it is held well.
+std::optional<std::string> why_weak(const IcpResult& fit) {
+  if (fit.weak_directions > 0) return "flat scene";
+  if (fit.inlier_share < kGoodInliers || has_changed(fit)) return "scene has changed";
+  if (fit.overlap < 2 * kLeastOverlap) return "little overlap";
+  return std::nullopt;
+}
+
+TrackResult describe(TrackState state, std::string reason, const Pose& T_world_camera, const IcpResult& fit) {
+  TrackResult result;
+  result.state = state;
+  result.reason = std::move(reason);
+  result.T_world_camera = T_world_camera;
+  result.points = fit.points;
+  result.overlap = fit.overlap;
+  result.inlier_share = fit.inlier_share;
+  result.contradicted_share = fit.contradicted_share;
+  result.colour_agreement = fit.colour_agreement;
+  result.rms_sigma = fit.rms_sigma;
+  result.weak_directions = fit.weak_directions;
+  return result;
+}
+
+}  // namespace
+
+TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
+  volume_ = &volume;
+  raycast_time_ = {};
+  noise_ = volume.config().noise.scaled(noise_scale_);
+  const SurfacePyramid seen = pyramid_of(frame, noise_);
+  const int unsure_before = unsure_frames_;
+  TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
+  if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
+  result.rms_sigma *= noise_scale_;
+  remember(frame, seen, result);
+  result.raycast_time = raycast_time_;
+  return result;
+}
+
+TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen) {
+  const Pose T_last = last_ ? last_->T_world_camera : frame.T_world_camera.value_or(Pose::Identity());
+  IcpResult nothing;
+  nothing.points = points_of(seen.levels.front());
+  const auto blind = why_blind(seen.levels.front(), last_ ? std::optional(last_->depth_m) : std::nullopt);
+  if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
+  if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, "", T_last, nothing);
+
+  if (recognised_) {
+    const auto again = sure_fit(seen, recognised_->T_world_camera);
+    if (again && recognised_->views + 1 >= kSureViews) {
+      return describe(TrackState::kRecovered, "", again->T_world_camera, again->icp);
+    }
+    if (again) {
+      recognised_ = Recognised{again->T_world_camera, recognised_->views + 1};
+      return describe(TrackState::kLost, "making sure", T_last, again->icp);
+    }
+    recognised_.reset();
+  }
+  const Fit followed = follow_motion(seen, frame.timestamp_ns);
+  if (is_accepted(followed, frame.timestamp_ns)) {
+    if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
+    const auto weak = why_weak(followed.icp);
+    return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
+                    followed.icp);
+  }
+  if (is_worth_following(followed, frame.timestamp_ns)) {
+    ++unsure_frames_;
+    return describe(TrackState::kLost, "scene is changing", followed.T_world_camera, followed.icp);
+  }
+  if (const auto again = find_again(seen)) {
+    recognised_ = Recognised{again->T_world_camera, 1};
+    return describe(TrackState::kLost, is_lost_ ? "making sure" : "too fast", T_last, again->icp);
+  }
+  const char* reason = is_lost_ ? "place not recognised" : "too fast";
+  return describe(TrackState::kLost, reason, T_last, followed.icp);
+}
+
+TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
+  const Pose& T_recorded = *frame.T_world_camera;
+  const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
+  if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
+  const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
+  if (!is_sure(found.icp)) {
+    const bool only_scene_changed = is_small && is_steady(found.icp);
+    if (!only_scene_changed && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
+      return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
+    }
+    if (!is_small || !is_believable(found.icp) || has_changed(found.icp)) {
+      return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
+    }
+  }
+  const auto weak = why_weak(found.icp);
+  return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), found.T_world_camera, found.icp);
+}
+
+/// Whether a pose that was followed is good enough to be fused.
+bool ModelTracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return is_sure(fit.icp);
+  if (has_changed(fit.icp) && knows_the_usual()) {
+    return is_steady(fit.icp) && (is_prompt(timestamp_ns) || !is_suddenly_worse(fit.icp));
+  }
+  if (is_suddenly_worse(fit.icp)) return is_sure(fit.icp);
+  return is_believable(fit.icp) && (unsure_frames_ == 0 || is_as_usual(fit.icp));
+}
+
+/// Whether a pose that is not fused is good enough to go on from: something moves, which may take the camera along.
+bool ModelTracker::is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (is_lost_ || is_elsewhere(fit, timestamp_ns) || !is_prompt(timestamp_ns)) return false;
+  if (unsure_frames_ == kMostUnsure) return false;
+  return has_changed(fit.icp) ? is_believable(fit.icp, kLeastInliersInChange)
+                              : unsure_frames_ > 0 && is_believable(fit.icp);
+}
+
+bool ModelTracker::is_surprise(const Fit& fit, std::int64_t timestamp_ns) const {
+  return is_elsewhere(fit, timestamp_ns) || is_suddenly_worse(fit.icp);
+}
+
+/// Not where the camera was expected, or nobody knows where to expect it.
+bool ModelTracker::is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const {
+  if (intervals_since_last(timestamp_ns) > kSurpriseIntervals) return true;
+  const Pose moved = T_before_last_.value_or(Pose::Identity());
+  return !is_near(predicted(timestamp_ns), fit.T_world_camera, std::max(kSurprise_m, moved.translation().norm()),
+                  std::max(kSurprise_rad, angle_of(moved)));
+}
+
+/// Something has changed, and what has not fits as usual: nothing takes the camera along.
+bool ModelTracker::is_steady(const IcpResult& fit) const {
+  return has_changed(fit) && knows_the_usual() && is_believable(fit, kLeastInliersInChange) &&
+         fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
+         inliers_of_rest(fit.inlier_share, fit.contradicted_share) >=
+             inliers_of_rest(usual_.inlier_share, usual_.contradicted_share) - kUsualRest;
+}
+
+bool ModelTracker::is_sure(const IcpResult& fit) const {
+  return fit.weak_directions == 0 && fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers &&
+         fit.colour_agreement >= kSureColour && fit.contradicted_share <= kSureContradicted && is_as_usual(fit);
+}
+
+bool ModelTracker::is_as_usual(const IcpResult& fit) const {
+  if (!knows_the_usual()) return true;
+  return fit.inlier_share >= usual_.inlier_share - kUsualInliers &&
+         fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
+         fit.contradicted_share <= usual_.contradicted_share + kUsualContradicted;
+}
+
+bool ModelTracker::knows_the_usual() const {
+  constexpr int kFewest = 3;
+  return usual_frames_ >= kFewest;
+}
+
+bool ModelTracker::is_suddenly_worse(const IcpResult& fit) const {
+  return fit.inlier_share < newest_.inlier_share - kFallOfInliers ||
+         fit.colour_agreement < newest_.colour_agreement - kFallOfColour ||
+         fit.contradicted_share > newest_.contradicted_share + kRiseOfContradiction;
+}
+
+ModelTracker::Model ModelTracker::look(const CameraIntrinsics& camera, const Pose& T_world_camera) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ModelView view = raycast(*volume_, camera, T_world_camera);
+  raycast_time_ += std::chrono::steady_clock::now() - begin;
+  return {T_world_camera, pyramid_of(view, noise_)};
+}
+
+ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& model,
+                                    const std::vector<Pose>& T_world_guesses) {
+  IcpConfig coarse{noise_};
+  coarse.last_level = coarse.first_level;
+  const Pose T_model_world = model.T_world_camera.inverse();
+  IcpResult best;
+  best.support = -1;
+  for (const Pose& guess : T_world_guesses) {
+    const IcpResult tried = register_frame(seen, model.pyramid, T_model_world * guess, coarse);
+    if (tried.support > best.support) best = tried;
+  }
+  IcpConfig fine{noise_};
+  fine.first_level = coarse.last_level - 1;
+  const IcpResult found = register_frame(seen, model.pyramid, best.T_model_frame, fine);
+  return {model.T_world_camera * found.T_model_frame, found};
+}
+
+ModelTracker::Fit ModelTracker::follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns) {
+  const Fit found = fit_near(seen, predicted(timestamp_ns));
+  if (!is_surprise(found, timestamp_ns) || is_sure(found.icp)) return found;
+  const Fit stayed = fit_near(seen, last_->T_world_camera);  // the camera may have stopped
+  return stayed.icp.inliers() > found.icp.inliers() ? stayed : found;
+}
+
+/// Fits the frame to what is seen from `expected`, and again to what is seen from where that leads.
+ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose& expected) {
+  const Model model = look(seen.levels.front().intrinsics, expected);
+  const Pose turned = expected * turn_by_shift(seen, model.pyramid);
+  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned});
+  if (is_near(expected, found.T_world_camera, kNearView_m, kNearView_rad) || !is_believable(found.icp)) return found;
+  return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera});
+}
+
+std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place) {
+  const CameraIntrinsics& camera = seen.levels.front().intrinsics;
+  const Model model = look(camera, T_world_place);
+  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)});
+  if (!is_believable(first.icp)) return std::nullopt;
+  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera});
+  return is_sure(second.icp) ? std::optional(second) : std::nullopt;
+}
+
+std::optional<ModelTracker::Fit> ModelTracker::find_again(const SurfacePyramid& seen) {
+  std::optional<Fit> best;
+  const auto keep_best = [&](const std::vector<Pose>& poses) {
+    for (const Pose& place : poses) {
+      const auto found = sure_fit(seen, place);
+      if (found && (!best || found->icp.inliers() > best->icp.inliers())) best = found;
+    }
+  };
+  keep_best(places_.similar_poses(seen));
+  if (!best) keep_best(places_.matched_poses(seen));
+  return best;
+}
+
+bool ModelTracker::is_prompt(std::int64_t timestamp_ns) const {
+  return timestamp_ns - last_->timestamp_ns <= kPromptly_ns;
+}
+
+double ModelTracker::intervals_since_last(std::int64_t timestamp_ns) const {
+  return interval_ns_ > 0 ? static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(interval_ns_)
+                          : 1;
+}
+
+Pose ModelTracker::predicted(std::int64_t timestamp_ns) const {
+  constexpr double kFarthest = 12;  // intervals: so long after, nothing is known of a motion
+  const double intervals = intervals_since_last(timestamp_ns);
+  if (!T_before_last_ || !(intervals > 0 && intervals <= kFarthest)) return last_->T_world_camera;
+  const Eigen::AngleAxisd turn(T_before_last_->linear());
+  Pose motion = Pose::Identity();
+  motion.linear() = Eigen::AngleAxisd(turn.angle() * intervals, turn.axis()).toRotationMatrix();
+  motion.translation() = T_before_last_->translation() * intervals;
+  return last_->T_world_camera * motion;
+}
+
+void ModelTracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {
+  is_lost_ = result.is_lost() && unsure_frames_ == 0;
+  if (is_lost_) {
+    T_before_last_.reset();
+    return;
+  }
+  recognised_.reset();
+  if (last_ && result.state != TrackState::kRecovered) {
+    T_before_last_ = last_->T_world_camera.inverse() * result.T_world_camera;
+    interval_ns_ = frame.timestamp_ns - last_->timestamp_ns;
+  }
+  last_ = Known{result.T_world_camera, frame.timestamp_ns, median_depth_m(seen.levels.back())};
+  learn_quality(result);
+  if (result.state == TrackState::kOk || result.state == TrackState::kRecovered)
+    places_.learn(seen, result.T_world_camera);
+}
+
+void ModelTracker::learn_quality(const TrackResult& result) {
+  if (!(result.inlier_share >= kLeastInliers)) return;  // nothing to compare with
+  newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share};
+  if (result.state != TrackState::kOk) return;
+  constexpr double kSlowly = 0.1;
+  const double rate = std::max(kSlowly, 1.0 / ++usual_frames_);
+  const auto follow = [&](double& usual, double newest) { usual += rate * (newest - usual); };
+  follow(usual_.inlier_share, newest_.inlier_share);
+  follow(usual_.colour_agreement, newest_.colour_agreement);
+  follow(usual_.contradicted_share, newest_.contradicted_share);
+  constexpr double kNoisiest = 4;
+  noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
+}
+
+}  // namespace scanknit

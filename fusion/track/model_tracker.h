@@ -1,0 +1,99 @@
+// ModelTracker: the work of a Tracker. Frames are registered with views of the volume; a camera that is lost is found
+// again by the places that it saw.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/noise_model.h"
+#include "core/pose.h"
+#include "fusion/loops/relocaliser.h"
+#include "fusion/track/icp.h"
+#include "fusion/track/surface_pyramid.h"
+#include "fusion/track/tracker.h"
+#include "fusion/volume/tsdf_volume.h"
+
+namespace scanknit {
+
+class ModelTracker {
+ public:
+  explicit ModelTracker(PosePrior prior) : prior_(prior) {}
+
+  /// Tracker::track().
+  [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
+
+ private:
+  /// The last frame whose pose was found, or is gone on from.
+  struct Known {
+    Pose T_world_camera;
+    std::int64_t timestamp_ns;
+    double depth_m;  ///< typical, of what it saw
+  };
+  /// A pose, and how well the frame fits the volume there.
+  struct Fit {
+    Pose T_world_camera = Pose::Identity();
+    IcpResult icp;
+  };
+  /// A place that was recognised, and how many frames in a row have fitted there.
+  struct Recognised {
+    Pose T_world_camera;
+    int views;
+  };
+  struct Model {
+    Pose T_world_camera;
+    SurfacePyramid pyramid;
+  };
+
+  /// How well a frame fits.
+  struct Quality {
+    double inlier_share = 0;
+    double colour_agreement = 0;
+    double contradicted_share = 1;
+  };
+
+  [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
+  [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
+  [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
+  [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses);
+  [[nodiscard]] Fit fit_near(const SurfacePyramid& seen, const Pose& expected);
+  [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
+  [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
+  [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
+  [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_surprise(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const;
+  [[nodiscard]] bool is_steady(const IcpResult& fit) const;
+  [[nodiscard]] bool is_sure(const IcpResult& fit) const;
+  [[nodiscard]] bool is_as_usual(const IcpResult& fit) const;
+  [[nodiscard]] bool knows_the_usual() const;
+  [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
+  [[nodiscard]] bool is_prompt(std::int64_t timestamp_ns) const;
+  [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
+  [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
+  void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
+  void learn_quality(const TrackResult& result);
+
+  PosePrior prior_;
+  std::optional<Known> last_;
+  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
+  std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
+  bool is_lost_ = false;
+  int unsure_frames_ = 0;  ///< the last ones, whose poses were good enough to go on from, not to be fused
+  std::optional<Recognised> recognised_;
+  Quality newest_;          ///< of the same frame as last_
+  Quality usual_;           ///< of frames that are ok, a slow average ...
+  int usual_frames_ = 0;    ///< ... of so many
+  double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
+  Relocaliser places_;
+
+  // While a frame is tracked.
+  const TsdfVolume* volume_ = nullptr;
+  NoiseModel noise_;
+  std::chrono::nanoseconds raycast_time_{};
+};
+
+}  // namespace scanknit

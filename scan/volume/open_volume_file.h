@@ -1,0 +1,26 @@
+// Opening a volume's file as the program's options ask for it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "core/result.h"
+#include "extract/extract_config.h"
+#include "extract/volume/slice_reader.h"
+
+namespace scanknit {
+
+/// The error of a reader, which does not know what its options are called here.
+[[nodiscard]] Error naming_options(Error error, const std::filesystem::path& path);
+
+/// open_volume() within extract.memory_budget; its errors name the program's options.
+[[nodiscard]] Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path,
+                                                                    VolumeOptions options, const ExtractConfig& config);
+
+/// By its ending.
+[[nodiscard]] bool is_vdb(const std::filesystem::path& path);
+
+/// kUsage where an option is for other volumes than OpenVDB's.
+[[nodiscard]] Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options);
+
+}  // namespace scanknit
