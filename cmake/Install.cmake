@@ -6,13 +6,15 @@ get_property(rooms GLOBAL PROPERTY SCANKNIT_ROOMS)
 install(TARGETS ${rooms} EXPORT ScanKnitTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
-foreach(room core acquire synth fusion extract finish export scan)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit COMPONENT dev FILES_MATCHING PATTERN "*.h"
-          PATTERN page_json.h EXCLUDE PATTERN page_values.h EXCLUDE)  # they name a JSON library
+get_property(headers GLOBAL PROPERTY SCANKNIT_HEADERS)
+foreach(header IN LISTS headers)
+  set(path ${PROJECT_SOURCE_DIR}/${header})
+  if(header STREQUAL core/version.h)
+    set(path ${PROJECT_BINARY_DIR}/generated/${header})
+  endif()
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${path} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit/${folder} COMPONENT dev)
 endforeach()
-install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.h
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanknit/core COMPONENT dev)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/
         DESTINATION ${CMAKE_INSTALL_DATADIR}/scanknit/configs COMPONENT runtime)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/cpp

@@ -1,4 +1,5 @@
-# Installs into an empty prefix; configures, builds and runs the example against it; the same by pkg-config.
+# Installs into an empty prefix; compiles each header that is there; configures, builds and runs the examples against it; the
+# same by pkg-config.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -7,14 +8,33 @@ function(run)
 endfunction()
 
 set(prefix ${WORK_DIR}/prefix)
-file(REMOVE_RECURSE ${prefix} ${WORK_DIR}/build)
+file(REMOVE_RECURSE ${prefix} ${WORK_DIR}/build ${WORK_DIR}/headers)
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
+
+file(STRINGS ${HEADERS_FILE} listed)
+file(GLOB_RECURSE installed RELATIVE ${prefix}/include/scanknit ${prefix}/include/*)
+list(SORT listed)
+list(SORT installed)
+if(NOT installed STREQUAL listed)
+  message(FATAL_ERROR "installed: ${installed}\nexpected: ${listed}")
+endif()
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/headers -B ${WORK_DIR}/headers -DCMAKE_PREFIX_PATH=${prefix}
+    -DHEADERS_FILE=${HEADERS_FILE})
+run(${CMAKE_COMMAND} --build ${WORK_DIR}/headers --parallel 2)
+
 run(${CMAKE_COMMAND} -S ${EXAMPLE_DIR} -B ${WORK_DIR}/build -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/mesh_a_wall ${WORK_DIR}/build/wall.glb)
 run(${prefix}/bin/scanknit --version)
 run(${prefix}/bin/scanknit info ${WORK_DIR}/build/wall.glb)
 run(${prefix}/bin/scanknit info ${prefix}/share/scanknit/samples/turntable.mcap)
+
+# The example of a whole scan writes the program's bytes.
+set(turning ${WORK_DIR}/build/turning)
+run(${prefix}/bin/scanknit synth tower --turntable --frames 24 --width 320 --height 240 --noise --seed 1 -o ${turning} --quiet)
+run(${prefix}/bin/scanknit run ${turning} --preset turntable -o ${turning}/by_program --quiet)
+run(${WORK_DIR}/build/scan_a_turntable ${turning} ${turning}/by_example)
+run(${CMAKE_COMMAND} -E compare_files ${turning}/by_program/model.glb ${turning}/by_example/model.glb)
 
 set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
 execute_process(COMMAND pkg-config --cflags --libs scanknit OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE

@@ -37,14 +37,14 @@ std::vector<Include> all_includes() {
   const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
   std::vector<Include> includes;
   for (const std::string& room : kRooms) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(test::kSourceDir) / room)) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
       const auto extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {
         std::smatch match;
         if (!std::regex_search(line, match, pattern)) continue;
-        includes.push_back({fs::relative(entry.path(), test::kSourceDir).string(), room, extension == ".h",
+        includes.push_back({fs::relative(entry.path(), scanknit::test::kSourceDir).string(), room, extension == ".h",
                             match[2].str(), match[1].str() == "\""});
       }
     }
@@ -108,9 +108,9 @@ const std::map<std::string, std::set<std::string>> kHomes = {
 std::map<std::string, std::vector<std::string>> all_headers() {
   std::map<std::string, std::vector<std::string>> headers;
   for (const std::string& room : kRooms) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(test::kSourceDir) / room)) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
       if (entry.path().extension() != ".h") continue;
-      std::vector<std::string>& lines = headers[fs::relative(entry.path(), test::kSourceDir).string()];
+      std::vector<std::string>& lines = headers[fs::relative(entry.path(), scanknit::test::kSourceDir).string()];
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) lines.push_back(line.substr(0, line.find("//")));
     }
@@ -212,7 +212,7 @@ TEST(Layering, LibrariesStayInTheirHome) {
   }
 }
 
-/// Headers that are not installed (cmake/Install.cmake) may name the libraries of their room.
+/// They are not installed, and may name the libraries of their room.
 const std::set<std::string> kPrivateHeaders = {"export/report/page_json.h"};
 
 TEST(Layering, HeadersNameNoLibraryButEigenAndOpenVdb) {
@@ -223,6 +223,61 @@ TEST(Layering, HeadersNameNoLibraryButEigenAndOpenVdb) {
     if (library == "openvdb") continue;  // part of the interface of fusion, extract and finish
     EXPECT_FALSE(kHomes.count(library)) << include.file << " includes <" << include.target << ">";
   }
+}
+
+/// The headers that are installed: HEADERS of each scanknit_room().
+std::set<std::string> installed_headers() {
+  std::set<std::string> headers;
+  std::ifstream file(scanknit::test::kHeadersFile);
+  for (std::string line; std::getline(file, line);) headers.insert(line);
+  return headers;
+}
+
+/// What an installed header includes that a user does not have, or need not have. The C++ library's headers have
+/// neither folder nor ending.
+bool is_for_users(const Include& include, const std::set<std::string>& installed) {
+  if (include.is_quoted) return installed.contains(include.target);
+  const std::string library = first_folder(include.target);
+  return library == "Eigen" || library == "openvdb" || include.target.find_first_of("/.") == std::string::npos;
+}
+
+TEST(Layering, InstalledHeadersIncludeInstalledOnesEigenAndOpenVdb) {
+  const std::set<std::string> installed = installed_headers();
+  std::set<std::string> seen;
+  for (const Include& include : all_includes()) {
+    if (!installed.contains(include.file)) continue;
+    seen.insert(include.file);
+    EXPECT_TRUE(is_for_users(include, installed)) << include.file << " includes " << include.target;
+  }
+  EXPECT_GT(seen.size(), installed.size() / 2);
+}
+
+TEST(Layering, WhatIsNotForUsersIsFound) {
+  const std::set<std::string> installed = {"core/mesh.h"};
+  const auto may_include = [&](const char* target, bool is_quoted) {
+    return is_for_users({"core/mesh.h", "core", true, target, is_quoted}, installed);
+  };
+  EXPECT_TRUE(may_include("core/mesh.h", true));
+  EXPECT_FALSE(may_include("core/median.h", true));
+  EXPECT_TRUE(may_include("vector", false));
+  EXPECT_TRUE(may_include("Eigen/Core", false));
+  EXPECT_TRUE(may_include("openvdb/openvdb.h", false));
+  EXPECT_FALSE(may_include("tbb/task_group.h", false));
+  EXPECT_FALSE(may_include("zlib.h", false));
+}
+
+TEST(Layering, InstalledHeadersAreFewAndOnThePageOfPackages) {
+  std::ifstream file(fs::path(scanknit::test::kSourceDir) / "docs" / "packages.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  const std::set<std::string> installed = installed_headers();
+  for (const std::string& header : installed) {
+    EXPECT_NE(page.find("`" + header + "`"), std::string::npos) << header;
+  }
+  const std::regex named("`([a-z_0-9/]+/[a-z_0-9]+\\.h)`");
+  for (std::sregex_iterator match(page.begin(), page.end(), named), end; match != end; ++match) {
+    EXPECT_TRUE(installed.contains((*match)[1].str())) << (*match)[1].str() << " is not installed";
+  }
+  EXPECT_LE(installed.size(), 45u);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@ namespace scanknit::test {
 const std::string kSourceDir = SCANKNIT_SOURCE_DIR;
 const std::string kProgram = SCANKNIT_PROGRAM;
 const std::string kNpmDir = SCANKNIT_NPM_DIR;
+const std::string kHeadersFile = SCANKNIT_HEADERS_FILE;
 
 std::filesystem::path data_folder() {
   const char* stated = std::getenv("SCANKNIT_TEST_DATA");
