@@ -178,7 +178,7 @@ TEST_F(AlignHills, GivenPosesThatContradictWhatWasSeenAreWarnedOf) {
   const Outcome outcome = align({path("wrong.conf"), "-o", path("out")});
   EXPECT_EQ(outcome.exit_code, 0) << "poses are taken as they are: " << outcome.err;
   for (const char* words :
-       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "nothing bears out the given pose of 2", "--refine"}) {
+       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "no other scan confirms the given pose of 2", "--refine"}) {
     EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
     EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words;
   }

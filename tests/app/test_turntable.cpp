@@ -246,7 +246,7 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   const Outcome stepped = scan(gap, place("stepped"), {"--set", "turntable.step=7.5"});  // knows nothing of the gap
   ASSERT_EQ(stepped.exit_code, 0) << stepped.err;
   EXPECT_TRUE(has_warning(place("stepped"), "of 38 frames only 23 hold together"));
-  EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not asked"));
+  EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not used"));
   EXPECT_EQ(report(place("stepped"))["turntable"]["is_closed"], false);  // the part is half a turn
   EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
   const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
