@@ -10,7 +10,7 @@
 namespace scanknit {
 
 int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
-  // Before any other thread. A volume is meshed whole or, at a second signal, not at all.
+  // Must come before any other thread. A volume is meshed as a whole, or, at a second signal, not at all.
   const StopOnSignal stop_on_signal;
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load_config(common.config);
