@@ -143,10 +143,7 @@ class RecordingScan {
   }
 
   [[nodiscard]] PassInput input_of(FrameSource& source) const {
-    return {.source = source,
-            .archive = archive_,
-            .stop = session_.stop(),
-            .comes_by_itself = job_.pace == Pace::kRealtime};
+    return {.source = source, .archive = archive_, .stop = session_.stop(), .is_paced = job_.pace == Pace::kRealtime};
   }
 
   const ScanJob& job_;

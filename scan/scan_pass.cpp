@@ -208,12 +208,12 @@ void ScanPass::wait_while_paused() {
   using namespace std::chrono_literals;
   enter(ScanPhase::kPaused);
   while (phase_ == ScanPhase::kPaused && !intake_.is_over() && !input_.stop.stop_requested()) {
-    const auto command = session_.observer().next_command(input_.stop, input_.comes_by_itself ? 0ns : 500ms);
+    const auto command = session_.observer().next_command(input_.stop, input_.is_paced ? 0ns : 500ms);
     if (command) {
       carry_out(*command);
       continue;
     }
-    const auto frame = input_.comes_by_itself ? intake_.pass_over("paused") : std::nullopt;
+    const auto frame = input_.is_paced ? intake_.pass_over("paused") : std::nullopt;
     session_.observer().on_no_frame(frame ? &*frame : nullptr, state());
   }
 }
@@ -222,8 +222,7 @@ Result<void> ScanPass::start_over() {
   if (auto begun = scan_->start_over(); !begun) return begun;
   intake_.start_over();
   if (is_tracked(intake_.info().poses)) crop_.reset();  // the box does not apply to the refined world
-  session_.warn(WarningCode::kBegunAnew,
-                "begun anew from the live view after frame " + std::to_string(intake_.counts().read));
+  session_.warn(WarningCode::kReset, "reset from the live view after frame " + std::to_string(intake_.counts().read));
   return session_.observer().on_begin(state());
 }
 

@@ -24,7 +24,7 @@ struct PassInput {
   FrameSource& source;
   const FrameArchive& archive;      ///< gives the same frames again, after they have ended
   std::stop_token stop = {};        ///< ends the frames; the session's stop token ends the steps after them
-  bool comes_by_itself = false;     ///< frames come at their own pace: a paused scan skips them
+  bool is_paced = false;            ///< frames come at their own pace: a paused scan skips them
   bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
   FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};

@@ -10,7 +10,7 @@ enum class WarningCode {
   kRecording,         ///< a fault of the recording as a whole
   kScanner,           ///< unknown properties of the scanner, and its failures
   kRecorder,          ///< the recorder stopped; the scan went on
-  kBegunAnew,         ///< the user reset the scan
+  kReset,             ///< the user reset the scan
   kTrackingLost,      ///< in more than a tenth of the frames
   kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
   kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses

@@ -20,7 +20,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   if (!outputs) return fail(outputs.error(), common);
 
   VolumeRequest request{arguments.options,
-                        loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kUnsaid};
+                        loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kNotGiven};
   if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
   const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
   Console console(common.verbosity);

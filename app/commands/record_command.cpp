@@ -23,7 +23,7 @@ struct Recorded {
 Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& config, std::stop_token stop,
                         ScanSession& session) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
-  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, session);
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kOptional, stop, session);
   if (!scanner) return scanner.error();
   auto recorder = Recorder::create(arguments.output, scanner->calibration);
   if (!recorder) return recorder.error();

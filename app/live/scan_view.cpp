@@ -357,8 +357,8 @@ void ScanView::serve_result(const CommandRun& run) {
   if (server_ == nullptr) return;
   constexpr const char* kOver = "the scan is over";
   server_->refuse_commands(kOver);
-  const bool is_well = run.exit_code == kExitOk || run.exit_code == kExitInterrupted;
-  state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
+  const bool has_succeeded = run.exit_code == kExitOk || run.exit_code == kExitInterrupted;
+  state_.phase = has_succeeded ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = run.exit_code == kExitOk ? "" : run.status;
   for (const WarningCode of_crop : {WarningCode::kCropBoxIgnored, WarningCode::kCropBoxDropped}) {
     const ScanWarning* warning = find_warning(run.scan, of_crop);

@@ -53,7 +53,8 @@ class AlignRun {
     if (auto known = find_priors(); !known) return known;
     alignment_ = session_.timed("align", [&] { return compare(); });
     if (session_.is_stopped()) return stopped_while("pairs of scans were compared");
-    if (auto told = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !told) return told;
+    if (auto described = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !described)
+      return described;
     warn(priors_.are_final ? given_pose_warnings(inputs_, alignment_) : prior_warnings(inputs_, priors_, alignment_));
     if (auto placed = check_placed(); !placed) return placed;
     return write();

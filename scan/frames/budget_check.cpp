@@ -43,10 +43,10 @@ Selection visit_samples(const std::filesystem::path& recording, const ScanConfig
   if (!source) return selection;
 
   (void)for_each_frame(**source, stop, [&](Frame& frame) -> Result<Reading> {
-    if (!frame.T_world_camera) return Reading::kGoOn;
+    if (!frame.T_world_camera) return Reading::kContinue;
     frame.colour.reset();  // only depth is needed
     filter_frame(frame, config.acquire, config.fusion.noise);
-    return visit(std::move(frame)) ? Reading::kGoOn : Reading::kEnough;
+    return visit(std::move(frame)) ? Reading::kContinue : Reading::kStop;
   });
   return selection;
 }

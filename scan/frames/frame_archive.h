@@ -30,9 +30,9 @@ class FrameArchive {
 };
 
 /// Whether reading goes on after a frame.
-enum class Reading { kGoOn, kEnough };
+enum class Reading { kContinue, kStop };
 
-/// Calls `visit` with each frame of `source` until `visit` returns kEnough, the source ends, or `stop` is requested.
+/// Calls `visit` with each frame of `source` until `visit` returns kStop, the source ends, or `stop` is requested.
 /// Skips dropped frames. Errors: those of the source and of `visit`.
 [[nodiscard]] Result<void> for_each_frame(FrameSource& source, const std::stop_token& stop,
                                           const std::function<Result<Reading>(Frame&)>& visit);

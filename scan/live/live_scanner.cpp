@@ -47,7 +47,7 @@ Result<void> check_size(const LiveScanner& scanner) {
 Result<void> check_depth_camera(const LiveScanner& scanner, Calibration need, ScanSession& session) {
   const std::string& why = scanner.calibration.depth_unknown;
   if (why.empty()) return {};
-  if (need == Calibration::kNeeded) {
+  if (need == Calibration::kRequired) {
     return Error{ErrorCode::kDevice, why + ". Give the depth camera's intrinsics as acquire.intrinsics",
                  scanner.device->info().name};
   }

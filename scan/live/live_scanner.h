@@ -28,7 +28,7 @@ struct ScannerRequest {
 };
 
 /// Whether the depth camera's calibration must be known.
-enum class Calibration { kNeeded, kWelcome };
+enum class Calibration { kRequired, kOptional };
 
 /// Errors: kUsage, kDevice (absent, no permission, in use; unknown calibration when it is required). Only warns of a
 /// setting that the camera does not have. `stop` ends the wait for the scanner.

@@ -73,7 +73,7 @@ class LiveScan {
   }
 
   [[nodiscard]] Result<void> start() {
-    auto scanner = open_scanner(request_.scanner, job_.config, Calibration::kNeeded, stop_, session_);
+    auto scanner = open_scanner(request_.scanner, job_.config, Calibration::kRequired, stop_, session_);
     if (!scanner) return scanner.error();
     result_.input = scanner->device->info().uri;
     if (auto opened = open_recorder(scanner->calibration); !opened) return opened;
@@ -113,9 +113,7 @@ class LiveScan {
                                                : FrameArchive();
     const auto refiner = loop_refiner(job_.config, source_->info().poses, archive, session_);
     const PassInput input{
-        .source = *source_, .archive = archive, .stop = stop_, .comes_by_itself = true, .losses = [this] {
-          return losses();
-        }};
+        .source = *source_, .archive = archive, .stop = stop_, .is_paced = true, .losses = [this] { return losses(); }};
     ScanPass pass(job_, input, *refiner, session_);
     const Result<void> scanned = pass.run();
     finish_recording();

@@ -87,10 +87,10 @@ class TextureMaker {
     std::size_t done = 0;
     const auto read = for_each_frame(source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
       const auto pose = poses_.find(frame.sequence);
-      if (pose == poses_.end()) return Reading::kGoOn;
+      if (pose == poses_.end()) return Reading::kContinue;
       if (frame.colour) baker.add(frame, pose->second);
       session_.progress("baking the texture", ++done, poses_.size());
-      return done < poses_.size() ? Reading::kGoOn : Reading::kEnough;
+      return done < poses_.size() ? Reading::kContinue : Reading::kStop;
     });
     if (!read) return read.error();
     if (session_.is_stopped()) return Error{ErrorCode::kInput, "it was interrupted"};

@@ -71,7 +71,7 @@ Result<void> TurntableRefiner::read_frames(std::size_t every, const Visit& visit
   if (!source) return source.error();
   return for_each_frame(**source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
     visit(frame);
-    return Reading::kGoOn;
+    return Reading::kContinue;
   });
 }
 

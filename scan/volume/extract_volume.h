@@ -14,14 +14,14 @@ namespace scanknit {
 
 /// Where the isovalue comes from.
 enum class IsovalueWish {
-  kGiven,  ///< in the job's extract.isovalue
-  kAuto,   ///< proposed from the volume's values; 0 for signed distances
-  kUnsaid  ///< 0 for signed distances; for any other volume an error that gives the range of its values
+  kGiven,    ///< in the job's extract.isovalue
+  kAuto,     ///< proposed from the volume's values; 0 for signed distances
+  kNotGiven  ///< 0 for signed distances; for any other volume an error that gives the range of its values
 };
 
 struct VolumeRequest {
   VolumeOptions options;
-  IsovalueWish isovalue = IsovalueWish::kUnsaid;
+  IsovalueWish isovalue = IsovalueWish::kNotGiven;
 };
 
 /// Makes a mesh of a volume file: an OpenVDB file (.vdb), or any format of open_volume(). Reads a few slices at a time
