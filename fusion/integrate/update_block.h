@@ -116,11 +116,14 @@ struct BlockChange {
 /// Near edges and behind thin parts such views would outvote the one that sees the nearest part. The weight is the same
 /// on both sides, so that noise has no preferred direction; free space keeps kFreeSpaceShare. There is no observation
 /// farther behind the pixel's plane than the truncation. Chooses the widest instructions of the processor at run time;
-/// each operation is rounded as IEEE 754 says, none are fused, so all give the same bits. Colour is a running mean,
-/// too, of the views about as good as the best one: its share falls with the fourth power of cos(incidence) / z against
-/// the best view's. Rounded with a dither, without which eight bits stall: a mean that moves by less than half a step
-/// would not move. Why the cube: ScanKnit's rows of bench/compare.py, with other powers here. On the turntable the
-/// first power doubles the error; in the noisy desk scene the fourth adds a tenth.
+/// each operation is rounded as IEEE 754 says, none are fused, so all give the same bits.
+///
+/// A colour is a running mean, too, of the views about as good as the best one: its share falls with the fourth
+/// power of cos(incidence) / z against the best view's. It is rounded with a dither: without it, eight bits stall,
+/// because a mean that moves by less than half a step would not move.
+///
+/// Why the cube: see ScanKnit's rows of bench/compare.py, with other powers. On the turntable the first power doubles
+/// the error; in the noisy desk scene the fourth adds a tenth.
 void update_block(const FrameView& frame, const BlockPlace& place, const BlockVoxels& voxels, BlockChange& change);
 
 }  // namespace scanknit

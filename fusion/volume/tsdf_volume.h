@@ -26,8 +26,10 @@ struct Voxel {
 };
 
 /// Three grids named "tsdf", "weight", "colour", a sample AT index (i, j, k), world = voxel_size * index, allocated in
-/// leaves of 8^3 voxels. Per voxel: weight sum of the observations' weights; 0 = unknown (never seen), > 0 = observed
-/// tsdf mean signed distance, metres, positive in free space; background +truncation colour mean sRGB-encoded colour
+/// leaves of 8^3 voxels. Per voxel:
+///   weight  sum of the observations' weights; 0 = unknown (never seen), > 0 = observed
+///   tsdf    mean signed distance, metres, positive in free space; background +truncation
+///   colour  mean sRGB-encoded colour
 /// Ten bytes: weight and colour are codes (core/voxel_codes.h). A voxel is active if its weight is > 0, else inactive.
 /// Free space has weight > 0 and tsdf = +truncation.
 class TsdfVolume {
