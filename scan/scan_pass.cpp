@@ -230,8 +230,8 @@ Result<void> ScanPass::start_over() {
 Result<void> ScanPass::export_now(FilesByKind& files) {
   const ScanPhase before = phase_;
   enter(ScanPhase::kExporting);
-  ScanObserver nobody;
-  ScanSession session(nobody, session_.stop());
+  ScanObserver no_observer;
+  ScanSession session(no_observer, session_.stop());
   MeshResult mesh;
   const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kRefused, input_.stop};
   const auto written = mesh_scan(*scan_, request, session, mesh);

@@ -187,7 +187,7 @@ void add_marker_motions(const std::vector<Markers>& markers, const AlignInputs& 
   }
   if (!has_common) {
     warnings.push_back(
-        "--markers says nothing: no marker has the same name in two scans; expected lines of SCAN MARKER "
+        "--markers has no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
         "x y z");
   }
 }

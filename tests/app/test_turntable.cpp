@@ -82,7 +82,7 @@ class Tower : public SuiteFolder {
   }
 };
 
-TEST_F(Tower, WhatFinishingWarnsOfIsSaidOnceThoughTheMeshIsWrittenTwice) {
+TEST_F(Tower, FinishingWarnsOnceAlthoughTheMeshIsWrittenTwice) {
   const Outcome outcome = scanknit_command({"run", recording(), "--preset", "turntable", "--preset", "print", "--set",
                                             "fusion.voxel_size=4mm", "-o", place("print")});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -288,7 +288,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
   EXPECT_LT(report(place("typed"))["turntable"]["turns"].get<double>(), 1.1);
 }
 
-TEST_F(Tower, SaysThatNothingTurnsWhereItWasToldSo) {
+TEST_F(Tower, WarnsThatStillPosesExcludeATurntable) {
   ASSERT_EQ(scan(recording(), place("still"), {"--poses", "still"}).exit_code, 0);
   EXPECT_TRUE(has_warning(place("still"), "--poses still: nothing is taken to turn"));
 }
