@@ -1,4 +1,4 @@
-// Axes: which way is up.
+// The axis that points up.
 #pragma once
 
 namespace scanknit {

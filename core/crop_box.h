@@ -1,4 +1,4 @@
-// CropBox: what a person cut a scan to.
+// CropBox: the box to which the user crops a scan.
 #pragma once
 
 #include <Eigen/Geometry>

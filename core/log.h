@@ -1,4 +1,4 @@
-// How important a message is.
+// The levels of messages.
 #pragma once
 
 namespace scanknit {

@@ -1,4 +1,4 @@
-// The stage that turns a volume into a mesh.
+// Extracts the surface of a volume as a mesh.
 #pragma once
 
 #include <cstddef>
@@ -17,17 +17,16 @@ struct Surface {
   CaseCounts cases;
 };
 
-/// Disambiguated marching cubes (Lorensen & Cline 1987; the deciders of ExtractConfig). The mesh is manifold (but for
-/// Decider::kLorensen), consistently oriented (counter-clockwise seen from outside), in world coordinates, and the same
-/// bits for any number of threads. Cells with an unobserved or NaN corner are skipped and leave a boundary.
-/// Errors: kMesh when the mesh would pass 2^32 - 2 vertices; kBudget when memory runs out; kConfig for a transform that
-/// cannot be used.
+/// Disambiguated marching cubes (Lorensen & Cline 1987; the deciders of ExtractConfig). The mesh is manifold (except
+/// with Decider::kLorensen), consistently oriented (counter-clockwise seen from outside), in world coordinates, and the
+/// same bits for any number of threads. Skips cells with an unobserved or NaN corner, which leaves a boundary. Errors:
+/// kMesh for more than 2^32 - 2 vertices; kBudget when memory runs out; kConfig for an unusable transform.
 [[nodiscard]] Result<Surface> extract_surface(const FieldView& view, const ExtractConfig& config);
 
-/// The same for an array of samples. `min_weight` of the configuration has no meaning here.
+/// The same for an array of samples. Ignores `min_weight` of the configuration.
 [[nodiscard]] Result<Surface> extract_surface(const DenseView& volume, const ExtractConfig& config);
 
-/// kConfig: a value that extraction cannot work with, and why.
+/// Error kConfig: a value that extraction cannot use; the message says why.
 [[nodiscard]] Result<void> check_extract_config(const ExtractConfig& config);
 
 [[nodiscard]] bool is_inside_high(InsideSide inside, bool is_signed_distance);

@@ -1,4 +1,4 @@
-// FusionConfig: the volume and how frames enter it. The keys of `fusion:` in YAML.
+// FusionConfig: the volume, and how frames are integrated. The keys of `fusion:` in YAML.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// Below this a scan round the origin has next to no room for voxels: the inner nodes of the trees alone take about
+/// With less, a scan round the origin has almost no room for voxels: the inner nodes of the trees alone take about
 /// seven.
 inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
 inline constexpr std::size_t kMostMemoryBudgetMib = 1 << 24;
@@ -17,9 +17,9 @@ struct FusionConfig {
   double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels ...
   double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
   NoiseModel noise;
-  double max_weight = 4095;              ///< the running mean forgets beyond this weight
-  bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
-  bool loop_closure = true;              ///< the drift of a tracked walk that comes back is distributed at its end
+  double max_weight = 4095;              ///< beyond this weight, new observations replace old ones
+  bool carve_free_space = true;          ///< update known voxels in front of the surface towards +truncation
+  bool loop_closure = true;              ///< distribute the drift of a tracked walk that comes back, at its end
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 

@@ -1,4 +1,4 @@
-// What a mesh file has beside its mesh.
+// What a mesh file has in addition to its mesh.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 namespace scanknit {
 
 struct MeshNotes {
-  std::vector<std::string> warnings;  ///< what was left out, such as a texture that cannot be decoded
+  std::vector<std::string> warnings;  ///< parts that were not read, such as a texture that cannot be decoded
   /// Vertices are split along the seams of a texture (stitch_seams() joins them).
   bool has_texture_coordinates = false;
 };

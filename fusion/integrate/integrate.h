@@ -1,4 +1,4 @@
-// Integration: one depth frame enters the volume.
+// Integrates one depth frame into the volume.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@ namespace scanknit {
 struct IntegrateStats {
   std::size_t blocks_touched = 0;
   std::size_t blocks_added = 0;
-  bool is_budget_reached = false;  ///< new blocks were left out: the volume stopped growing
+  bool is_budget_reached = false;  ///< new blocks were not added: the volume stopped growing
 };
 
 /// Updates every observed voxel of the frame's truncation band (and, with carve_free_space, the known voxels in front
-/// of it): a weighted running mean (Curless & Levoy 1996). Voxels have one writer each, so the result does not depend
-/// on the number of threads. `frame.normals`, when present, give the incidence angle. The pose must be rigid and
-/// finite: kInput otherwise, with the volume untouched.
+/// of it): a weighted running mean (Curless & Levoy 1996). Each voxel has one writer, so that the result does not
+/// depend on the number of threads. `frame.normals`, if present, give the incidence angle. Error kInput: the pose is
+/// not rigid and finite; the volume is unchanged.
 [[nodiscard]] Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera, TsdfVolume& volume);
 
-/// Counts the blocks that a set of frames would need, without the voxels: for refusing a volume before fusing it.
+/// Counts the blocks that a set of frames needs, without allocating voxels, to refuse a volume before fusing it.
 class BlockCounter {
  public:
-  /// Counting stops beyond `max_bytes`.
+  /// Stops counting beyond `max_bytes`.
   BlockCounter(const FusionConfig& config, std::size_t max_bytes);
   void add(const Frame& frame, const Pose& T_world_camera);
   [[nodiscard]] std::size_t blocks() const;

@@ -1,4 +1,4 @@
-// Tracker: where the camera is, found from what it sees and what the volume holds.
+// Tracker: finds the camera's pose by registering each frame with the volume.
 #pragma once
 
 #include <chrono>
@@ -18,9 +18,9 @@ namespace scanknit {
 
 enum class TrackState {
   kOk,         ///< the pose is known
-  kWeak,       ///< the pose is usable, but some of it is held by little
-  kLost,       ///< the pose is not known: such a frame must not be fused
-  kRecovered,  ///< known again, after it was not
+  kWeak,       ///< the pose is usable, but parts of it are determined badly
+  kLost,       ///< the pose is unknown: the frame must not be fused
+  kRecovered,  ///< the pose is known again, after it was lost
 };
 
 /// "ok", "weak", "lost", "recovered".
@@ -29,23 +29,23 @@ enum class TrackState {
 struct TrackResult {
   TrackState state = TrackState::kLost;
   std::string reason = {};                  ///< why not ok, in a few words of docs/report.md; empty when ok
-  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: where it was last known, or seems to be
-  std::size_t points = 0;                   ///< of the frame, that were compared with the model
-  double overlap = 0;                       ///< share of them before which the model has a surface
-  double inlier_share = 0;                  ///< of those, the share that agrees with it
-  double contradicted_share = 0;            ///< of those, the share that the model has in quite another depth
-  double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 where none is
+  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: the last known pose, or a guess
+  std::size_t points = 0;                   ///< points of the frame that were compared with the model
+  double overlap = 0;                       ///< share of them at which the model has a surface
+  double inlier_share = 0;                  ///< share of those that agrees with it
+  double contradicted_share = 0;            ///< share of those at which the model has a very different depth
+  double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
-  int weak_directions = 0;                  ///< of the six, those in which the scene does not hold the camera
-  std::chrono::nanoseconds raycast_time{};  ///< of the time it took, what was spent on looking at the volume
+  int weak_directions = 0;                  ///< how many of the six the scene does not determine
+  std::chrono::nanoseconds raycast_time{};  ///< the part of the time that raycasting took
 
   [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }
 };
 
-/// What the tracker makes of poses that a recording has.
+/// How the tracker uses the poses of a recording.
 enum class PosePrior {
-  kIgnore,  ///< only the first frame's pose is taken, so that the world is the recording's
-  kRefine,  ///< each is where registration starts; a large correction must fit well
+  kIgnore,  ///< use only the first frame's pose, so that the world is the recording's
+  kRefine,  ///< start registration from each; a large correction must fit well
 };
 
 class Tracker {
@@ -54,22 +54,23 @@ class Tracker {
 
   /// Finds the frame's pose in the world of `volume`, which holds the frames fused so far. Frames come in their order;
   /// `frame` is filtered and has normals. The first frame's pose is the recording's, or the world's origin. A frame
-  /// whose pose is not believed is lost: that is a state, no error, and later frames are found again by what they see.
+  /// whose pose is not accepted is lost: this is a state, not an error, and relocalisation finds the pose of later
+  /// frames.
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
 
  private:
-  /// The last frame whose pose was found, or is gone on from.
+  /// The last frame whose pose is known, or good enough to continue from.
   struct Known {
     Pose T_world_camera;
     std::int64_t timestamp_ns;
-    double depth_m;  ///< typical, of what it saw
+    double depth_m;  ///< typical depth of the frame
   };
-  /// A pose, and how well the frame fits the volume there.
+  /// A pose, and how well the frame fits the volume at it.
   struct Fit {
     Pose T_world_camera = Pose::Identity();
     IcpResult icp;
   };
-  /// A place that was recognised, and how many frames in a row have fitted there.
+  /// A recognised place, and the number of frames in a row that fitted there.
   struct Recognised {
     Pose T_world_camera;
     int views;
@@ -111,18 +112,18 @@ class Tracker {
 
   PosePrior prior_;
   std::optional<Known> last_;
-  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
-  std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
+  std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
+  std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
   bool is_lost_ = false;
-  int unsure_frames_ = 0;  ///< the last ones, whose poses were good enough to go on from, not to be fused
+  int unsure_frames_ = 0;  ///< last frames whose poses were good enough to continue from, but not to fuse
   std::optional<Recognised> recognised_;
-  Quality newest_;          ///< of the same frame as last_
-  Quality usual_;           ///< of frames that are ok, a slow average ...
-  int usual_frames_ = 0;    ///< ... of so many
-  double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
+  Quality newest_;          ///< of the frame last_
+  Quality usual_;           ///< slow average over frames that are ok ...
+  int usual_frames_ = 0;    ///< ... the number of them
+  double noise_scale_ = 1;  ///< the camera's noise, as a multiple of the configured one
   Relocaliser places_;
 
-  // While a frame is tracked.
+  // Set while a frame is tracked.
   const TsdfVolume* volume_ = nullptr;
   NoiseModel noise_;
   std::chrono::nanoseconds raycast_time_{};

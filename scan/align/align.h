@@ -1,4 +1,4 @@
-// Several scans of one thing, brought together and meshed as one.
+// Registers several scans of one object and makes one mesh of them.
 #pragma once
 
 #include <filesystem>
@@ -16,14 +16,14 @@ namespace scanknit {
 struct AlignRequest {
   std::vector<std::filesystem::path> inputs;  ///< range scans, recordings, meshes, point clouds, .conf
   KnownPlaces known;
-  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: all points, each scan in its place
+  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: the points of all scans, in one frame
   /// True: the voxel size of the job counts. False: range scans are fused in voxels as large as their points' spacing.
   bool has_voxel_size = true;
 };
 
-/// Reads all inputs, finds the place of each, and fuses range scans and recordings into one mesh. Meshes and point
-/// clouds are brought to their places only. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when a
-/// scan has no place beside the first, or it was stopped; kMesh.
+/// Reads all inputs, finds the pose of each, and fuses range scans and recordings into one mesh. Meshes and point
+/// clouds only get a pose; they are not fused. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when no
+/// pose was found for a scan, or when the alignment was stopped; kMesh.
 [[nodiscard]] ScanResult align_and_mesh(const ScanJob& job, const AlignRequest& request, ScanObserver& observer,
                                         std::stop_token stop = {});
 

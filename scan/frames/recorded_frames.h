@@ -11,10 +11,10 @@
 
 namespace scanknit {
 
-/// Every `every`-th of the job's frames. Errors: open_recording().
+/// Opens every `every`-th of the job's frames. Errors: those of open_recording().
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, std::size_t every = 1);
 
-/// Reads them again from the recording. `job` outlives it.
+/// Reads the job's frames again from the recording. `job` outlives the archive.
 [[nodiscard]] FrameArchive archive_of(const ScanJob& job);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// A volume becomes a mesh.
+// Makes a mesh of a volume.
 #pragma once
 
 #include <memory>
@@ -14,21 +14,21 @@ namespace scanknit {
 
 /// Where the isovalue comes from.
 enum class IsovalueWish {
-  kGiven,  ///< Config::extract
-  kAuto,   ///< proposed from the volume's values; 0 for signed distances
-  kUnsaid  ///< 0 for signed distances; of any other volume an error that shows its values
+  kGiven,    ///< in the job's extract.isovalue
+  kAuto,     ///< proposed from the volume's values; 0 for signed distances
+  kNotGiven  ///< 0 for signed distances; for any other volume an error that gives the range of its values
 };
 
 struct VolumeRequest {
   VolumeOptions options;
-  IsovalueWish isovalue = IsovalueWish::kUnsaid;
+  IsovalueWish isovalue = IsovalueWish::kNotGiven;
 };
 
-/// A volume file becomes a mesh: an OpenVDB file (.vdb), or whatever open_volume() knows; a few slices at a time where
-/// the samples need more than half of extract.memory_budget. The mesh lies in the volume's own coordinates.
+/// Makes a mesh of a volume file: an OpenVDB file (.vdb), or any format of open_volume(). Reads a few slices at a time
+/// when the samples need more than half of extract.memory_budget. The mesh has the volume's own coordinates.
 /// ScanResult::outcome: kOutput before any work; kUsage without an isovalue, and for options that do not belong to the
-/// volume; kInput, also where the isovalue is sought and no sample is finite; kBudget; kMesh for an empty mesh. `stop`
-/// ends the finishing of the mesh only.
+/// volume; kInput, also when an isovalue must be found and no sample is finite; kBudget; kMesh for an empty mesh.
+/// `stop` ends only the finishing of the mesh.
 [[nodiscard]] ScanResult extract_volume(const ScanJob& job, const VolumeRequest& request, ScanObserver& observer,
                                         std::stop_token stop = {});
 
@@ -36,10 +36,10 @@ struct VolumeRequest {
 [[nodiscard]] Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path,
                                                                     VolumeOptions options, const ExtractConfig& config);
 
-/// By its ending.
+/// True when the file's name ends in .vdb.
 [[nodiscard]] bool is_vdb(const std::filesystem::path& path);
 
-/// kUsage where an option is for other volumes than OpenVDB's.
+/// kUsage when an option is set that does not apply to OpenVDB files.
 [[nodiscard]] Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options);
 
 }  // namespace scanknit
