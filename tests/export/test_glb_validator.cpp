@@ -28,8 +28,8 @@ struct Verdict {
 };
 
 Verdict validate(const std::filesystem::path& file) {
-  const std::string command = "node '" + test::kSourceDir + "/tests/export/validate_glb.mjs' '" + test::kNpmDir + "' '" +
-                              file.string() + "' 2>&1";
+  const std::string command = "node '" + test::kSourceDir + "/tests/export/validate_glb.mjs' '" + test::kNpmDir +
+                              "' '" + file.string() + "' 2>&1";
   Verdict verdict;
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return {kNoSuchCommand, {}};

@@ -1,5 +1,5 @@
-// Where tests find things. Only places.cpp knows the paths of this checkout: all other objects of the tests are the same
-// in every checkout, so that the compiler cache serves them.
+// Where tests find things. Only places.cpp knows the paths of this checkout: all other objects of the tests are the
+// same in every checkout, so that the compiler cache serves them.
 #pragma once
 
 #include <filesystem>
