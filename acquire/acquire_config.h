@@ -16,7 +16,7 @@ namespace scanknit {
 /// Brown-Conrady lens distortion, OpenCV's order: k1 k2 p1 p2 k3.
 using Distortion = std::array<double, 5>;
 
-/// A camera as a user states it. Width and height 0: the size of the first depth picture. Readers undistort with it.
+/// A camera as the user gives it. Width and height 0: the size of the first depth picture. Readers undistort with it.
 struct CameraModel {
   CameraIntrinsics intrinsics;
   Distortion distortion{};
@@ -41,21 +41,21 @@ enum class RecordingFormat {
 enum class PoseMode {
   kAuto,       ///< kRecording when the recording has poses, else kTrack
   kRecording,  ///< from the recording; a frame without one is dropped
-  kTrack,      ///< found from what the frames show; the recording's are not looked at but for the first
-  kRefine,  ///< the recording's, each corrected a little by what the frame shows, or left out where that contradicts it
-  kStill,   ///< the scanner did not move: every frame is seen from the world's origin
+  kTrack,      ///< found from the frames; of the recording's poses only the first is used
+  kRefine,     ///< the recording's, each corrected a little by tracking; frames that contradict their pose are left out
+  kStill,      ///< the scanner did not move: every pose is the world's origin
 };
 
-/// True where poses are found from the frames.
+/// True if poses are found from the frames.
 [[nodiscard]] constexpr bool is_tracked(PoseMode mode) {
   return mode == PoseMode::kTrack || mode == PoseMode::kRefine;
 }
 
-/// What becomes of a scanner's colour.
+/// How to use a scanner's colour.
 enum class ScannerColour {
-  kAuto,        ///< used where it is known where the colour camera is, else left out
-  kRegistered,  ///< ... else taken to see what the depth camera sees
-  kOff,         ///< left out
+  kAuto,        ///< use it if the pose of the colour camera is known
+  kRegistered,  ///< also if it is unknown: as if both cameras had the same view
+  kOff,         ///< do not use it
 };
 
 struct AcquireConfig {
@@ -66,25 +66,26 @@ struct AcquireConfig {
   ScannerColour colour = ScannerColour::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
 
-  std::size_t from = 0;  ///< first frame by its place in the recording, counting from 0
-  std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, included
+  std::size_t from = 0;                                      ///< first frame by its position in the recording, from 0
+  std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, inclusive
   std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
 
   double min_depth_m = 0.0;     ///< nearer depth is dropped; >= 0
   double max_depth_m = 0.0;     ///< farther depth is dropped; 0: no limit
   double edge_sigmas = 3.0;     ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
-  int outlier_neighbours = 0;   ///< statistical outlier removal: neighbours of a point that are looked at; 0: off
+  int outlier_neighbours = 0;   ///< statistical outlier removal: number of neighbours of a point; 0: off
   double outlier_sigmas = 2.0;  ///< points whose mean distance to them is this many sigma above the mean are dropped
   bool bilateral = false;       ///< edge-preserving smoothing of the depth
   Limits limits;
 };
 
-/// What a scanner is told before it streams; also keys of `acquire:`. What is not given is left as the camera has it.
+/// Settings of a scanner before it streams; also keys of `acquire:`. Values that are not given stay as the camera has
+/// them.
 struct ScannerSettings {
   std::optional<bool> emitter;        ///< the projector of a pattern, on or off
   std::optional<int> laser_power_mw;  ///< of the projector
   std::optional<int> preset;          ///< by the camera's own numbering
-  bool locks_exposure = true;         ///< colour exposure and white balance are held after the first second
+  bool locks_exposure = true;         ///< fix colour exposure and white balance after the first second
 };
 
 }  // namespace scanknit

@@ -1,5 +1,7 @@
 #include "acquire/device_rules.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
 
@@ -22,11 +24,11 @@ std::string known_name(UsbNumbers numbers) {
 constexpr std::string_view kFile = "/etc/udev/rules.d/60-scanknit";
 
 std::string common_file() {
-  return std::string(kFile) + ".rules";
+  return fmt::format("{}.rules", kFile);
 }
 
 std::string file_of(UsbNumbers numbers) {
-  return std::string(kFile) + "-" + hex_text(numbers.vendor) + "-" + hex_text(numbers.product) + ".rules";
+  return fmt::format("{}-{}-{}.rules", kFile, hex_text(numbers.vendor), hex_text(numbers.product));
 }
 
 std::string rule_of(UsbNumbers numbers) {

@@ -1,4 +1,4 @@
-// Rules for udev: who may use a scanner. They let whoever sits at the computer use it, and nobody else.
+// Rules for udev: they give the user who is logged in at the computer access to a scanner, and nobody else.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace scanknit {
 
-/// For every scanner that our tables know.
+/// The rules for every scanner in our tables.
 [[nodiscard]] std::string udev_rules();
 
-/// For one camera, known or not: "1234:5678" or its URI. Error (kUsage): it names no USB device.
+/// The rules for one camera, known or not: "1234:5678" or its URI. Error (kUsage): `device` is no USB device.
 [[nodiscard]] Result<std::string> udev_rules_for(const std::string& device);
 
-/// What a person types to be let in: the rules into a file of their own, so that they take no other camera's away. It
-/// then needs to be plugged in again.
+/// The command with which the user gets access. It writes the rules to a separate file, so that they do not replace
+/// another camera's rules. The camera must then be plugged in again.
 [[nodiscard]] std::string rules_command(std::uint16_t vendor, std::uint16_t product);
 
 }  // namespace scanknit

@@ -1,5 +1,6 @@
 #include "acquire/diagnose_devices.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -123,10 +124,10 @@ std::vector<Finding> findings_of(const UsbDeviceInfo& device) {
 Finding usb_memory() {
   int megabytes = 0;
   if (!(std::ifstream(kUsbMemory) >> megabytes)) return {Grade::kNote, "USB memory: the system's limit is unknown", ""};
-  const std::string text = "USB memory: " + std::to_string(megabytes) + " MB for all programs together";
+  const std::string text = fmt::format("USB memory: {} MB for all programs together", megabytes);
   // 0 is "no limit".
   if (megabytes == 0 || megabytes >= kUsualUsbMemoryMb) return {Grade::kGood, text, ""};
-  return {Grade::kNote, text + ", less than usual", std::string("echo 128 | sudo tee ") + kUsbMemory};
+  return {Grade::kNote, text + ", less than usual", fmt::format("echo 128 | sudo tee {}", kUsbMemory)};
 }
 
 bool is_problem(const Finding& finding) {

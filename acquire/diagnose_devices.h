@@ -1,4 +1,4 @@
-// What keeps a scanner from working, found without opening it, with the remedy in words.
+// Finds out why a scanner does not work, without opening it, and describes the remedy.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace scanknit {
 struct Finding {
   enum class Grade {
     kGood,
-    kNote,     ///< worth knowing; it works all the same
+    kNote,     ///< information; the scanner works
     kProblem,  ///< scanning will fail
   };
   Grade grade = Grade::kGood;
   std::string text;
-  std::string remedy;  ///< empty: there is nothing to do
+  std::string remedy;  ///< empty: none is needed
 };
 
 struct DeviceDiagnosis {
@@ -32,8 +32,8 @@ struct Diagnosis {
   [[nodiscard]] bool has_problem() const;
 };
 
-/// Of every scanner that is plugged in, also of those that the system could not set up. Error (kDevice): USB cannot be
-/// used at all.
+/// Diagnoses every scanner that is plugged in, also those that the system could not set up. Error (kDevice): USB cannot
+/// be used at all.
 [[nodiscard]] Result<Diagnosis> diagnose_devices();
 
 }  // namespace scanknit

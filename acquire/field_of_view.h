@@ -1,4 +1,4 @@
-// Intrinsics from a field of view, which is all that OpenNI tells.
+// Intrinsics from a field of view: OpenNI reports nothing more.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace scanknit {
 
-/// The pinhole camera whose whole picture, from edge to edge, spans these angles (radians, above 0 and below pi), its
-/// centre in the middle. Nothing for other angles.
+/// The pinhole camera with these fields of view from edge to edge (radians, above 0 and below pi) and its principal
+/// point in the middle. Nothing for other angles.
 [[nodiscard]] inline std::optional<CameraIntrinsics> intrinsics_of_view(int width, int height, double x_rad,
                                                                         double y_rad) {
   const auto is_view = [](double angle) { return angle > 0 && angle < std::numbers::pi; };

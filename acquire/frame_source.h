@@ -1,4 +1,4 @@
-// FrameSource: one frame after another, from a recording or a scanner.
+// FrameSource: delivers frames one by one, from a recording or a scanner.
 #pragma once
 
 #include <chrono>
@@ -17,22 +17,22 @@
 
 namespace scanknit {
 
-/// What is known of a recording without decoding all its frames.
+/// The properties of a recording that are known without decoding all frames.
 struct RecordingInfo {
   std::string format;            ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap",
                                  ///< "realsense-bag", "oni"
   std::filesystem::path folder;  ///< where its files lie: the path that was opened, or a folder below it;
                                  ///< or the file that is all of it
-  std::size_t frames = 0;        ///< in the recording, whatever from/to/every select
-  std::size_t frames_with_pose = 0;       ///< of those, with a pose entry (not yet checked)
-  PoseMode poses = PoseMode::kRecording;  ///< as asked for; kAuto is settled
+  std::size_t frames = 0;        ///< all frames of the recording, also those that from/to/every do not select
+  std::size_t frames_with_pose = 0;       ///< those with a pose entry (not checked yet)
+  PoseMode poses = PoseMode::kRecording;  ///< the mode in use, never kAuto
   bool has_colour = false;
   std::optional<CameraIntrinsics> intrinsics;         ///< of the first depth frame
   std::optional<CameraIntrinsics> colour_intrinsics;  ///< of the first colour frame
   std::optional<double> depth_scale;                  ///< raw units per metre; nothing when depth is floating point
   std::optional<double> duration_s;                   ///< nothing when the recording has no clock
   UpAxis world_up = UpAxis::kMinusY;                  ///< -y: the world is a camera's frame (y down)
-  std::vector<std::string> warnings;                  ///< for people: what is wrong with the recording as a whole
+  std::vector<std::string> warnings;                  ///< messages: faults of the recording as a whole
 };
 
 /// One consumer; not thread-safe.
@@ -42,24 +42,23 @@ class FrameSource {
 
   [[nodiscard]] virtual const RecordingInfo& info() const = 0;
 
-  /// When poses are tracked, frames may have no pose, and may have no depth either: that tells of a covered lens.
-  /// Blocks until a frame, a dropped frame, the end, or an error that ends the source. A stop request is an
-  /// EndOfStream.
+  /// Blocks until a frame, a dropped frame, the end, or an error that ends the source. A stop request gives an
+  /// EndOfStream. When poses are tracked, frames may lack a pose, and also depth, for example with a covered lens.
   [[nodiscard]] virtual FrameEvent next(std::stop_token stop) = 0;
 
-  /// Waits until next() would return at once, for `patience` at most, and says whether it would: for callers who have
-  /// something else to do while a scanner, or a person, takes its time. A source that lets nobody wait says so at once.
+  /// Waits until next() would return at once, for at most `patience`; returns whether it would. For callers that have
+  /// other work while a scanner, or the user, is slow. A source that never makes callers wait returns true at once.
   [[nodiscard]] virtual bool wait([[maybe_unused]] std::stop_token stop,
                                   [[maybe_unused]] std::chrono::milliseconds patience) {
     return true;
   }
 };
 
-/// Opens a recording: a folder, or one file of it; a folder that holds exactly one recording up to two levels below
-/// stands for that recording (see RecordingInfo::folder). One .pcd or .pclzf file is a recording of one frame, one
-/// .mcap, .bag or .oni file a whole recording. The format is recognised by content unless config.format names it.
-/// Errors (kInput): nothing there, no format fits (the message lists those that are known), no frame at all, intrinsics
-/// missing (the message says how to give them).
+/// Opens a recording: a folder, one file of it, or a folder with exactly one recording up to two levels below (see
+/// RecordingInfo::folder). One .pcd or .pclzf file is a recording of one frame, one .mcap, .bag or .oni file a whole
+/// recording. Recognises the format by content unless config.format names it. Errors (kInput): the path does not exist,
+/// no format fits (the message lists the known formats), no frame, intrinsics are missing (the message says how to give
+/// them).
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_recording(const std::filesystem::path& path,
                                                                   const AcquireConfig& config);
 

@@ -1,4 +1,4 @@
-// RawFrame: the bytes a scanner sent, before anything is decoded, with both clocks; and what explains them.
+// RawFrame: the undecoded bytes of a scanner, with both clocks; and the data needed to decode them.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace scanknit {
 /// The values are written into recordings.
 enum class StreamKind : std::uint8_t { kDepth = 0, kColour = 1 };
 
-/// How the bytes of a picture are to be read. The values are written into recordings.
+/// The format of a picture's bytes. The values are written into recordings.
 enum class PixelFormat : std::uint8_t {
   kZ16 = 0,   ///< depth, 16-bit little endian, in units of RawCalibration::depth_unit_m; 0 is "no return"
   kYuyv = 1,  ///< Y0 U Y1 V, BT.601
@@ -30,10 +30,10 @@ enum class PixelFormat : std::uint8_t {
 /// "z16", "yuyv", "uyvy", "mjpeg", "rgb8", "bgr8".
 [[nodiscard]] const char* to_string(PixelFormat format);
 
-/// Turns rows of `width` pixels, at least one, left side to right.
+/// Mirrors rows of `width` pixels (at least one).
 void mirror(std::vector<std::byte>& pixels, std::size_t width, std::size_t pixel_bytes);
 
-/// One picture stream of a scanner, as it can be asked for or has been started.
+/// One picture stream of a scanner, offered or started.
 struct StreamProfile {
   StreamKind kind = StreamKind::kDepth;
   PixelFormat format = PixelFormat::kZ16;
@@ -44,21 +44,21 @@ struct StreamProfile {
   friend bool operator==(const StreamProfile&, const StreamProfile&) = default;
 };
 
-/// Where the pictures of both streams belong. A camera that colour does not come from has width 0.
+/// The cameras of both streams. An unknown or absent camera has width 0.
 struct RawCalibration {
   CameraModel depth;
   CameraModel colour;
   Pose T_colour_depth = Pose::Identity();
   double depth_unit_m = 0.001;      ///< metres of one raw unit, > 0
-  std::string source;               ///< for people: "the camera's own", "acquire.intrinsics"
-  std::string device;               ///< for people: the camera's name
+  std::string source;               ///< for messages: "the camera's own", "acquire.intrinsics"
+  std::string device;               ///< for messages: the camera's name
   std::string serial;               ///< empty: unknown
-  std::string depth_unknown = {};   ///< why nothing is known of the depth camera, whose width then is 0; empty: it is
-  std::string colour_unknown = {};  ///< why it is not known where the colour camera is; empty: it is
-  std::vector<std::string> warnings = {};  ///< for people: what was taken for granted, since it could not be read
+  std::string depth_unknown = {};   ///< why the depth camera is unknown (its width is 0 then); empty: it is known
+  std::string colour_unknown = {};  ///< why the colour camera's pose is unknown; empty: it is known
+  std::vector<std::string> warnings = {};  ///< messages: values that were assumed because they could not be read
 };
 
-/// A whole picture. Cheap to copy: the bytes are shared and never change.
+/// A complete picture. Cheap to copy: copies share the bytes, which never change.
 struct RawFrame {
   StreamProfile profile;
   std::uint64_t sequence = 0;  ///< of its stream, strictly increasing; the camera's own frame counter if it has one

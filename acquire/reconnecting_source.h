@@ -1,4 +1,4 @@
-// A scanner that may be unplugged while it streams, and goes on when it is plugged in again.
+// A scanner that may be unplugged while it streams, and that continues when it is plugged in again.
 #pragma once
 
 #include <chrono>
@@ -10,12 +10,12 @@
 
 namespace scanknit {
 
-/// Finds and opens the same scanner again; looks for it until it is there, or until a stop.
+/// Finds and opens the same scanner again; searches until it is there, or until a stop.
 using ReopenDevice = std::function<Result<std::unique_ptr<DeviceSource>>(std::stop_token stop)>;
 
-/// `source`, which after DeviceEvent::kLeft is opened again by `reopen` and started with the same streams (kReturned),
-/// or has failed when it did not come back within `patience` (kFailed). Frame numbers, the camera's time and losses go
-/// on.
+/// Wraps `source`: after DeviceEvent::kLeft it opens the scanner again with `reopen` and starts the same streams
+/// (kReturned), or fails when the scanner does not return within `patience` (kFailed). Frame numbers, the camera's time
+/// and losses continue.
 [[nodiscard]] std::unique_ptr<DeviceSource> make_reconnecting(std::unique_ptr<DeviceSource> source, ReopenDevice reopen,
                                                               std::chrono::milliseconds patience);
 

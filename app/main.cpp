@@ -4,7 +4,7 @@
 #include "core/freed_memory.h"
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like a full disk, not the end of the program
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is a write error then, like a full disk
   scanknit::keep_freed_memory();
   return scanknit::run_cli(argc, argv);
 }

@@ -1,4 +1,4 @@
-// BoundedQueue: the only place where threads meet.
+// BoundedQueue: the only way to pass data between threads.
 #pragma once
 
 #include <chrono>
@@ -31,7 +31,7 @@ class BoundedQueue {
     return true;
   }
 
-  /// The first value; nothing when none has come after `timeout`, or when stopped while empty.
+  /// Takes the first value; nothing when none comes within `timeout`, or when stopped while empty.
   [[nodiscard]] std::optional<T> pop(std::stop_token stop, std::chrono::nanoseconds timeout) {
     std::unique_lock lock(mutex_);
     if (!arrived_.wait_for(lock, stop, timeout, [&] { return !values_.empty(); })) return std::nullopt;

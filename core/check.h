@@ -1,4 +1,5 @@
-// SCANKNIT_CHECK: a broken promise inside the program stops it. Never used on input from outside (see result.h).
+// SCANKNIT_CHECK: aborts the program when one of its own invariants is broken. Never used for input from outside (see
+// result.h).
 #pragma once
 
 namespace scanknit {

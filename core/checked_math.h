@@ -1,4 +1,4 @@
-// Arithmetic on sizes from outside that says when it would overflow.
+// Arithmetic on untrusted sizes that detects overflow.
 #pragma once
 
 #include <concepts>

@@ -1,5 +1,5 @@
-// FieldView: a volume to be read, be it fused or loaded. The one header of core that names OpenVDB: it is not part of
-// core's library, and whoever includes it links OpenVDB (fusion, extract and finish do).
+// FieldView: a fused or loaded volume, for reading. The only header of core that uses OpenVDB: it is not part of core's
+// library, and a target that includes it must link OpenVDB (fusion, extract and finish do).
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -14,27 +14,27 @@ namespace scanknit {
 using WeightCodeGrid = openvdb::Grid<openvdb::tree::Tree4<WeightCode, 5, 4, 3>::Type>;
 using ColourCodeGrid = openvdb::Grid<openvdb::tree::Tree4<ColourCode, 5, 4, 3>::Type>;
 
-/// Grids of one transform (uniform scale and translation) and, where given, one topology; they belong to the volume,
-/// which must outlive the view. A sample sits AT index (i, j, k). Voxels outside the field's leaves and active tiles
-/// are unobserved, and so are samples that are not finite.
-/// Made by TsdfVolume::field_view() and LoadedVolume::field_view().
+/// Grids with the same transform (uniform scale and translation) and topology, except those that are null; they belong
+/// to the volume, which must outlive the view. A sample sits AT index (i, j, k). Voxels outside the field's leaves and
+/// active tiles are unobserved, and so are samples that are not finite. Made by TsdfVolume::field_view() and
+/// LoadedVolume::field_view().
 struct FieldView {
   /// Never null. Signed distance in metres, positive in free space; or any other quantity.
   const openvdb::FloatGrid* field = nullptr;
-  /// A voxel is observed iff its weight is > 0 and at least the reader's minimum weight (ExtractConfig::min_weight,
-  /// for instance). Null: every active voxel is.
+  /// A voxel is observed if its weight is > 0 and at least the reader's minimum weight (for example
+  /// ExtractConfig::min_weight). Null: every active voxel is observed.
   const openvdb::FloatGrid* weight = nullptr;
   /// sRGB-encoded, 0 to 1; a negative component: no colour was seen. Null: no colours.
   const openvdb::Vec3SGrid* colour = nullptr;
-  /// The same of a live volume, as codes; given instead of `weight` and `colour`.
+  /// The weights and colours of a live volume, as codes; set instead of `weight` and `colour`.
   const WeightCodeGrid* weight_codes = nullptr;
   const ColourCodeGrid* colour_codes = nullptr;
   /// Samples outside of it are unobserved.
   std::optional<openvdb::CoordBBox> region = std::nullopt;
-  /// InsideSide::kAuto takes the side below the isovalue as matter iff this is true.
+  /// True: InsideSide::kAuto takes the side below the isovalue as matter; false: the side above.
   bool is_signed_distance = true;
 
-  /// The same view of another field, each active voxel of which is observed. `other` must outlive the view.
+  /// The same view with another field, whose active voxels are all observed. `other` must outlive the view.
   [[nodiscard]] FieldView with_field(const openvdb::FloatGrid& other) const {
     FieldView view = *this;
     view.field = &other;

@@ -1,4 +1,4 @@
-// Frame: what a scanner saw at one moment, and the events of a source of frames.
+// Frame: the pictures of a scanner at one moment; and the events of a source of frames.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,7 @@ struct ColourFrame {
   ColourImage image;                       ///< sRGB
   CameraIntrinsics intrinsics;             ///< of `image`
   Pose T_colour_depth = Pose::Identity();  ///< p_colour = T_colour_depth * p_depth
-  /// The PNG or JPEG file that `image` was decoded from; null when there was none, or when a lens was straightened
-  /// since.
+  /// The PNG or JPEG file that `image` was decoded from; null when there was none, or when `image` was undistorted.
   std::shared_ptr<const std::vector<std::byte>> encoded = nullptr;
 };
 
@@ -40,13 +39,13 @@ struct Frame {
 
 /// Why a frame could not be used: one word per kind, counted in the report as frames.dropped_by_reason.
 enum class DropReason {
-  kMissingFile,   ///< a file that the recording names is not there
+  kMissingFile,   ///< a file that the recording names does not exist
   kUnreadable,    ///< empty, truncated, not the format it claims, or larger than the limits
   kSizeMismatch,  ///< size differs from the first frame's or from the intrinsics
   kNoPose,        ///< the frame has no pose
   kBadPose,       ///< NaN, infinite or non-rigid pose
   kNoIntrinsics,  ///< this frame's camera is unknown
-  kNoDepth,       ///< not one valid depth pixel
+  kNoDepth,       ///< no valid depth pixel
   kTimestamp,     ///< time stamp not increasing
   kUnsafePath,    ///< the recording names a file outside its own folder
   kQueue,         ///< the reader was too slow for the recording's pace
@@ -64,7 +63,7 @@ struct FrameDropped {
 
 struct EndOfStream {};
 
-/// Frames that never arrived whole, by where they were lost: of a scanner, and of its recorder.
+/// Frames of a scanner that did not arrive complete, by where they were lost.
 struct LossCounters {
   std::uint64_t device = 0;     ///< the camera's own frame counter jumped
   std::uint64_t transport = 0;  ///< incomplete, marked as bad, or with lost packets

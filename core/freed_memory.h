@@ -1,11 +1,11 @@
-// How the memory that is freed is kept for what comes next.
+// Keeps freed memory in the process, for the next allocations.
 #pragma once
 
 namespace scanknit {
 
-/// The pictures of a frame are given back and taken again thirty times a second; the kernel would have to clear their
-/// pages each time. After this malloc keeps some freed memory, and large pieces are its own. For the whole process;
-/// nothing where the C library has no such setting.
+/// The program frees and allocates the pictures of a frame thirty times a second, and the kernel would clear their
+/// pages each time. After this call malloc keeps some freed memory, also of large blocks. Affects the whole process;
+/// does nothing if the C library has no such setting.
 void keep_freed_memory();
 
 }  // namespace scanknit

@@ -19,7 +19,7 @@ struct Rgb8 {
   friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
-/// std::allocator, but a vector's new elements that get no value keep what is in the memory.
+/// std::allocator, except that a vector's new elements without a value are left uninitialised.
 template <typename T>
 struct UninitialisedAllocator : std::allocator<T> {
   template <typename U>
@@ -47,7 +47,7 @@ class Image {
         pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), fill) {
     SCANKNIT_CHECK(width >= 0 && height >= 0);
   }
-  /// For pixels that are all written before one is read: the others need not be filled first.
+  /// For images whose pixels are all written before they are read: saves filling them first.
   [[nodiscard]] static Image uninitialised(int width, int height) {
     Image image;
     image.width_ = width;

@@ -1,4 +1,4 @@
-// Limits: the largest input that is believed. Sizes from a file meet these before any memory is asked for.
+// Limits: the largest accepted inputs. Sizes from a file are checked against them before any allocation.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ struct Limits {
   std::uintmax_t max_text_bytes = 64u << 20;       ///< one text file of a recording: a million lines of a trajectory
   std::uintmax_t max_mesh_bytes = 4096ull << 20;   ///< one mesh file
   std::uintmax_t max_range_bytes = 1024ull << 20;  ///< one range scan or point cloud, unpacked
-  std::size_t max_scans = 1000;                    ///< that one file may name
+  std::size_t max_scans = 1000;                    ///< scans in one file
   std::size_t max_frames = 10'000'000;             ///< 90 hours at 30 frames a second
   std::size_t max_mesh_vertices = 1u << 30;
   std::size_t max_mesh_triangles = 1u << 30;

@@ -1,4 +1,4 @@
-// located: an error says where it happened.
+// located(): adds the place to an error.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// The error, which happened at `place`, a file for instance. A place that it names already stays.
+/// The error with the place `place`, for example a file; if it has a place already, keeps that.
 [[nodiscard]] inline Error located(Error error, const std::filesystem::path& place) {
   if (error.where.empty()) error.where = place.string();
   return error;

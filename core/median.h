@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// The greater of the two middle ones when their number is even; 0 of an empty list. NaN is no value.
+/// The median; for an even count the greater of the two middle values; 0 for an empty list. Values must not be NaN.
 template <typename Number>
 [[nodiscard]] Number median(std::vector<Number> values) {
   if (values.empty()) return 0;

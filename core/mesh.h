@@ -1,4 +1,4 @@
-// Mesh: an indexed triangle mesh, and what can be said of its topology.
+// Mesh: an indexed triangle mesh, and a check of its topology.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +12,10 @@
 
 namespace scanknit {
 
-/// Three vertices of a mesh. Unlike std::array's, its elements are left as they are unless given: millions are made
-/// room for before they are written.
+/// Three vertices of a mesh. Uninitialised by default, unlike std::array's elements in a vector: code allocates
+/// millions of them before it writes them.
 struct Triangle : std::array<std::uint32_t, 3> {
-  Triangle() {}  // NOLINT: not defaulted, so that vector::resize does not write zeros
+  Triangle() {}  // NOLINT: not defaulted, because vector::resize would write zeros then
   Triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) : std::array<std::uint32_t, 3>{a, b, c} {}
 };
 static_assert(sizeof(Triangle) == 12);
@@ -41,16 +41,16 @@ struct Mesh {
   [[nodiscard]] bool empty() const { return triangles.empty(); }
 };
 
-/// Counts over a mesh as a simplicial complex. Unreferenced vertices are left out of `euler` and `components`.
+/// Counts of a mesh as a simplicial complex. `euler` and `components` ignore unreferenced vertices.
 struct MeshCheck {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t components = 0;             ///< sets of triangles connected by shared vertices
   std::size_t boundary_edges = 0;         ///< edges of one triangle
   std::size_t non_manifold_edges = 0;     ///< edges of three or more triangles
-  std::size_t misoriented_edges = 0;      ///< edges of two triangles that run the same way along it
+  std::size_t misoriented_edges = 0;      ///< edges of two triangles with the same direction on it
   std::size_t non_manifold_vertices = 0;  ///< vertices whose triangles form more than one fan
-  std::size_t degenerate_triangles = 0;   ///< of no area: corners at the same position, or in line
+  std::size_t degenerate_triangles = 0;   ///< without area: corners at the same position, or collinear
   std::size_t duplicate_triangles = 0;    ///< the same three vertices again
   std::size_t unreferenced_vertices = 0;
   long long euler = 0;         ///< vertices - edges + triangles
@@ -64,7 +64,7 @@ struct MeshCheck {
   }
 };
 
-/// O(n log n). A mesh that is not well formed gets counts of its vertices and triangles only.
+/// O(n log n). For a mesh that is not well formed, counts only vertices and triangles.
 [[nodiscard]] MeshCheck check_mesh(const Mesh& mesh);
 
 /// Signed volume by the divergence theorem, cubic metres; positive when triangles are counter-clockwise from outside.
@@ -72,7 +72,7 @@ struct MeshCheck {
 [[nodiscard]] double signed_volume_m3(const Mesh& mesh);
 
 /// Removes every component of fewer than `min_triangles` triangles, and the vertices that no triangle uses. The order
-/// of what stays is unchanged. Returns the number of components removed.
+/// of the rest is unchanged. Returns the number of components removed.
 std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Parts that bring many libraries with them are modules: nothing of them is loaded before it is asked for.
+// Modules: parts that need many libraries. They are loaded only when they are used.
 #pragma once
 
 #include <string>
@@ -7,16 +7,16 @@
 
 namespace scanknit {
 
-/// What a module gives by its one function, `extern "C" const ModuleEntry* scanknit_module()`.
+/// The result of a module's only function, `extern "C" const ModuleEntry* scanknit_module()`.
 struct ModuleEntry {
   const char* version;  ///< kVersion of the ScanKnit that the module was built with
-  const void* offers;   ///< the struct of functions that open_module() is asked for
+  const void* offers;   ///< the struct of functions that open_module() returns
 };
 
-/// Opens libscanknit_`name`.so and gives ModuleEntry::offers. The file lies in the folder `scanknit` beside this library
-/// (installed), or beside this library (built). It is opened once, never unloaded; safe to call from any thread.
-/// Errors (kInternal): the file or a library that it needs is missing, or it is of another version of ScanKnit; the message
-/// says what to do, `remedy` included ("Install Debian's libopenni2-0").
+/// Opens libscanknit_`name`.so and returns ModuleEntry::offers. The file is in the folder `scanknit` next to this
+/// library (installed), or next to this library (built). Opens it once and never unloads it; any thread may call this.
+/// Errors (kInternal): the file or a library that it needs is missing, or it has another version of ScanKnit; the
+/// message says what to do and includes `remedy` ("Install Debian's libopenni2-0").
 [[nodiscard]] Result<const void*> open_module(const std::string& name, const std::string& remedy);
 
 /// The same, typed: `Offers` is the struct that the module's entry points to.

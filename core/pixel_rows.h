@@ -1,11 +1,11 @@
-// What inner loops over rows of pixels share.
+// Definitions for inner loops over rows of pixels.
 #pragma once
 
 #include "core/noise_model.h"
 
 namespace scanknit {
 
-/// Pixels that vectorised loops do together on every machine, whatever it could do at once, for the same bits.
+/// Vectorised loops process so many pixels together on every machine, whatever its vector width, to give the same bits.
 inline constexpr int kPixelGroup = 16;
 
 /// NoiseModel in float.

@@ -12,9 +12,9 @@
 
 namespace scanknit {
 
-/// Neighbours in the grid are neighbours on the surface, or lie at both sides of a step in depth.
+/// Neighbours in the grid are neighbours on the surface, or are on both sides of a depth step.
 struct RangeScan {
-  std::string name;                       ///< of the file, for people
+  std::string name;                       ///< of the file, for messages
   Image<Eigen::Vector3f> points_m;        ///< the scan's own frame; x is NaN where there was no return
   Image<Rgb8> colours;                    ///< sRGB; empty, or as large as `points_m`
   SightLines sight;                       ///< in the scan's own frame

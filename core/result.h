@@ -1,4 +1,4 @@
-// Result<T>: a value or an Error. The API is std::expected's (C++23), so that it can be swapped one day.
+// Result<T>: a value or an Error. It has the API of std::expected (C++23), which can replace it later.
 #pragma once
 
 #include <string>
@@ -10,20 +10,20 @@
 
 namespace scanknit {
 
-/// What went wrong, coarse enough that each code has one exit code of the program (docs/cli.md).
+/// The kinds of errors; the program has one exit code for each (docs/cli.md).
 enum class ErrorCode {
   kUsage,      ///< the command line asks for something that does not exist
   kConfig,     ///< a configuration value is unknown, malformed or out of range
-  kInput,      ///< an input cannot be read, or holds nothing usable
-  kDevice,     ///< a scanner is absent, busy or forbidden
+  kInput,      ///< an input cannot be read, or has no usable data
+  kDevice,     ///< a scanner is absent, busy, or needs permission
   kTooLittle,  ///< tracking was lost, or there is too little data
   kMesh,       ///< the mesh is empty or broken
   kOutput,     ///< an output cannot be written
   kBudget,     ///< a resource budget would be exceeded
-  kInternal,   ///< a fault of ours
+  kInternal,   ///< a bug or a fault of the installation
 };
 
-/// A message for a person: `where` names the file or object, `message` says what was wrong, what was expected, and what
+/// A message for the user: `where` names the file or object; `message` says what is wrong, what was expected, and what
 /// to do next.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
@@ -58,7 +58,7 @@ class [[nodiscard]] Result {
     return std::get<1>(state_);
   }
 
-  /// Calls `next` with the value, or hands the error on.
+  /// Calls `next` with the value, or passes the error on.
   template <typename F>
   [[nodiscard]] auto and_then(F&& next) && -> std::invoke_result_t<F, T&&> {
     if (!has_value()) return error();

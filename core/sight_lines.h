@@ -1,4 +1,4 @@
-// SightLines: along which lines a range scanner looked, where no pinhole is known.
+// SightLines: the lines of sight of a range scanner without a known pinhole camera.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,16 +19,16 @@ struct SightLines {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< kTwoSlits: z of the plane in which u and v are measured
   /// kTwoSlits: 1 / (z of the slit - z of the plane), for x and y; 0: parallel.
   Eigen::Vector2d slit_per_m = Eigen::Vector2d::Zero();
-  double towards = 1;  ///< kTwoSlits: +1 where the scanner stands at larger z than what it saw, -1 at smaller
-  int pole = 1;        ///< kSphere: the axis (0 x, 1 y, 2 z) about which u turns; not much should be seen along it
+  double towards = 1;  ///< kTwoSlits: +1 if the scanner is at larger z than the surface, -1 if at smaller z
+  int pole = 1;        ///< kSphere: the axis (0 x, 1 y, 2 z) about which u is the angle; few points should be near it
 
-  /// A line, and how far along it something is. u and v are metres for kTwoSlits, radians for kSphere; `range_m` grows
-  /// away from the scanner.
+  /// A line (u, v) and a distance along it. u and v are in metres for kTwoSlits, in radians for kSphere; `range_m`
+  /// increases away from the scanner.
   struct Sight {
     double u, v, range_m;
   };
 
-  /// The line through a point; nothing for a point that no line passes (behind a slit, at the centre).
+  /// The line through a point; nothing if there is none (behind a slit, at the centre).
   [[nodiscard]] std::optional<Sight> look(const Eigen::Vector3d& p) const {
     if (kind == Kind::kSphere) return look_from_centre(p);
     const double depth = p.z() - centre.z();
@@ -39,7 +39,7 @@ struct SightLines {
                  -towards * depth};
   }
 
-  /// Unit, away from the scanner, at a point that look() takes.
+  /// The unit direction away from the scanner, at a point that has a line.
   [[nodiscard]] Eigen::Vector3d direction(const Eigen::Vector3d& p) const {
     if (kind == Kind::kSphere) return (p - centre).normalized();
     const double depth = p.z() - centre.z();
@@ -48,7 +48,7 @@ struct SightLines {
     return (-towards * Eigen::Vector3d(dx, dy, 1)).normalized();
   }
 
-  /// u comes round after so much; 0: never.
+  /// The period of u; 0: u is not periodic.
   [[nodiscard]] double period_u() const { return kind == Kind::kSphere ? 2 * std::numbers::pi : 0; }
 
  private:

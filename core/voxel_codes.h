@@ -1,4 +1,4 @@
-// WeightCode, ColourCode: what a voxel of a live volume keeps beside its signed distance, in six bytes.
+// The codes of weight and colour that a voxel of a live volume has in addition to its signed distance: six bytes.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace scanknit {
 
-/// A weight in 16 bits, as (code / 1024)^2: fine steps where weights are small. 0 only for the weight 0. Linear codes
-/// would do for one range only: weights of views from 0.5 and from 3 m differ by a factor of 100.
+/// A weight in 16 bits, as (code / 1024)^2, with fine steps for small weights. Code 0 is only for weight 0. Linear
+/// codes would suit only one distance: weights of views from 0.5 m and from 3 m differ by a factor of 100.
 using WeightCode = std::uint16_t;
 inline constexpr float kWeightCodeUnit = 1.0f / 1024.0f;
 inline constexpr float kMaxCodedWeight = 65535.0f * 65535.0f / (1024.0f * 1024.0f);  ///< 4095.9
@@ -20,19 +20,19 @@ inline constexpr float kMaxCodedWeight = 65535.0f * 65535.0f / (1024.0f * 1024.0
   return root * root;
 }
 
-/// Rounded to the nearest code, at least 1 where weight > 0; at most kMaxCodedWeight.
+/// The nearest code; at least 1 for weight > 0; weights above kMaxCodedWeight get the highest code.
 [[nodiscard]] inline WeightCode encode_weight(float weight) {
   if (!(weight > 0)) return 0;
   const float code = std::sqrt(weight) / kWeightCodeUnit;
   return static_cast<WeightCode>(std::lrint(std::clamp(code, 1.0f, 65535.0f)));
 }
 
-/// sRGB in the low three bytes, red lowest. The highest byte tells how good the view was that it was taken from, 1 to
-/// 255; 0: no colour was seen. A type of its own, so that none is in memory that nobody has filled: OpenVDB asks for
-/// the voxels of a leaf that has none.
+/// sRGB in the low three bytes, red lowest. The highest byte is the quality of the view that it comes from, 1 to 255;
+/// 0: no colour was seen. It is a type of its own so that unused leaves take no memory: OpenVDB would otherwise
+/// allocate their voxels.
 struct ColourCode {
   constexpr ColourCode() = default;
-  constexpr ColourCode(std::uint32_t bits_) : bits(bits_) {}  // as a number: OpenVDB compares and adds voxels
+  constexpr ColourCode(std::uint32_t bits_) : bits(bits_) {}  // implicit: OpenVDB compares and adds voxels as numbers
   constexpr operator std::uint32_t() const { return bits; }
 
   std::uint32_t bits = 0;

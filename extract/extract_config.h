@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// How the surface is resolved where the corners' signs leave a choice.
+/// How to resolve cells in which the corners' signs leave a choice.
 enum class Decider {
   kTrilinear,   ///< the asymptotic decider on faces and the interior test: the topology of the trilinear isosurface
   kAsymptotic,  ///< Nielson & Hamann 1991: a face's Highs are joined iff its saddle is High
@@ -22,7 +22,7 @@ enum class Decider {
   kLorensen,   ///< the 15 cases of 1987, each cell by itself: leaves holes; to show the difference only
 };
 
-/// They have no ambiguity.
+/// True for the tetrahedral deciders, which have no ambiguity.
 [[nodiscard]] constexpr bool is_tetrahedral(Decider decider) {
   return decider == Decider::kTetra5 || decider == Decider::kTetra6 || decider == Decider::kTetra24;
 }
@@ -51,7 +51,7 @@ struct ExtractConfig {
   InsideSide inside = InsideSide::kAuto;
   bool normals = true;                      ///< from the gradient of the volume
   double min_weight = 0;                    ///< samples observed with less weight count as unobserved
-  std::size_t min_component_triangles = 0;  ///< smaller pieces are removed; 0: keep all
+  std::size_t min_component_triangles = 0;  ///< remove smaller pieces; 0: keep all
   std::int64_t memory_budget_mib = 4096;    ///< a volume that needs more is read slice by slice
 };
 

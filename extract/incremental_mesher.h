@@ -1,4 +1,4 @@
-// IncrementalMesher: the surface of a volume that changes, leaf by leaf.
+// IncrementalMesher: keeps the surface of a changing volume up to date, leaf by leaf.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,16 +27,16 @@ struct BlockOrder {
   bool operator()(const Eigen::Vector3i& a, const Eigen::Vector3i& b) const { return is_before(a, b); }
 };
 
-/// By origin. The address of a patch stays the same as long as its leaf meets the surface.
+/// Patches by origin. A patch keeps its address as long as its leaf meets the surface.
 using MeshPatches = std::map<Eigen::Vector3i, MeshPatch, BlockOrder>;
 
-/// The patches together are the triangles of extract_surface() with the same configuration, bit for bit, but for the
-/// normals of vertices where the gradient is zero: those come from the patch's triangles alone.
-/// `min_component_triangles` and `memory_budget_mib` have no meaning here. The same patches for any number of threads.
+/// All patches together have the triangles of extract_surface() with the same configuration, bit for bit, except the
+/// normals of vertices with a zero gradient, which come only from the patch's triangles. Ignores
+/// `min_component_triangles` and `memory_budget_mib`. The same patches for any number of threads.
 class IncrementalMesher {
  public:
-  /// The view's grids must outlive the mesher; their transform is read now. No patches yet: the first update() takes
-  /// all leaves. kConfig: what extract_surface() refuses; a tetrahedral decider; a field with active tiles.
+  /// The view's grids must outlive the mesher; it reads their transform now. Makes no patches: give the first update()
+  /// all leaves. kConfig: as for extract_surface(); a tetrahedral decider; a field with active tiles.
   [[nodiscard]] static Result<IncrementalMesher> create(const FieldView& view, const ExtractConfig& config);
 
   /// `changed`: the first voxels (index coordinates, multiples of 8) of all leaves in which a value, weight, colour or
@@ -52,11 +52,11 @@ class IncrementalMesher {
 
   [[nodiscard]] const MeshPatches& patches() const { return patches_; }
 
-  /// Counts the updates that changed a patch.
+  /// The number of updates that changed a patch.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
 
-  /// All patches one after the other, in the order of their origins. Not welded: no two patches share a vertex.
-  /// kMesh when that would pass 2^32 - 2 vertices. Throws std::bad_alloc.
+  /// All patches as one mesh, in the order of their origins. Not welded: patches do not share vertices. kMesh for more
+  /// than 2^32 - 2 vertices. Throws std::bad_alloc.
   [[nodiscard]] Result<Mesh> mesh() const;
 
  private:

@@ -33,10 +33,10 @@ struct BlockRange {
 };
 
 /// Two passes, each parallel over the blocks: the first counts every block's vertices and triangles, a prefix sum in
-/// the order of the blocks gives each its place, the second writes. Nothing is shared while writing, so the mesh has
-/// the same bits for any number of threads. Between the passes a block keeps two bits for each voxel, and some 350
-/// bytes more where it meets the surface. The source and the configuration must outlive it; the decider is not a
-/// tetrahedral one. Throws std::bad_alloc.
+/// the order of the blocks gives each its place, the second writes. Writers share nothing, so that the mesh has the
+/// same bits for any number of threads. Between the passes a block needs two bits for each voxel, and about 350 bytes
+/// more if it meets the surface. The source and the configuration must outlive it; the decider is not a tetrahedral
+/// one. Throws std::bad_alloc.
 class MarchingCubes {
  public:
   /// Classifies all samples of the source.
@@ -48,11 +48,11 @@ class MarchingCubes {
   /// Numbers the vertices of all counted blocks in order, the first with `first_vertex`.
   void number(std::size_t first_vertex);
 
-  /// Of counted and numbered blocks.
+  /// The size of blocks that were counted and numbered.
   [[nodiscard]] MeshSize size_of(BlockRange blocks) const;
 
-  /// The second pass over some blocks. `mesh` gets their vertices and triangles, and nothing else; indices count from
-  /// the first vertex of all. Blocks that begin where these end, towards +x, +y, +z, must have been counted too.
+  /// The second pass over some blocks. `mesh` gets only their vertices and triangles; indices count from the first
+  /// vertex of the whole mesh. The neighbouring blocks towards +x, +y, +z must have been counted too.
   void write(BlockRange blocks, Mesh& mesh) const;
 
  private:
@@ -67,7 +67,7 @@ class MarchingCubes {
   SamplingFrame frame_;
   ClassifiedBlocks signs_;
   std::vector<std::vector<BlockRecord>> records_;  ///< one list for each task of the first pass
-  std::vector<const BlockRecord*> record_of_;      ///< by block; null where it does not meet the surface
+  std::vector<const BlockRecord*> record_of_;      ///< by block; null if it does not meet the surface
 };
 
 }  // namespace scanknit

@@ -1,12 +1,12 @@
-// Memory of large arrays, asked for in one call instead of page by page.
+// Maps the memory of large arrays in one call instead of page by page.
 #pragma once
 
 #include <cstddef>
 
 namespace scanknit {
 
-/// A hint before the first write to freshly allocated memory: on a large mesh the interrupts for its pages, one every
-/// 4 KB, take longer than all arithmetic. Contents do not change.
+/// A hint before the first write to new memory: for a large mesh, the page faults, one every 4 KB, take longer than all
+/// arithmetic. Does not change the contents.
 void prefault(void* memory, std::size_t bytes);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Volumes larger than memory: read a few slices at a time, the mesh handed on in parts.
+// Meshes volumes larger than memory: reads a few slices at a time and passes the mesh on in parts.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +13,9 @@
 
 namespace scanknit {
 
-/// Takes the next part of a mesh: its vertices, numbered on from the last part's, and triangles whose indices count
-/// from the very first vertex. A triangle may use vertices of this part, of the ones before, and of the part to come.
+/// Takes the next part of a mesh: its vertices, whose numbers continue those of the last part, and triangles whose
+/// indices count from the first vertex of the first part. A triangle may use vertices of this part, earlier parts, and
+/// the next part.
 using MeshPartSink = std::function<Result<void>(const Mesh& part)>;
 
 struct StreamedSurface {
@@ -23,11 +24,11 @@ struct StreamedSurface {
   std::size_t triangles = 0;
 };
 
-/// The same vertices and triangles, in the same order and to the bit, as extract_surface gives for the whole volume in
-/// coordinates of `T_world_ijk`; but vertices whose gradient vanishes have a zero normal, and small components stay.
-/// Holds as many slices as a quarter of `memory_budget_mib` of the configuration allows, 26 at least, what is known of
-/// their cells, and parts of the mesh of at most a quarter of the budget. Errors: those of the reader, the sink and
-/// extract_surface; kConfig for a tetrahedral decider; kBudget when 26 slices need more than the whole budget.
+/// Gives the same vertices and triangles, in the same order and bit for bit, as extract_surface() for the whole volume
+/// in coordinates of `T_world_ijk`, except that vertices with a zero gradient have a zero normal, and small components
+/// stay. Keeps in memory as many slices as a quarter of the configuration's `memory_budget_mib` allows (at least 26),
+/// the data of their cells, and parts of the mesh of at most a quarter of the budget. Errors: those of the reader, the
+/// sink and extract_surface; kConfig for a tetrahedral decider; kBudget when 26 slices need more than the whole budget.
 [[nodiscard]] Result<StreamedSurface> stream_surface(SliceReader& reader, const Eigen::Affine3d& T_world_ijk,
                                                      const ExtractConfig& config, const MeshPartSink& sink);
 

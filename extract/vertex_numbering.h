@@ -11,15 +11,15 @@
 
 namespace scanknit {
 
-/// What the counting pass keeps of a block that meets the surface. Its vertices are numbered in this order: those on
+/// What the counting pass stores for a block that meets the surface. Its vertices are numbered in this order: those on
 /// its grid edges by axis, x, y, z; the second vertices of its pinched edges in the same order; interior vertices by
 /// cell.
 struct BlockRecord {
   std::size_t block = 0;  ///< in the source's list
   EdgeBits vertices;
   std::array<std::array<std::uint16_t, kBlockCells>, 3> rank;  ///< vertices before each word of `vertices`
-  std::vector<std::uint16_t> pinched;                          ///< edge_slot of each, ascending
-  std::vector<CellEntry> resolved;                             ///< of the cells that needs_values, in order
+  std::vector<std::uint16_t> pinched;                          ///< edge_slot() of each pinched edge, ascending
+  std::vector<CellEntry> resolved;                             ///< entries of the cells with needs_values, in order
   std::uint32_t edge_vertices = 0;
   std::uint32_t interior_vertices = 0;
   std::uint32_t triangles = 0;
@@ -33,17 +33,17 @@ struct BlockRecord {
   [[nodiscard]] std::size_t first_interior_vertex() const { return first_vertex + vertex_count() - interior_vertices; }
 };
 
-/// A block's grid edge as a number.
+/// The number of a grid edge in its block.
 [[nodiscard]] constexpr std::uint16_t edge_slot(int axis, int x, int y, int z) {
   return static_cast<std::uint16_t>(((axis * kBlockCells + x) * kBlockCells + y) * kBlockCells + z);
 }
 
-/// Grid edges whose low end is in a block's closure, 9^3 for each axis, as a place in an array.
+/// The grid edges whose low end is in a block's closure, 9^3 for each axis, have indices in an array.
 inline constexpr int kClosureSide = kBlockCells + 1;
 [[nodiscard]] constexpr int closure_place(int axis, int x, int y, int z) {
   return ((axis * kClosureSide + x) * kClosureSide + y) * kClosureSide + z;
 }
-/// That of a cell's edge, less that of (0, x, y, z) for the cell at (x, y, z).
+/// The index of a cell's edge minus that of the edge (0, x, y, z) of the cell at (x, y, z).
 inline constexpr auto kEdgePlace = [] {
   std::array<int, kEdges> places{};
   for (int edge = 0; edge < kEdges; ++edge) {
@@ -58,7 +58,7 @@ inline constexpr auto kEdgePlace = [] {
 /// towards +x, +y, +z, which own the grid edges that start in the block's upper faces.
 class VertexIds {
  public:
-  /// The block itself and its seven neighbours, by a bit each for +x, +y, +z; null where there is no record.
+  /// The block and its seven neighbours; the index has one bit each for +x, +y, +z. Null if there is no record.
   using Records = std::array<const BlockRecord*, 8>;
   explicit VertexIds(const Records& records);
 
@@ -68,7 +68,7 @@ class VertexIds {
     return ids_.data() + closure_place(0, x, y, z);
   }
 
-  /// One of the blocks has pinched edges; only of() tells their two vertices apart.
+  /// True if one of the blocks has pinched edges; only of() distinguishes their two vertices.
   [[nodiscard]] bool has_pinched() const { return has_pinched_; }
   [[nodiscard]] std::uint32_t of(int x, int y, int z, EdgeIndex edge) const {
     return has_pinched_ && is_second_fan(edge) ? of_second_fan(x, y, z, edge) : of_cell(x, y, z)[kEdgePlace[edge]];
@@ -81,7 +81,7 @@ class VertexIds {
   Records records_;
   bool has_pinched_ = false;
   std::array<std::uint32_t, std::size_t{3} * kClosureSide * kClosureSide * kClosureSide>
-      ids_;  // only entered where there is a vertex
+      ids_;  // set only where there is a vertex
 };
 
 }  // namespace scanknit

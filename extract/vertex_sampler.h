@@ -1,4 +1,4 @@
-// VertexSampler: where on its grid edge a vertex lies, and its normal and colour there.
+// VertexSampler: computes the position of a vertex on its grid edge, and its normal and colour.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,13 +28,13 @@ struct GridEdge {
 
 struct SurfaceVertex {
   Eigen::Vector3d p_world;
-  Eigen::Vector3d outward;  ///< unit; zero where the gradient does not tell, or normals are not wanted
+  Eigen::Vector3d outward;  ///< unit; zero if the gradient is unusable or normals are off
   Eigen::Vector3d colour;   ///< sRGB-encoded, 0 to 1
 
   [[nodiscard]] Rgb8 rgb() const;
 };
 
-/// What is the same for all blocks.
+/// The values that all blocks share.
 struct SamplingFrame {
   SamplingFrame(const Eigen::Affine3d& world_from_index, bool is_inside_high);
 
@@ -43,21 +43,22 @@ struct SamplingFrame {
   Eigen::Vector3d edge_length;            ///< of the grid edges along each axis, world
 };
 
-/// Looks at one loaded block, which must outlive it.
+/// Refers to one loaded block, which must outlive it.
 class VertexSampler {
  public:
-  /// `colours` may be null; then the colours that come out mean nothing.
+  /// `colours` may be null; then the resulting colours are undefined.
   VertexSampler(const ValueBlock& values, const ColourBlock* colours, const Eigen::Vector3i& origin,
                 const SamplingFrame& frame, const ExtractConfig& config);
 
-  /// The positions alone of the vertices on the block's own edges along `axis` whose bits are set, in order of x, y, z:
-  /// the same bits as from on_edge, many times as fast. Nearly all vertices come this way. Returns their number.
+  /// Writes only the positions of the vertices on the block's own edges along `axis` whose bits are set, in order of x,
+  /// y, z. Gives the same bits as on_edge(), many times faster; almost all vertices are computed by it. Returns their
+  /// number.
   std::size_t write_positions(int axis, const VoxelBits& edges, Eigen::Vector3f* p_world) const;
 
-  /// One end of `edge` is High, the other Low.
+  /// The vertex on an edge with one High and one Low end.
   [[nodiscard]] SurfaceVertex on_edge(const GridEdge& edge) const;
 
-  /// Near the mean of the vertices on a cell's edges.
+  /// The interior vertex, near the mean of the vertices on these edges of a cell.
   [[nodiscard]] SurfaceVertex inside_cell(const Eigen::Vector3i& cell, EdgeMask edges) const;
 
  private:
@@ -74,7 +75,7 @@ class VertexSampler {
   Eigen::Vector3i origin_;
   const SamplingFrame& frame_;
   const ExtractConfig& config_;
-  Eigen::Vector3d margins_;  ///< of the block's own edges along each axis
+  Eigen::Vector3d margins_;  ///< least distances from the ends, for the block's own edges along each axis
 };
 
 }  // namespace scanknit

@@ -17,10 +17,10 @@ namespace {
 using openvdb::Coord;
 using FieldLeaf = openvdb::FloatTree::LeafNodeType;
 
-constexpr int kSide = 8;  // of a leaf
+constexpr int kSide = 8;  // voxels along the side of a leaf
 constexpr std::size_t kBytesPerVoxel = kFillBytesPerVoxel + sizeof(float) + 2;
 
-/// Calls with the leaf, and whether each of its voxels was seen.
+/// Visits leaves, and tells for each voxel whether it was seen.
 class SeenLeaves {
  public:
   SeenLeaves(const FieldView& view, double min_weight) : min_weight_(min_weight), fields_(view.field->tree()) {
@@ -48,7 +48,7 @@ class SeenLeaves {
 struct Box {
   VoxelBox voxels;
   std::vector<VoxelLabel> labels;
-  std::vector<float> distance_m;  ///< from the isovalue
+  std::vector<float> distance_m;  ///< distance from the isovalue
   std::vector<std::uint8_t> is_seen;
 };
 
@@ -56,7 +56,7 @@ int leaf_floor(double index) {
   return static_cast<int>(std::floor(index / kSide)) * kSide;
 }
 
-/// Whole leaves, with a rim round the band so that the fill has room.
+/// The box of whole leaves round the surface, with a rim outside of the band as room for the fill.
 VoxelBox box_round(const FieldView& view, const CloseRequest& request) {
   Eigen::AlignedBox3d index_box;
   for (int corner = 0; corner < 8; ++corner) {
@@ -73,7 +73,7 @@ VoxelBox box_round(const FieldView& view, const CloseRequest& request) {
   return box;
 }
 
-/// What was seen, and what is cut off.
+/// Reads the samples of a leaf that were seen, and applies the cut.
 void read_leaf(const FieldView& view, const CloseRequest& request, const Eigen::Vector3i& at, Box& box) {
   const SeenLeaves leaves(view, request.min_weight);
   const VoxelBox& voxels = box.voxels;
@@ -132,7 +132,7 @@ bool has_surface(const Box& box, const Eigen::Vector3i& at) {
   return has_matter && has_free;
 }
 
-/// Unknown samples take the filled distances; a cut stays a cut.
+/// Gives unknown samples the filled distances; keeps the cut.
 void take_filled(const FieldView& view, const CloseRequest& request, const FilledField& filled, Box& box) {
   const auto& transform = view.field->transform();
   const auto voxel_m = static_cast<float>(transform.voxelSize().x());

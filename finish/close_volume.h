@@ -1,4 +1,4 @@
-// Closing a scan in its volume, so that the surface that is extracted has no holes.
+// Closes a scan in its volume, so that the extracted surface has no holes.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -14,40 +14,40 @@
 
 namespace scanknit {
 
-// Both functions read a view of signed distances, metres, negative in matter. A sample was seen iff it is observed with
-// at least `min_weight`. The view's region and colours are not read: samples beyond the region are known too, and
-// `cut_m` says what is cut off.
+// Both functions read a view of signed distances, metres, negative in matter. A sample counts as seen if it was
+// observed with at least `min_weight`. They ignore the view's region and colours: samples outside of the region are
+// used too, and `cut_m` cuts them off.
 
 struct CloseRequest {
-  double min_weight = 0;        ///< samples observed with less weight were not seen
-  double isovalue_m = 0;        ///< matter is below
-  double band_voxels = 4;       ///< about how deep the known band is
-  Eigen::AlignedBox3d surface;  ///< world, metres: what is to be closed lies within
+  double min_weight = 0;        ///< samples observed with less weight do not count as seen
+  double isovalue_m = 0;        ///< matter is below it
+  double band_voxels = 4;       ///< approximate half-width of the band of known samples
+  Eigen::AlignedBox3d surface;  ///< world, metres: the bounds of the surface to close
   /// Matter is cut off where this is positive: a signed distance, metres. Null: nothing is cut.
   std::function<double(const Eigen::Vector3d& p_world)> cut_m;
-  bool is_outside_free = true;  ///< false: what lies beyond the box may be anything; holes in sheets are then closed
+  bool is_outside_free = true;  ///< false: beyond the box may be matter or free space; closes the holes in sheets
   std::size_t memory_bytes = 0;
 };
 
-/// A volume in which every sample near the surface is known.
+/// A volume with a known sample everywhere near the surface.
 struct ClosedVolume {
-  openvdb::FloatGrid::Ptr field;  ///< its active voxels are all that extraction needs
+  openvdb::FloatGrid::Ptr field;  ///< its active voxels are those that extraction needs
   VoxelBox box;
-  std::vector<std::uint8_t> is_seen;  ///< voxels of the box that are as they were
+  std::vector<std::uint8_t> is_seen;  ///< voxels of the box that keep their observed value
 
-  /// Of the cell from sample `low` to the next one along each axis: what is in it was there before.
+  /// True when all corners of the cell from sample `low` to the next one along each axis were seen.
   [[nodiscard]] bool is_seen_cell(const Eigen::Vector3i& low) const;
   [[nodiscard]] Eigen::Vector3d index_of(const Eigen::Vector3d& p_world) const;
 };
 
-/// Samples that were seen keep their value, hence every vertex between two of them keeps its place. The rest of the box
-/// (the surface, the band and a rim) is filled by the smallest surface (smallest_surface.h). With `is_outside_free` the
-/// extracted surface is closed. The same bits for any number of threads. Errors: kBudget where the box needs more than
-/// `memory_bytes`; kConfig for voxels that are no cubes.
+/// Samples that were seen keep their value, so that every vertex between two of them keeps its position. The smallest
+/// surface (smallest_surface.h) fills the rest of the box (the surface, the band and a rim). With `is_outside_free` the
+/// extracted surface is closed. The same bits for any number of threads. Errors: kBudget when the box needs more than
+/// `memory_bytes`; kConfig for voxels that are not cubes.
 [[nodiscard]] Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& request);
 
-/// A copy of the volume in which samples with cut_m > 0 are unknown (inactive), and all others that were seen active.
-/// It has the volume's transform.
+/// A copy of the volume with the same transform. Samples that were seen and have cut_m <= 0 are active, all others are
+/// inactive (unknown).
 [[nodiscard]] openvdb::FloatGrid::Ptr cut_open(const FieldView& view, double min_weight,
                                                const std::function<double(const Eigen::Vector3d& p_world)>& cut_m);
 

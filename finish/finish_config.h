@@ -1,4 +1,4 @@
-// FinishConfig: what is done to a scan between fusing and writing. The keys of `finish:` in YAML.
+// FinishConfig: the finishing steps between fusing and writing. The keys of `finish:` in YAML.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@ namespace scanknit {
 
 enum class Watertight {
   kOff,
-  kSmall,  ///< holes up to a size are closed
-  kFull,   ///< the mesh is closed, whatever has to be invented
+  kSmall,  ///< close holes up to a size
+  kFull,   ///< close the whole mesh, also where much must be invented
 };
 
-/// What becomes of the table or the floor.
+/// What to do with the table or the floor.
 enum class GroundWish {
   kKeep,
-  kRemove,  ///< left out; what stood on it is open below
-  kCap,     ///< left out; what stood on it is closed by a plane
+  kRemove,  ///< remove it; what stood on it is open below
+  kCap,     ///< remove it; a plane closes what stood on it
 };
 
 enum class UpWish {
-  kWorld,   ///< as the recording or export.world_up says
-  kGround,  ///< across the table or the floor
+  kWorld,   ///< the up axis of the recording or of export.world_up
+  kGround,  ///< the normal of the table or the floor
 };
 
 enum class OriginWish {
@@ -47,15 +47,15 @@ struct CropLimits {
 struct FinishConfig {
   CropLimits crop;                           ///< the recording's world
   GroundWish ground = GroundWish::kKeep;     ///< the table or the floor
-  std::optional<double> ground_clearance_m;  ///< cut so far above it; nothing: two voxels
+  std::optional<double> ground_clearance_m;  ///< height of the cut above it; nothing: two voxels
   Watertight watertight = Watertight::kOff;
-  double max_hole_m = 0.02;                ///< what Watertight::kSmall closes: the diagonal of the patch's bounding box
-  std::optional<Rgb8> invented_colour;     ///< of what was closed; nothing: as its surroundings
-  double min_piece_share = 0;              ///< smaller pieces are left out: share of the largest one's area
+  double max_hole_m = 0.02;                ///< for Watertight::kSmall: the diagonal of a patch's bounding box
+  std::optional<Rgb8> invented_colour;     ///< of closed holes; nothing: as their surroundings
+  double min_piece_share = 0;              ///< removes smaller pieces: share of the largest one's area
   double min_piece_size_m = 0;             ///< likewise: diagonal of the bounding box
   std::size_t smooth_steps = 0;            ///< pairs of Taubin's two passes
-  std::optional<std::size_t> triangles;    ///< simplified to so many
-  std::optional<double> simplify_error_m;  ///< simplified as far as the surface moves by no more
+  std::optional<std::size_t> triangles;    ///< number of triangles after simplification
+  std::optional<double> simplify_error_m;  ///< largest distance that simplification may move the surface
   UpWish up = UpWish::kWorld;
   OriginWish origin = OriginWish::kKeep;
 

@@ -17,12 +17,12 @@ using Index = std::uint32_t;
 struct Patch {
   Eigen::AlignedBox3f box;
   bool touches_seen = false;
-  bool is_open = false;  ///< it ends where nothing goes on
+  bool is_open = false;  ///< it has an edge that no other triangle shares
 };
 
 /// The lowest sample of the cell that the triangle was extracted from.
 Eigen::Vector3i cell_of(const Mesh& mesh, const Triangle& triangle, const ClosedVolume& closed) {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // lies within the triangle's cell
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // the centroid lies within the triangle's cell
   for (const Index vertex : triangle) middle += mesh.positions_m[vertex].cast<double>() / 3;
   const Eigen::Vector3d index = closed.index_of(middle);
   return index.array().floor().cast<int>();
@@ -66,7 +66,7 @@ PatchCount keep_small_patches(double max_size_m, Mesh& mesh, std::vector<std::ui
       }
     }
   });
-  std::vector<Patch> patches(mesh.triangles.size());  // by root
+  std::vector<Patch> patches(mesh.triangles.size());  // indexed by root
   for_each_edge(sides, [&](std::span<const EdgeSide> edge) {
     bool has_seen = false;
     for (const EdgeSide& side : edge) has_seen |= invented[side.triangle] == 0;

@@ -22,7 +22,7 @@ std::size_t corner_at(const Triangle& triangle, Index vertex) {
   return triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
 }
 
-/// Corners of triangles (three a triangle) in sets, one for each fan.
+/// Sets of triangle corners (three for each triangle), one set for each fan.
 DisjointSets fans_of(const Mesh& mesh) {
   DisjointSets corners(3 * mesh.triangles.size());
   for_each_edge(edge_sides(mesh), [&](std::span<const EdgeSide> sides) {
@@ -90,7 +90,7 @@ std::vector<std::uint8_t> non_manifold_vertices(const Mesh& mesh) {
 void split_fans(Mesh& mesh) {
   DisjointSets corners = fans_of(mesh);
   std::vector<Index> owner(mesh.positions_m.size(), kNone);        // the fan that keeps the vertex
-  std::vector<Index> vertex_of(3 * mesh.triangles.size(), kNone);  // of other fans, by their root
+  std::vector<Index> vertex_of(3 * mesh.triangles.size(), kNone);  // the vertex of each other fan, indexed by its root
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
       Index& vertex = mesh.triangles[t][i];

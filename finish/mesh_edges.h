@@ -16,7 +16,7 @@ struct EdgeSide {
   std::uint32_t triangle;
 };
 
-/// The sides of all edges: by vertices, then by triangle, ascending. Sides of one edge are neighbours.
+/// The sides of all edges, sorted by vertices, then by triangle: the sides of an edge follow one another.
 [[nodiscard]] std::vector<EdgeSide> edge_sides(const Mesh& mesh);
 
 /// Calls visit(span of the sides of one edge) for every edge.
@@ -30,14 +30,14 @@ void for_each_edge(const std::vector<EdgeSide>& sides, const Visit& visit) {
   }
 }
 
-/// Keeps the triangles with a 1, in their order, and the vertices that they use.
+/// Keeps the triangles marked with 1, in their order, and the vertices that they use.
 void keep_triangles(const std::vector<std::uint8_t>& keeps, Mesh& mesh);
 
-/// 1 for the vertices of edges with more than two sides, or with two that run the same way, and for those of several
-/// fans.
+/// 1 for the vertices of edges with more than two sides or with two sides of the same direction, and for vertices with
+/// several fans.
 [[nodiscard]] std::vector<std::uint8_t> non_manifold_vertices(const Mesh& mesh);
 
-/// Gives every fan of triangles round a vertex a vertex of its own.
+/// Gives each fan of triangles at a vertex its own vertex.
 void split_fans(Mesh& mesh);
 
 }  // namespace scanknit

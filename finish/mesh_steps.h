@@ -19,54 +19,56 @@ struct PiecesRemoved {
 };
 
 /// Removes the pieces (triangles joined by vertices) whose area is less than `min_share` of the largest one's, or whose
-/// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of what stays is unchanged.
+/// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of the rest is unchanged.
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
 
-/// What a mesh loses when the triangles marked with a 1 are left out: they and their area, and the pieces of which
-/// nothing stays.
+/// What a mesh loses without the triangles marked with 1: these triangles, their area, and the pieces that vanish
+/// completely.
 [[nodiscard]] PiecesRemoved count_removed(const Mesh& mesh, const std::vector<std::uint8_t>& is_left_out);
 
 struct MeshMoved {
-  double mean_m = 0, max_m = 0;  ///< of the vertices
-  bool is_stopped = false;       ///< then nothing has moved
+  double mean_m = 0, max_m = 0;  ///< distances that vertices moved
+  bool is_stopped = false;       ///< the stop was requested: no vertex has moved
 };
 
 /// Taubin 1995, "A signal processing approach to fair surface design": `steps` times a step of 0.5 towards the mean of
-/// the neighbours, and one of -0.53 back, which lets waves longer than some 12 edges pass. Boundaries stay where they
-/// are. Every closed piece keeps its volume: every ten steps, and in the end, it is moved along its normals by the one
-/// distance that gives it back. Normals are made anew where there were any. Asked for by `stop`, it ends and
-/// leaves the mesh as it was. The same bits for any number of threads.
+/// the neighbours and one of -0.53 back, which keeps waves longer than about 12 edges. Boundaries do not move. Every
+/// closed piece keeps its volume: every ten steps, and at the end, all its vertices move along their normals by the one
+/// distance that restores it. Computes normals again if the mesh has normals. On a stop request it returns with the
+/// mesh unchanged. The same bits for any number of threads.
 MeshMoved smooth_mesh(std::size_t steps, Mesh& mesh, const std::stop_token& stop = {});
 
-/// The normals of the triangles, weighted by area; a vertex whose normals cancel out keeps the one it has, if any.
+/// Sets each vertex normal to the mean of its triangles' normals, weighted by area. If they cancel out, keeps the old
+/// normal, if any.
 void renew_normals(Mesh& mesh);
 
 struct SimplifyWish {
-  std::optional<std::size_t> triangles;  ///< at least so many stay; nothing: as few as the error allows
-  std::optional<double> max_error_m;     ///< nothing: whatever it takes
+  std::optional<std::size_t> triangles;  ///< keep at least so many; nothing: as few as the error allows
+  std::optional<double> max_error_m;     ///< nothing: no limit
 };
 
 struct MeshSimplified {
   std::size_t triangles_before = 0, triangles = 0;
   std::size_t pieces_lost = 0;
-  double error_m = 0;  ///< of the quadrics; an estimate of how far the surface moved
-  /// The wish would have broken the topology: there is a hundredth more triangles than asked for, or more.
+  double error_m = 0;  ///< quadric error: an estimate of how far the surface moved
+  /// Reaching the target would change the topology: at least 1 % more triangles than asked for are left.
   bool is_held_back = false;
 };
 
-/// meshoptimizer's edge collapses onto vertices that are there, so that each vertex keeps its place, normal and colour.
-/// What was manifold stays so, closed stays closed with all its rings, but small pieces may vanish. What would break
-/// this is kept as it was; where that is too much, the mesh is simplified in steps, as far as they go. Deterministic.
+/// Collapses edges onto existing vertices (meshoptimizer), so that each remaining vertex keeps its position, normal and
+/// colour. A manifold mesh stays manifold, and a closed one stays closed with the same genus, but small pieces may
+/// vanish. Keeps the triangles whose collapse would break this; if these are too many, simplifies in steps as far as
+/// possible. Deterministic.
 MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh);
 
-/// The smallest rotation, about the origin, that turns `up` (unit) into `wanted_up` (unit).
+/// The smallest rotation about the origin that turns `up` (unit) into `wanted_up` (unit).
 [[nodiscard]] Pose turn_up(const Eigen::Vector3d& up, const Eigen::Vector3d& wanted_up);
 
-/// The shift that puts the lowest vertex at height 0 along `up` (unit, along an axis), and the middle of the bounding
+/// The shift that puts the lowest vertex at height 0 along `up` (unit, along an axis), and the centre of the bounding
 /// box over the origin.
 [[nodiscard]] Pose stand_on_origin(const Mesh& mesh, const Eigen::Vector3d& up);
 
-/// Moves positions and normals.
+/// Transforms positions and normals.
 void transform_mesh(const Pose& T, Mesh& mesh);
 
 }  // namespace scanknit

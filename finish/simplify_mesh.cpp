@@ -23,23 +23,24 @@ namespace {
 
 using Index = std::uint32_t;
 
-constexpr int kRounds = 12;                      // of keeping what went wrong, for one wish
-constexpr double kMostStrained = 8;              // times the error there would be if nothing were kept
-constexpr double kMostKept = 2;                  // so many times the triangles that are kept come out at least
-constexpr double kFirstStep = 0.5;               // of the triangles
-constexpr double kLastStep = 0.97;               // what hardly helps is the end
-constexpr double kErrorSpent = 0.5;              // of the error that is allowed: what is left allows next to nothing
-constexpr double kAnyError = 1e3;                // of the extent; its square must be a float
-constexpr std::array kKeptReaches = {1.5, 0.5};  // of the longest edge at a vertex that went wrong
+constexpr int kRounds = 12;                      // most attempts, each keeping the faulty places of the one before
+constexpr double kLargestErrorRatio = 8;         // limit, as a multiple of the error without kept triangles
+constexpr double kMostKept = 2;                  // the result must have at least so many times the kept triangles
+constexpr double kFirstStep = 0.5;               // first step: to this share of the triangles
+constexpr double kLastStep = 0.97;               // stop when a step leaves more than this share
+constexpr double kErrorSpent = 0.5;              // of the allowed error: the rest allows almost nothing
+constexpr double kAnyError = 1e3;                // no limit, in extents of the mesh; its square must fit into a float
+constexpr std::array kKeptReaches = {1.5, 0.5};  // times the longest edge at a faulty vertex
 constexpr std::size_t kStride = sizeof(Eigen::Vector3f);
 
-/// Twice the holes of a ring, summed over the pieces of a closed mesh.
+/// Twice the genus, summed over the pieces of a closed mesh.
 std::ptrdiff_t twice_genus(const MeshCheck& check) {
   return 2 * static_cast<std::ptrdiff_t>(check.components) - static_cast<std::ptrdiff_t>(check.euler);
 }
 
-/// Nothing that the mesh promised is broken. Small pieces may vanish: few triangles do not hold many.
-bool keeps_promises(const MeshCheck& before, const MeshCheck& after) {
+/// True when the simplified mesh is still manifold, closed and of the same genus if it was so before. Small pieces may
+/// vanish: few triangles cannot represent many pieces.
+bool keeps_topology(const MeshCheck& before, const MeshCheck& after) {
   return after.triangles > 0 && after.components <= before.components &&
          after.non_manifold_edges <= before.non_manifold_edges &&
          after.non_manifold_vertices <= before.non_manifold_vertices &&
@@ -48,13 +49,13 @@ bool keeps_promises(const MeshCheck& before, const MeshCheck& after) {
          (!before.is_closed() || (after.is_closed() && twice_genus(after) == twice_genus(before)));
 }
 
-/// Removes triangles that lie back to back: collapsed edges leave such fins, with a third and a fourth side on the edge
-/// that they hang on. Without them the surface is the same.
+/// Removes pairs of coincident triangles with opposite orientation. Collapses leave such fins, and the edge at which a
+/// fin is attached has four sides. The surface is the same without them.
 void remove_fins(Mesh& mesh) {
   struct Sorted {
     Index a, b, c;
     std::size_t triangle;
-    bool is_even;  ///< an even permutation of the sorted corners
+    bool is_even;  ///< the corners are an even permutation of the sorted ones
   };
   std::vector<Sorted> all;
   all.reserve(mesh.triangles.size());
@@ -79,12 +80,12 @@ void remove_fins(Mesh& mesh) {
   mesh.triangles = std::move(rest);
 }
 
-/// Collapses edges among the triangles that are not kept as they are. Vertices keep their numbers.
+/// Collapses edges of the triangles that are not kept. Vertices keep their numbers.
 class Simplifier {
  public:
   explicit Simplifier(const Mesh& mesh) : mesh_(mesh), is_kept_(mesh.triangles.size()) {}
 
-  /// `error`: as a part of the mesh's extent. Returns what was reached.
+  /// `error`: as a share of the mesh's extent. Returns the error that was reached.
   float run(std::size_t target, double error, Mesh& smaller) const {
     std::vector<Index> loose;
     smaller = mesh_;
@@ -114,7 +115,7 @@ class Simplifier {
     return reached;
   }
 
-  /// From now on the triangles round what went wrong in `smaller` stay as they are. False when all of them did already.
+  /// Keeps from now on the triangles round the faulty vertices of `smaller`. False when all of these are kept already.
   bool keep_round_faults(const Mesh& smaller, double kept_reach) {
     const std::vector<std::uint8_t> is_bad = non_manifold_vertices(smaller);
     std::vector<float> reach(is_bad.size());
@@ -141,8 +142,8 @@ class Simplifier {
   }
 
  private:
-  /// The vertices within kKeptReach times its reach of a bad one. Bad ones are looked up in cells of the largest
-  /// radius.
+  /// The vertices within `kept_reach` times its reach of a faulty vertex. Faulty vertices are found in a grid whose
+  /// cells have the largest radius.
   [[nodiscard]] std::vector<std::uint8_t> near_faults(const std::vector<std::uint8_t>& is_bad,
                                                       const std::vector<float>& reach) const {
     float largest = 0;
@@ -178,7 +179,7 @@ class Simplifier {
   std::vector<std::uint8_t> is_kept_;
 };
 
-/// No more steps are taken for the last tenth: each takes as long, and takes away less.
+/// True when at most a tenth is missing: further steps take as long and remove less.
 bool is_near(std::size_t triangles, std::size_t wished) {
   return 10 * triangles <= 11 * wished + 20;
 }
@@ -189,8 +190,8 @@ struct Simplified {
   std::size_t components = 0;
 };
 
-/// To `target` triangles at once, or as far as the error allows; what goes wrong is kept as it is. Nothing when so much
-/// would have to be kept that the rest had to make up for it.
+/// Simplifies to `target` triangles in one go, or as far as the error allows, and keeps the places that would become
+/// faulty. Nothing when so much must be kept that the rest would be simplified too far.
 std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& before, std::size_t target,
                                            double max_error_m, double kept_reach) {
   const auto extent =
@@ -198,15 +199,15 @@ std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& be
   if (!(extent > 0)) return std::nullopt;
   const double error = std::min(max_error_m / extent, kAnyError);
   Simplifier simplifier(mesh);
-  double free_error_m = 0;  // where nothing is kept
+  double free_error_m = 0;  // the error when nothing is kept
   for (int round = 0; round < kRounds; ++round) {
     Simplified result;
     result.error_m = static_cast<double>(simplifier.run(target, error, result.mesh)) * extent;
     if (round == 0) free_error_m = result.error_m;
-    if (result.error_m > kMostStrained * free_error_m) return std::nullopt;
+    if (result.error_m > kLargestErrorRatio * free_error_m) return std::nullopt;
     const MeshCheck after = check_mesh(result.mesh);
     result.components = after.components;
-    if (keeps_promises(before, after)) return result;
+    if (keeps_topology(before, after)) return result;
     if (!simplifier.keep_round_faults(result.mesh, kept_reach)) return std::nullopt;
     if (kMostKept * static_cast<double>(simplifier.kept()) > static_cast<double>(after.triangles)) return std::nullopt;
   }
@@ -221,8 +222,8 @@ std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& be
   return std::nullopt;
 }
 
-/// In steps, each of which begins from the triangles that the one before has left: less goes wrong in each, and what
-/// was kept in one is free in the next. The errors of the steps add up.
+/// Simplifies in steps; each begins with the result of the one before. Each step makes fewer faults, and the places
+/// that one step kept are free in the next. The errors of the steps add up.
 Simplified simplify_in_steps(Mesh mesh, MeshCheck check, std::size_t target, double max_error_m) {
   Simplified best{std::move(mesh), 0, check.components};
   for (double share = kFirstStep; share < kLastStep;) {
@@ -257,7 +258,7 @@ MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
   result.triangles = best->mesh.triangles.size();
   result.pieces_lost = before.components - best->components;
   result.error_m = best->error_m;
-  const bool is_done = wish.triangles && result.triangles <= target + target / 100;  // nobody counts single ones
+  const bool is_done = wish.triangles && result.triangles <= target + target / 100;  // 1 % too many is fine
   const bool is_error_spent = wish.max_error_m && result.error_m > kErrorSpent * max_error_m;
   const bool is_as_far_as_goes = !wish.triangles && is_sound_at_once;
   result.is_held_back = !is_done && !is_error_spent && !is_as_far_as_goes;

@@ -15,10 +15,10 @@ using Index = std::uint32_t;
 
 // sigma tau 12 <= 1, 12 being the bound on the squared norm of the gradient in three dimensions (Chambolle 2004).
 constexpr float kStep = 0.28867513f;
-constexpr int kFirstSteps = 500;   // at the coarsest level, which is small
-constexpr int kSteps = 80;         // at each of the others, which begin where the coarser one ended
-constexpr int kCoarsestSide = 20;  // no level is coarser than this
-constexpr int kSettledCells = 2;   // so far from the coarse surface voxels may still change sides
+constexpr int kFirstSteps = 500;     // iterations at the coarsest level, which is small
+constexpr int kSteps = 80;           // iterations at each finer level, which starts with the coarser result
+constexpr int kCoarsestSide = 20;    // no level is coarser than this
+constexpr int kChangeableCells = 2;  // voxels within this distance of the coarse surface may still change sides
 constexpr int kSmoothSteps = 14;
 
 template <typename Work>
@@ -31,9 +31,9 @@ void for_all(std::size_t count, const Work& work) {
 struct Level {
   VoxelBox box;
   std::vector<VoxelLabel> labels;
-  std::vector<float> matter;               ///< u of the paper, 0 free to 1 matter
+  std::vector<float> matter;               ///< u of the paper, from 0 (free) to 1 (matter)
   std::vector<std::array<float, 3>> dual;  ///< p
-  std::vector<Index> open;                 ///< voxels that are still to be found out
+  std::vector<Index> open;                 ///< voxels whose label is still to be found
 };
 
 VoxelBox half(const VoxelBox& fine) {
@@ -42,7 +42,7 @@ VoxelBox half(const VoxelBox& fine) {
   return coarse;
 }
 
-/// A coarse voxel is known where its known voxels agree.
+/// The next coarser level. A coarse voxel is known if its known voxels agree.
 Level coarser(const Level& fine) {
   Level coarse;
   coarse.box = half(fine.box);
@@ -71,7 +71,7 @@ float start_of(VoxelLabel label) {
   return label == VoxelLabel::kMatter ? 1.0f : label == VoxelLabel::kFree ? 0.0f : 0.5f;
 }
 
-/// Whether the surface is within kSettledCells of a coarse voxel, axis by axis.
+/// For each coarse voxel: 1 if the surface is within kChangeableCells of it along every axis.
 std::vector<std::uint8_t> near_surface(const Level& level) {
   std::vector<std::uint8_t> near(level.box.voxels());
   for_all(near.size(), [&](std::size_t i) {
@@ -91,7 +91,7 @@ std::vector<std::uint8_t> near_surface(const Level& level) {
     for_all(near.size(), [&](std::size_t i) {
       const int at = level.box.place(i)[axis];
       bool is_near = false;
-      for (int away = -kSettledCells; away <= kSettledCells; ++away) {
+      for (int away = -kChangeableCells; away <= kChangeableCells; ++away) {
         if (at + away < 0 || at + away >= level.box.dims[axis]) continue;
         const std::size_t far = step * static_cast<std::size_t>(std::abs(away));
         is_near |= near[away < 0 ? i - far : i + far] != 0;
@@ -103,21 +103,21 @@ std::vector<std::uint8_t> near_surface(const Level& level) {
   return near;
 }
 
-/// Begins a level where the coarser one ended; with `settles`, what is far from the surface stays as it is.
-void begin_from(const Level& coarse, bool settles, Level& fine) {
+/// Starts a level from the coarser one's result. With `fixes_far_voxels`, voxels far from the surface keep that result.
+void begin_from(const Level& coarse, bool fixes_far_voxels, Level& fine) {
   fine.matter.resize(fine.box.voxels());
   fine.dual.resize(fine.box.voxels());
-  const std::vector<std::uint8_t> near = settles ? near_surface(coarse) : std::vector<std::uint8_t>();
+  const std::vector<std::uint8_t> near = fixes_far_voxels ? near_surface(coarse) : std::vector<std::uint8_t>();
   std::vector<std::uint8_t> is_open(fine.box.voxels());
   for_all(fine.matter.size(), [&](std::size_t i) {
     const Eigen::Vector3i at = fine.box.place(i) / 2;
     const std::size_t parent = coarse.box.at(at.x(), at.y(), at.z());
     fine.dual[i] = coarse.dual[parent];
     const bool is_unknown = fine.labels[i] == VoxelLabel::kUnknown;
-    const bool is_settled = settles && near[parent] == 0;
+    const bool is_fixed = fixes_far_voxels && near[parent] == 0;
     const float from = coarse.matter[parent];
-    fine.matter[i] = !is_unknown ? start_of(fine.labels[i]) : is_settled ? std::round(from) : from;
-    is_open[i] = is_unknown && !is_settled ? 1 : 0;
+    fine.matter[i] = !is_unknown ? start_of(fine.labels[i]) : is_fixed ? std::round(from) : from;
+    is_open[i] = is_unknown && !is_fixed ? 1 : 0;
   });
   for (std::size_t i = 0; i < is_open.size(); ++i) {
     if (is_open[i] != 0) fine.open.push_back(static_cast<Index>(i));
@@ -133,7 +133,7 @@ void begin_coarsest(Level& level) {
   }
 }
 
-/// Where the dual of an open voxel, or of the one before it along an axis, changes: without repetition.
+/// The voxels whose dual changes, each once: the open voxels, and the ones before them along an axis.
 std::vector<Index> dual_places(const Level& level) {
   std::vector<std::uint8_t> is_there(level.box.voxels());
   for (const Index i : level.open) {
@@ -185,9 +185,10 @@ void solve(Level& level, int steps) {
   }
 }
 
-/// Distances from the labels, evened out so that steps of whole voxels go and the rim fits what is known.
+/// Makes distances from the labels and smooths them, to remove steps of whole voxels and to fit the known distances at
+/// the rim.
 std::vector<float> smooth_distances(const Level& level, const std::vector<float>& known_vox) {
-  constexpr float kFar = 2;  // of known distances: so far from the surface they do not say where it is
+  constexpr float kFar = 2;  // known distances beyond this do not locate the surface
   const VoxelBox& box = level.box;
   std::vector<float> distance(box.voxels());
   for_all(distance.size(), [&](std::size_t i) {
@@ -206,7 +207,7 @@ std::vector<float> smooth_distances(const Level& level, const std::vector<float>
         if (at[axis] > 0) sum += distance[i - stride], count += 1;
         if (at[axis] + 1 < box.dims[axis]) sum += distance[i + stride], count += 1;
       }
-      next[n] = sum / count;  // a box has more than one voxel
+      next[n] = sum / count;  // count > 0, because a box has more than one voxel
     });
     for_all(level.open.size(), [&](std::size_t n) { distance[level.open[n]] = next[n]; });
   }

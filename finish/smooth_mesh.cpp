@@ -20,7 +20,7 @@ using Index = std::uint32_t;
 constexpr double kForward = 0.5;
 constexpr double kBack = -0.53;
 
-/// The neighbours of each vertex; none for vertices of a boundary, or of an edge with more than two sides.
+/// The neighbours of each vertex; none for vertices on a boundary or on an edge with more than two sides.
 struct Neighbours {
   std::vector<std::size_t> begin;
   std::vector<Index> vertices;
@@ -52,11 +52,11 @@ Neighbours neighbours_of(const Mesh& mesh) {
   return found;
 }
 
-/// Steps between two corrections of the volume: it drifts by less than a thousandth until then.
+/// Steps between two corrections of the volume, in which it drifts by less than a thousandth.
 constexpr std::size_t kStepsBetween = 10;
 
-/// Gives each closed piece back the volume it had: Taubin's filter keeps what is flat, but lets long waves grow a
-/// little with each step, up to 8 % of the volume in a thousand.
+/// Restores the volume of each closed piece. Taubin's filter keeps flat parts, but amplifies long waves a little with
+/// each step: up to 8 % of the volume in a thousand steps.
 class VolumeKeeper {
  public:
   VolumeKeeper(const Mesh& mesh, const Neighbours& neighbours, const std::vector<Eigen::Vector3d>& positions)
@@ -69,14 +69,14 @@ class VolumeKeeper {
     }
     has_volume_.assign(pieces, 1);
     for (Index v = 0; v < positions.size(); ++v) {
-      if (neighbours.begin[v] == neighbours.begin[v + 1]) has_volume_[piece_of_[v]] = 0;  // a boundary
+      if (neighbours.begin[v] == neighbours.begin[v + 1]) has_volume_[piece_of_[v]] = 0;  // it has a boundary
     }
     volumes_ = volumes_of(positions);
   }
 
-  /// Moves every vertex of a piece by one distance along the surface's normal there.
+  /// Moves all vertices of a piece by the same distance along the surface normal.
   void restore(std::vector<Eigen::Vector3d>& positions) const {
-    std::vector<Eigen::Vector3d> area(positions.size(), Eigen::Vector3d::Zero());  // along the normal
+    std::vector<Eigen::Vector3d> area(positions.size(), Eigen::Vector3d::Zero());  // area times normal
     for (const Triangle& t : mesh_.triangles) {
       const Eigen::Vector3d twice = (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
       for (const Index vertex : t) area[vertex] += twice / 6;
@@ -97,7 +97,7 @@ class VolumeKeeper {
   [[nodiscard]] std::vector<double> volumes_of(const std::vector<Eigen::Vector3d>& positions) const {
     std::vector<double> volumes(has_volume_.size(), 0);
     std::vector<Eigen::Vector3d> origins(has_volume_.size(),
-                                         Eigen::Vector3d::Zero());  // one in the piece: for the digits
+                                         Eigen::Vector3d::Zero());  // a point of the piece, for numerical precision
     for (Index v = 0; v < positions.size(); ++v) origins[piece_of_[v]] = positions[v];
     for (const Triangle& t : mesh_.triangles) {
       const Index piece = piece_of_[t[0]];
@@ -137,7 +137,7 @@ MeshMoved smooth_mesh(std::size_t steps, Mesh& mesh, const std::stop_token& stop
     now.swap(next);
     if (pass % (2 * kStepsBetween) == 2 * kStepsBetween - 1) volume.restore(now);
   }
-  for (int i = 0; i < 2; ++i) volume.restore(now);  // Newton's steps: the second is for the digits
+  for (int i = 0; i < 2; ++i) volume.restore(now);  // two Newton steps: the second one removes rounding
   MeshMoved moved;
   for (std::size_t v = 0; v < n; ++v) {
     const double distance = (now[v] - mesh.positions_m[v].cast<double>()).norm();

@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// `dims` voxels from `first`, which is a voxel's index in its volume. z runs fastest.
+/// `dims` voxels from `first`, the index of a voxel in its volume. z runs fastest.
 struct VoxelBox {
   Eigen::Vector3i first = Eigen::Vector3i::Zero();
   Eigen::Vector3i dims = Eigen::Vector3i::Zero();
@@ -20,7 +20,7 @@ struct VoxelBox {
     const auto z = static_cast<std::size_t>(dims.z());
     return axis == 2 ? 1 : axis == 1 ? z : z * static_cast<std::size_t>(dims.y());
   }
-  /// Of a place counted from `first`.
+  /// The array index of a voxel; x, y, z count from `first`.
   [[nodiscard]] std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * static_cast<std::size_t>(dims.y()) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(dims.z()) +

@@ -1,5 +1,5 @@
-// FusionConfig: the volume and how frames enter it. TurntableConfig: what turned. The keys of `fusion:` and
-// `turntable:`.
+// FusionConfig: the volume, and how frames are integrated. TurntableConfig: what is known of a turntable. The keys of
+// `fusion:` and `turntable:` in YAML.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// Below this a scan round the origin has next to no room for voxels: the inner nodes of the trees alone take about
+/// With less, a scan round the origin has almost no room for voxels: the inner nodes of the trees alone take about
 /// seven.
 inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
 inline constexpr std::size_t kMostMemoryBudgetMib = 1 << 24;
@@ -18,20 +18,20 @@ struct FusionConfig {
   double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels (> 0) ...
   double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
   NoiseModel noise;
-  double max_weight = 4095;              ///< the running mean forgets beyond this weight; > 0, at most 4095
-  bool carve_free_space = true;          ///< known voxels in front of the surface are updated towards +truncation
-  bool loop_closure = true;              ///< the drift of a tracked walk that comes back is distributed at its end
+  double max_weight = 4095;              ///< beyond this weight, new observations replace old ones; > 0, at most 4095
+  bool carve_free_space = true;          ///< update known voxels in front of the surface towards +truncation
+  bool loop_closure = true;              ///< distribute the drift of a tracked walk that comes back, at its end
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 
-/// What is known of a turntable, and what is done about it. The keys of `turntable:`.
+/// What is known of a turntable, and how to use it. The keys of `turntable:`.
 struct TurntableConfig {
   bool is_enabled = false;           ///< the scanner stands still and the object turns
-  bool cuts = true;                  ///< what does not turn with the object is cut away, and so is the disc
+  bool cuts = true;                  ///< cut away what does not turn with the object, and the disc
   bool closes_base = true;           ///< a plane closes the object where it stood on the disc
   double rpm = 0;                    ///< turns a minute, steady, >= 0; 0: not known. Needs frames with times
   double step_degrees = 0;           ///< between two frames, steady, 0 to 170; 0: not known
-  double angle_sigma_degrees = 0.5;  ///< how far angles that are known may be off: standard deviation, > 0
+  double angle_sigma_degrees = 0.5;  ///< standard deviation of known angles, > 0
 };
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// PoseFinder: where each frame was taken, from the recording or by tracking.
+// PoseFinder: the pose of each frame, from the recording or by tracking.
 #pragma once
 
 #include <optional>
@@ -18,10 +18,11 @@ class PoseFinder {
   /// `mode` is not kAuto.
   explicit PoseFinder(PoseMode mode);
 
-  /// Nothing when tracking is lost: the frame must not be fused. Takes the time of the stages "track" and "raycast".
+  /// The frame's pose; nothing when tracking is lost: then the frame must not be fused. Measures the times of the
+  /// stages "track" and "raycast".
   [[nodiscard]] std::optional<Pose> find(const Frame& frame, const TsdfVolume& volume, ScanSession& session);
 
-  /// How well each frame was tracked; nothing where poses are given, and before the first frame.
+  /// How well each frame was tracked; nothing when poses are given, and before the first frame.
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }
 
  private:

@@ -24,7 +24,7 @@ class Reconstruction {
  public:
   struct Options {
     PoseMode poses = PoseMode::kTrack;  ///< not kAuto
-    bool keeps_depth_samples = false;   ///< some depth frames, to compare the mesh with
+    bool keeps_depth_samples = false;   ///< keep some depth frames, to compare the mesh with
   };
 
   /// `config`, `refiner` and `session` outlive it. Errors: TsdfVolume::create().
@@ -33,24 +33,25 @@ class Reconstruction {
 
   /// What became of a frame.
   struct Added {
-    std::optional<Pose> T_world_camera = std::nullopt;  ///< at which it was fused; nothing: it was left out
-    std::optional<Error> refused = std::nullopt;        ///< the volume would not have its pose; else tracking is lost
+    std::optional<Pose> T_world_camera = std::nullopt;  ///< the pose at which it was fused; nothing: it was not fused
+    std::optional<Error> refused = std::nullopt;        ///< why the volume refused its pose; nothing: tracking is lost
   };
 
-  /// Filters the frame, finds its pose and fuses it. Errors: what ends the scan.
+  /// Filters the frame, finds its pose and fuses it. An error ends the scan.
   [[nodiscard]] Result<Added> add(Frame& frame);
 
-  /// As if nothing had been fused; the volume keeps its address. Errors: TsdfVolume::create().
+  /// Empties the volume and the trajectory; the volume keeps its address. Errors: TsdfVolume::create().
   [[nodiscard]] Result<void> start_over();
 
-  /// The same frames, or some of them, fused at other poses; the volume keeps its address.
+  /// Replaces volume and trajectory by those of the same frames, or some of them, fused at other poses; the volume
+  /// keeps its address.
   void replace(TsdfVolume volume, Trajectory trajectory);
 
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
   [[nodiscard]] const TsdfVolume& volume() const { return volume_; }
   [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return poses_.tracking(); }
-  /// Frames that were fused, filtered; some of them, with the poses they have now.
+  /// Some of the fused frames, filtered, with their current poses.
   [[nodiscard]] std::vector<PosedDepth> depth_samples() const { return samples_.posed(trajectory_); }
   [[nodiscard]] bool is_budget_reached() const { return is_budget_reached_; }
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What only a turntable takes.
+/// Refuses options for turntables where no turntable is scanned.
 Result<void> check_is_turntable(const ScanJob& job) {
   if (!job.cut_recording && !job.angles) return {};
   if (job.config.turntable.is_enabled && job.config.acquire.poses != PoseMode::kStill) return {};
@@ -26,14 +26,15 @@ Result<void> check_is_turntable(const ScanJob& job) {
                                               job.cut_recording ? "--cut-recording" : "--angles")};
 }
 
-/// One spelling of a path, whether or not it is there.
+/// One spelling of a path, whether or not it exists.
 fs::path one_spelling_of(const fs::path& path) {
   std::error_code code;
   const fs::path whole = fs::weakly_canonical(fs::absolute(path, code), code);
   return whole.has_filename() ? whole : whole.parent_path();
 }
 
-/// Before any work: it is not there yet, or empty, and not where other things are or will be.
+/// Checks, before any work, that the folder does not exist or is empty, and that nothing else is or will be written
+/// there.
 Result<void> check_cut_recording(const ScanJob& job) {
   if (!job.cut_recording) return {};
   const fs::path folder = one_spelling_of(*job.cut_recording);
@@ -106,10 +107,10 @@ class RecordingScan {
     return scanned;
   }
 
-  /// Where it turns out to be no turntable, the recording is scanned as a walk.
+  /// Scans a turntable. If it turns out to be none, scans the recording as a walk.
   [[nodiscard]] Result<void> scan_turntable() {
     ScanJob turning = job_;
-    turning.config.fusion.loop_closure = false;  // the turn closes otherwise
+    turning.config.fusion.loop_closure = false;  // the turntable's own pairs close the turn
     TurntableRefiner turntable(turning, source_->info().poses, archive_, session_);
     const auto learned = turntable.learn();
     turntable.describe(result_);
@@ -124,7 +125,7 @@ class RecordingScan {
     return scan_as_walk(pass, turntable);
   }
 
-  /// The frames that the pass took, with all that they show.
+  /// Scans the frames that the pass took once more, as a walk: this time with everything that stands still.
   [[nodiscard]] Result<void> scan_as_walk(const ScanPass& pass, const TurntableRefiner& turntable) {
     const auto frames = open_frames(job_, &pass.intake().taken());
     if (!frames) return frames.error();
@@ -140,10 +141,7 @@ class RecordingScan {
   }
 
   [[nodiscard]] PassInput input_of(FrameSource& source) const {
-    return {.source = source,
-            .archive = archive_,
-            .stop = session_.stop(),
-            .comes_by_itself = job_.pace == Pace::kRealtime};
+    return {.source = source, .archive = archive_, .stop = session_.stop(), .is_paced = job_.pace == Pace::kRealtime};
   }
 
   const ScanJob& job_;

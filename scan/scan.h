@@ -13,32 +13,32 @@
 
 namespace scanknit {
 
-/// A recording becomes a mesh: its frames are tracked (or their poses taken from the recording) and fused, the surface
-/// is extracted and finished, and all files of the job are written. Where the walk comes back to a place, or the object
-/// turns on a turntable, better poses are found and all frames are fused again. `stop`, or the observer's command
-/// kFinish, ends the frames: what has been fused becomes the mesh. ScanResult::outcome: kOutput before any work; kInput
-/// without a usable frame; kTooLittle when tracking was lost; kBudget; kMesh for an empty mesh; kUsage and kConfig for
-/// what does not fit together.
+/// Makes a mesh of a recording: tracks its frames (or takes their poses from the recording), fuses them, extracts and
+/// finishes the surface, and writes all files of the job. If the walk comes back to a place, or the object turns on a
+/// turntable, finds better poses and fuses all frames again. `stop`, or the observer's command kFinish, ends the
+/// frames: what has been fused becomes the mesh. ScanResult::outcome: kOutput before any work; kInput without a usable
+/// frame; kTooLittle when tracking was lost; kBudget; kMesh for an empty mesh; kUsage and kConfig for settings that
+/// contradict each other.
 [[nodiscard]] ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop = {});
 
-/// Which scanner, and for how long it is listened to.
+/// Which scanner to use, and when to stop.
 struct ScannerRequest {
-  std::string device = {};  ///< as `scanknit devices` lists it; empty: the first that is found
-  int width = 640, height = 480;           ///< of depth, pixels; the camera's nearest is taken
-  double frames_per_second = 30;           ///< likewise
-  std::optional<std::size_t> frames = {};  ///< depth pictures after which it ends
-  std::optional<double> seconds = {};      ///< ... or so long after the first
-  double wait_s = 0;                       ///< for a scanner that is not plugged in yet
-  double reconnect_s = 30;                 ///< for one that was unplugged
+  std::string device = {};                 ///< as `scanknit devices` lists it; empty: the first
+  int width = 640, height = 480;           ///< of the depth picture, pixels; the camera's nearest size is used
+  double frames_per_second = 30;           ///< the camera's nearest rate is used
+  std::optional<std::size_t> frames = {};  ///< stop after so many depth pictures
+  std::optional<double> seconds = {};      ///< stop so long after the first picture
+  double wait_s = 0;                       ///< how long to wait for a scanner that is not plugged in yet
+  double reconnect_s = 30;                 ///< how long to wait for a scanner that was unplugged
   bool takes_from_others = false;          ///< also a scanner that another program uses
 };
 
 struct LiveScanRequest {
   ScannerRequest scanner;
-  std::optional<std::filesystem::path>
-      recording;  ///< .mcap; is made while scanning; loops, turntables and textures need it
+  /// .mcap, written while scanning; loops, turntables and textures need it.
+  std::optional<std::filesystem::path> recording;
 };
-/// The same for a scanner that is plugged in. `stop` ends the frames; what comes after them is done all the same.
+/// The same for a scanner that is plugged in. `stop` ends the frames; the steps after them still run.
 /// ScanResult::outcome: also kDevice for a scanner that is absent, busy or forbidden.
 [[nodiscard]] ScanResult scan_live(const ScanJob& job, const LiveScanRequest& request, ScanObserver& observer,
                                    std::stop_token stop = {});

@@ -1,4 +1,4 @@
-// ScanConfig: everything a run can be told, room by room.
+// ScanConfig: all settings of a run, room by room.
 #pragma once
 
 #include "acquire/acquire_config.h"

@@ -1,4 +1,4 @@
-// ScanJob: what is to be scanned, how, and into which files.
+// ScanJob: what to scan, how, and which files to write.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@
 
 namespace scanknit {
 
-/// Each is written whole or not at all. What is not named is not made.
+/// The files to write; those without a path are not made. Each is written whole or not at all.
 struct ScanFiles {
   std::vector<std::filesystem::path> meshes;  ///< .glb, .ply, .obj, .stl, .3mf
   std::optional<std::filesystem::path> preview;
-  std::optional<std::filesystem::path> error, coverage;  ///< maps of the mesh, where there are depth frames
+  std::optional<std::filesystem::path> error, coverage;  ///< maps of the mesh; need depth frames
   std::optional<std::filesystem::path> trajectory;       ///< TUM's format
   std::optional<std::filesystem::path> volume;           ///< .vdb
 };
@@ -25,18 +25,19 @@ struct ScanJob {
   std::filesystem::path input;  ///< a recording, a volume's file, or the name of a scanner
   ScanConfig config;
   ScanFiles files;
-  std::vector<std::filesystem::path> files_of_caller = {};  ///< written after the scan; checked before any work
+  std::vector<std::filesystem::path> files_of_caller = {};  ///< the caller writes them after the scan; see
+                                                            ///< check_files()
   bool measures_fit = false;  ///< compare the mesh with some of the depth frames: MeshResult::fit
   Pace pace = Pace::kFast;
   std::function<PaceControl()> pace_control = steady_pace_control;
   std::optional<std::filesystem::path> angles = std::nullopt;  ///< of a turntable: degrees, a line for each frame
-  std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: its frames are written here
+  std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: write its frames here
 };
 
-/// Asks for every file of the job, and of the caller, whether it could be written. Errors: kOutput.
+/// Checks that every file of the job, and of the caller, can be written. Errors: kOutput.
 [[nodiscard]] Result<void> check_files(const ScanJob& job);
 
-/// All files that are named.
+/// The paths of all files.
 [[nodiscard]] std::vector<std::filesystem::path> all_paths(const ScanFiles& files);
 
 }  // namespace scanknit

@@ -47,7 +47,7 @@ Result<void> ScanPass::track_and_fuse() {
   return {};
 }
 
-/// The mesh of the frames as they were tracked comes first: whatever happens later, it is there.
+/// Writes the mesh of the tracked frames first, so that it exists whatever happens later.
 Result<void> ScanPass::write_tracked() {
   if (!input_.writes_tracked_mesh) return {};
   const TrackedScan tracked{scan_->tracking(), intake_.counts(), scan_->is_budget_reached()};
@@ -84,18 +84,18 @@ Result<void> ScanPass::refine() {
     return write_mesh();
   }
   if (written_ || !input_.writes_tracked_mesh) return {};
-  auto written = write_mesh();  // interrupted: a mesh of what was tracked is better than none
+  auto written = write_mesh();  // also after an interruption: a mesh of the tracked frames is better than none
   session_.observer().on_tracked_mesh(state());
   return written;
 }
 
-/// True: the scan has changed.
+/// True when the scan has changed.
 Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
   const auto source = input_.archive.open();
   if (!source) return source.error();
   auto volume = TsdfVolume::create(job_.config.fusion);
   if (!volume) return volume.error();
-  if (written_) {  // the mesh of what the old volume held is safe: two volumes would need twice the memory
+  if (written_) {  // the old volume's mesh is on disk, and two volumes would need twice the memory
     auto empty = TsdfVolume::create(job_.config.fusion);
     if (!empty) return empty.error();
     scan_->volume() = *std::move(empty);
@@ -208,12 +208,12 @@ void ScanPass::wait_while_paused() {
   using namespace std::chrono_literals;
   enter(ScanPhase::kPaused);
   while (phase_ == ScanPhase::kPaused && !intake_.is_over() && !input_.stop.stop_requested()) {
-    const auto command = session_.observer().next_command(input_.stop, input_.comes_by_itself ? 0ns : 500ms);
+    const auto command = session_.observer().next_command(input_.stop, input_.is_paced ? 0ns : 500ms);
     if (command) {
       carry_out(*command);
       continue;
     }
-    const auto frame = input_.comes_by_itself ? intake_.pass_over("paused") : std::nullopt;
+    const auto frame = input_.is_paced ? intake_.pass_over("paused") : std::nullopt;
     session_.observer().on_no_frame(frame ? &*frame : nullptr, state());
   }
 }
@@ -221,18 +221,17 @@ void ScanPass::wait_while_paused() {
 Result<void> ScanPass::start_over() {
   if (auto begun = scan_->start_over(); !begun) return begun;
   intake_.start_over();
-  if (is_tracked(intake_.info().poses)) crop_.reset();  // in another world the box would be somewhere else
-  session_.warn(WarningCode::kBegunAnew,
-                "begun anew from the live view after frame " + std::to_string(intake_.counts().read));
+  if (is_tracked(intake_.info().poses)) crop_.reset();  // the box does not apply to the refined world
+  session_.warn(WarningCode::kReset, "reset from the live view after frame " + std::to_string(intake_.counts().read));
   return session_.observer().on_begin(state());
 }
 
-/// The mesh of what is there, while the scan waits. It is no part of the result.
+/// Writes the mesh of the frames so far, while the scan waits. It is not part of the result.
 Result<void> ScanPass::export_now(FilesByKind& files) {
   const ScanPhase before = phase_;
   enter(ScanPhase::kExporting);
-  ScanObserver nobody;
-  ScanSession session(nobody, session_.stop());
+  ScanObserver no_observer;
+  ScanSession session(no_observer, session_.stop());
   MeshResult mesh;
   const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kRefused, input_.stop};
   const auto written = mesh_scan(*scan_, request, session, mesh);

@@ -1,4 +1,4 @@
-// ScanPass: once through the frames of a scan, from the first frame to the files. docs/architecture.md draws it.
+// ScanPass: one pass through the frames of a scan, from the first frame to the files. docs/architecture.md draws it.
 #pragma once
 
 #include <functional>
@@ -19,16 +19,16 @@
 
 namespace scanknit {
 
-/// What a pass reads, and how.
+/// The frames of a pass, and how to take them.
 struct PassInput {
   FrameSource& source;
-  const FrameArchive& archive;      ///< has the same frames, once they are over
-  std::stop_token stop = {};        ///< ends the frames; what comes after them is ended by the session's
-  bool comes_by_itself = false;     ///< frames come whether they are taken or not: a paused scan lets them pass
-  bool writes_tracked_mesh = true;  ///< before poses are refined; else nothing is written unless they are
-  FrameCounts counted = {};         ///< frames of the scan that this pass does not have
+  const FrameArchive& archive;      ///< gives the same frames again, after they have ended
+  std::stop_token stop = {};        ///< ends the frames; the session's stop token ends the steps after them
+  bool is_paced = false;            ///< frames come at their own pace: a paused scan skips them
+  bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
+  FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};
-  std::function<LossCounters()> losses = {};  ///< of a scanner, so far
+  std::function<LossCounters()> losses = {};  ///< the scanner's losses so far
 };
 
 class ScanPass {
@@ -36,17 +36,17 @@ class ScanPass {
   /// All references outlive it.
   ScanPass(const ScanJob& job, const PassInput& input, PoseRefiner& refiner, ScanSession& session);
 
-  /// Tracks and fuses all frames and writes the mesh; where the refiner has better poses, fuses all frames again at
-  /// these and writes the mesh again; then bakes the texture. A stop request, or a person's, ends the frames: what has
-  /// been fused becomes the mesh. Errors: kInput without a usable frame; kTooLittle when tracking was lost; kBudget;
-  /// kMesh for an empty mesh; kOutput.
+  /// Tracks and fuses all frames and writes the mesh; if the refiner finds better poses, fuses all frames again at
+  /// these and writes the mesh again; then bakes the texture. A stop request, or the user's command, ends the frames:
+  /// what has been fused becomes the mesh. Errors: kInput without a usable frame; kTooLittle when tracking was lost;
+  /// kBudget; kMesh for an empty mesh; kOutput.
   [[nodiscard]] Result<void> run();
 
-  /// Of the frames that were read; valid after run().
+  /// Counts of the frames that were read; valid after run().
   [[nodiscard]] const FrameIntake& intake() const { return intake_; }
   [[nodiscard]] const CropBox& crop() const { return crop_; }
 
-  /// Writes what was made and found out, also after an error, into `result`.
+  /// Fills `result` with everything that was made and measured, also after an error.
   void describe(ScanResult& result) const;
 
  private:
@@ -64,7 +64,7 @@ class ScanPass {
   void enter(ScanPhase phase);
   void enter_phase_of_frames();
 
-  // What a person asks for.
+  // Commands of the user.
   void carry_out_commands();
   void carry_out(const ScanCommand& command);
   void wait_while_paused();

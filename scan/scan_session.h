@@ -1,4 +1,4 @@
-// ScanSession: what all stages of one scan share: who looks on, the stop request, the clock, and the warnings.
+// ScanSession: what all stages of one scan share: the observer, the stop token, the stage times, and the warnings.
 #pragma once
 
 #include <cstddef>
@@ -33,15 +33,16 @@ class ScanSession {
   }
 
   void warn(WarningCode code, std::string text);
-  /// Of the mesh that is being made: it does not hold for one that takes its place. The same words are said once.
+  /// Warns of the mesh that is being made; the warning ends when another mesh replaces it. Reports the same text only
+  /// once.
   void warn_of_mesh(WarningCode code, std::string text);
-  /// The next mesh takes the place of the last one.
+  /// To be called before a mesh that replaces the last one.
   void begin_mesh() { ++mesh_; }
 
-  /// Those that hold, in the order in which they came.
+  /// All warnings, without those of replaced meshes, in the order in which they came.
   [[nodiscard]] std::vector<ScanWarning> warnings() const;
 
-  /// Calls `work` and notes under `stage` how long it took.
+  /// Calls `work` and adds its duration to `stage`.
   template <typename Work>
   auto timed(const char* stage, Work&& work) {
     const StageTimer timer(times_[stage]);

@@ -1,4 +1,4 @@
-// ScanWarning: what a person should know of a scan that went on all the same.
+// ScanWarning: a problem that the user should know of and that did not end the scan.
 #pragma once
 
 #include <string>
@@ -6,39 +6,39 @@
 namespace scanknit {
 
 enum class WarningCode {
-  kNoEffect,          ///< a setting that cannot change any of the files
-  kRecording,         ///< the recording as a whole has a fault
-  kScanner,           ///< what the scanner does not tell, and what happened to it
+  kNoEffect,          ///< a setting that changes none of the files
+  kRecording,         ///< a fault of the recording as a whole
+  kScanner,           ///< unknown properties of the scanner, and its failures
   kRecorder,          ///< the recorder stopped; the scan went on
-  kBegunAnew,         ///< a person reset the scan
+  kReset,             ///< the user reset the scan
   kTrackingLost,      ///< in more than a tenth of the frames
-  kLoopNotClosed,     ///< the walk came back, and the mesh is as tracked
-  kNotATurntable,     ///< the mesh is the tracked one
-  kTurntable,         ///< frames that were left out, angles that were not used
+  kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
+  kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses
+  kTurntable,         ///< frames or known angles that were not used
   kCropBoxIgnored,    ///< nothing lay within the live view's box
-  kCropBoxDropped,    ///< a refined turntable has another world than the live view's box
-  kFinishStep,        ///< a step of finishing was not done, or not all of it
+  kCropBoxDropped,    ///< the live view's box does not apply to the world of a refined turntable
+  kFinishStep,        ///< a finishing step was not done, or only in part
   kNoTexture,         ///< the GLB has colours at its vertices
-  kAlignment,         ///< of scans, of the poses that were given, and of how they agree
+  kAlignment,         ///< about scans, given poses, and how they agree
   kAlignInterrupted,  ///< the mesh holds only the scans that were fused so far
-  // The next ones say in words what the result has in numbers, or what a person sees from the files.
+  // The next ones repeat what the result has in numbers, or what the files show.
   kFramesDropped,
   kRecordingEndsEarly,
   kStoppedEarly,
   kBudgetReached,
   kPicturesLost,
   kTurntableNotTried,
-  kMeshHasHoles,  ///< by the chosen decider
-  kVolumeFile,    ///< parts of a volume file that were left out
-  kPointsOnly,    ///< an alignment of meshes and points makes no mesh
+  kMeshHasHoles,  ///< because of the chosen decider
+  kVolumeFile,    ///< parts of a volume file were not used
+  kPointsOnly,    ///< aligning only meshes and points makes no mesh
 };
 
 struct ScanWarning {
   WarningCode code;
-  std::string text;  ///< for people
+  std::string text;  ///< for the user
 };
 
-/// False for warnings that repeat in words what the result has in numbers: report.json leaves them out.
+/// False for warnings that repeat what the result has in numbers: report.json does not list them.
 [[nodiscard]] constexpr bool is_reported(WarningCode code) {
   return code < WarningCode::kFramesDropped;
 }

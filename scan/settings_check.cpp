@@ -12,7 +12,7 @@
 namespace scanknit {
 namespace {
 
-/// The keys of `export:` that change GLB files only, when none is written.
+/// The keys of `export:` that are set and change only GLB files, when no GLB is written.
 std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportConfig& config) {
   std::vector<std::string> unused;
   if (std::any_of(files.meshes.begin(), files.meshes.end(), is_glb_path)) return unused;
@@ -23,7 +23,7 @@ std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportCon
   return unused;
 }
 
-/// With the key that each of them belongs to.
+/// The keys of `finish:` that are set without effect, each with the key that it depends on.
 std::vector<std::string> unused_finish_keys(const FinishConfig& config) {
   std::vector<std::string> unused;
   if (config.ground == GroundWish::kKeep && config.ground_clearance_m) {

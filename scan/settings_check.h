@@ -1,4 +1,4 @@
-// Settings that cannot change any of the files of a job.
+// Warns of settings that change none of a job's files.
 #pragma once
 
 #include "scan/scan_job.h"
@@ -6,7 +6,7 @@
 
 namespace scanknit {
 
-/// Before the work: warns of each.
+/// To be called before the work: warns of each such setting.
 void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session);
 
 }  // namespace scanknit

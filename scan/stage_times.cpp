@@ -21,7 +21,7 @@ double StageTimes::p95_ms() const {
   if (samples_ms.empty()) return 0;
   std::vector<double> sorted = samples_ms;
   std::sort(sorted.begin(), sorted.end());
-  const std::size_t rank = (95 * sorted.size() + 99) / 100;  // nearest rank: ceil(0.95 n), counted from 1
+  const std::size_t rank = (95 * sorted.size() + 99) / 100;  // nearest rank, from 1: ceil(0.95 n)
   return sorted[rank - 1];
 }
 

@@ -16,12 +16,12 @@ struct TrackedScan {
   bool is_budget_reached = false;
 };
 
-/// Errors when poses were tracked, and tracking was lost in more than half of the frames; the message counts the
-/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be why; what it holds can be meshed.
+/// An error when poses were tracked, and tracking was lost in more than half of the frames; its message counts the
+/// reasons. kBudget: the volume had reached fusion.memory_budget, which may be the cause; the volume can be meshed.
 /// kTooLittle: the camera was not found again.
 [[nodiscard]] Result<void> check_tracking(const TrackedScan& scan);
 
-/// What to say when it was lost in more than a tenth of the frames and there is a mesh all the same.
+/// The text of a warning when tracking was lost in more than a tenth of the frames, and there is a mesh.
 [[nodiscard]] std::optional<std::string> tracking_warning(const TrackedScan& scan);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Trajectory: where the frames of a scan were taken.
+// Trajectory: the poses of a scan's frames.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace scanknit {
 /// A frame that was fused.
 struct PosedFrame {
   std::uint64_t sequence = 0;  ///< Frame::sequence
-  double stamp = 0;            ///< seconds of the recording's clock, or the frame's number where it has none
+  double stamp = 0;            ///< seconds of the recording's clock; the frame's number if it has no clock
   Pose T_world_camera = Pose::Identity();
 };
 
@@ -29,7 +29,7 @@ using PosesBySequence = std::map<std::uint64_t, Pose>;
   return poses;
 }
 
-/// PosedFrame::stamp.
+/// The frame's PosedFrame::stamp.
 [[nodiscard]] inline double stamp_of(const Frame& frame) {
   return frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
 }

@@ -1,4 +1,4 @@
-// CounterRandom: random numbers as a pure function of a key and a counter, so that no thread order can change them.
+// CounterRandom: random numbers as a pure function of a key and a counter; the order of threads cannot change them.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace scanknit {
   return z ^ (z >> 31);
 }
 
-/// One stream of numbers for each (seed, stream, element): for noise, each pixel of each frame has its own.
+/// One sequence of numbers for each (seed, stream, element). For noise, each pixel of each frame has its own sequence.
 class CounterRandom {
  public:
   CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t element)

@@ -18,7 +18,7 @@ class NoisyCamera {
       : depth_m_(depth_m), cos_incidence_(cos_incidence), focal_px_(std::abs(intrinsics.fx)), noise_(noise) {}
 
   [[nodiscard]] float measure(int x, int y, CounterRandom random) const {
-    // Every pixel draws the same numbers in the same order, whatever happens to it.
+    // Every pixel draws the same count of numbers in the same order, even if it does not use them.
     const double edge_draw = random.uniform();
     const double flight = random.uniform();
     const double grazing_draw = random.uniform();
@@ -36,7 +36,7 @@ class NoisyCamera {
   }
 
  private:
-  /// z = baseline * focal / disparity, so a step of the disparity is z^2 / (baseline * focal) times as long.
+  /// The depth step of one disparity step: z = baseline * focal / disparity, so that dz = z^2 / (baseline * focal) d.
   [[nodiscard]] double step_m(double z) const {
     return z * z * noise_.disparity_step_px / (noise_.baseline_m * noise_.sensor_focal_px);
   }
@@ -61,8 +61,8 @@ class NoisyCamera {
     return std::clamp((incidence - noise_.grazing_begin_rad) / width, 0.0, 1.0);
   }
 
-  /// The largest depth step to one of the eight neighbours; 0 where the surface goes on. A slanted plane's own slope is
-  /// no step: three times z tan(incidence) / f is allowed.
+  /// The largest depth step to one of the eight neighbours; 0 if the surface is continuous. The slope of a slanted
+  /// plane is not a step: up to three times z tan(incidence) / f is allowed.
   [[nodiscard]] double depth_step(int x, int y) const {
     constexpr double kSmallestStep_m = 0.015;
     const double z = static_cast<double>(depth_m_.at(x, y));
@@ -74,7 +74,7 @@ class NoisyCamera {
       for (int dx = -1; dx <= 1; ++dx) {
         if (!depth_m_.contains(x + dx, y + dy)) continue;
         const double other = static_cast<double>(depth_m_.at(x + dx, y + dy));
-        // Beyond the rim of a lone object there is no second depth to mix with.
+        // Beyond the rim of an object without background there is no second depth to mix with.
         const double step = other > 0 ? other - z : kSmallestStep_m;
         const bool is_step = !(other > 0) || std::abs(step) > allowed;
         if (is_step && std::abs(step) > std::abs(largest)) largest = step;

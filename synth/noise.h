@@ -1,4 +1,4 @@
-// Kinect-like noise: from the exact depth to what a structured-light camera would report.
+// Kinect-like noise: turns exact depth into the depth that a structured-light camera would report.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,17 @@
 
 namespace scanknit {
 
-/// The axial deviation sigma(z) was measured on a real sensor, so it already holds the error of the disparity's steps:
-/// the Gaussian part is what remains, sqrt(sigma^2 - step^2 / 12), and the total follows `axial`.
+/// The axial deviation sigma(z) was measured on a real sensor, so it includes the error of the disparity's steps. The
+/// Gaussian part is the rest, sqrt(sigma^2 - step^2 / 12), so that the total follows `axial`.
 struct KinectNoise {
   NoiseModel axial;
   double baseline_m = 0.075;
-  double sensor_focal_px = 580;        ///< of the sensor's own infrared camera, whatever camera is rendered
+  double sensor_focal_px = 580;        ///< of the sensor's infrared camera, independent of the rendered camera
   double disparity_step_px = 1.0 / 8;  ///< steps of 26 mm at 3 m; 0: no quantisation
   double edge_dropout = 0.5;           ///< probability that a pixel beside a depth step has no return
-  double flying_pixel = 0.05;          ///< probability that it lies somewhere between the two depths
-  double grazing_begin_rad = 1.309;    ///< 75 degrees of incidence: dropouts begin ...
-  double grazing_end_rad = 1.484;      ///< ... and at 85 degrees nothing returns
+  double flying_pixel = 0.05;          ///< probability that such a pixel gets a depth between the two
+  double grazing_begin_rad = 1.309;    ///< 75 degrees of incidence: dropouts begin here ...
+  double grazing_end_rad = 1.484;      ///< ... and are certain here, at 85 degrees
   double min_depth_m = 0.4;
   double max_depth_m = 5.0;
 };

@@ -1,4 +1,4 @@
-// Rendering: what an ideal depth and colour camera sees of a synthetic scene.
+// Renders a synthetic scene as an ideal depth and colour camera sees it.
 #pragma once
 
 #include "core/camera.h"
@@ -7,14 +7,14 @@
 
 namespace scanknit {
 
-/// All pictures have the camera's size. Depth 0: nothing within range.
+/// All pictures have the camera's size. Depth 0: no surface within range.
 struct RenderedView {
   DepthImage depth_m;          ///< exact z-depth at the pixel's centre, rounded to float
   Image<float> cos_incidence;  ///< cosine of the angle between the ray and the surface normal, 0 where no depth
   ColourImage colour;          ///< black where no depth
 };
 
-/// Nothing farther than this along the ray is seen.
+/// The renderer sees no surface farther than this along the ray.
 inline constexpr double kRenderRange_m = 30;
 
 /// The same bits for any number of threads. `intrinsics` is valid and has a positive fx and fy.

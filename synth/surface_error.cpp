@@ -45,7 +45,7 @@ DistanceStats stats_of(std::vector<double> distances_m) {
   return stats;
 }
 
-/// Distances of `count` points, in their order.
+/// The distances of `count` points, in order.
 template <typename DistanceOf>
 std::vector<double> measure(std::size_t count, const DistanceOf& distance_of) {
   std::vector<double> distances_m(count);
@@ -53,7 +53,7 @@ std::vector<double> measure(std::size_t count, const DistanceOf& distance_of) {
   return distances_m;
 }
 
-/// `count` points, one in each of `count` equal shares of the mesh's area, strung along the order of its triangles.
+/// Divides the mesh's area, in the order of its triangles, into `count` equal shares, and draws one point in each.
 /// Empty when the mesh has no area.
 std::vector<Vector3d> spread_over(const Mesh& mesh, std::size_t count) {
   std::vector<double> area_up_to;
@@ -73,7 +73,7 @@ std::vector<Vector3d> spread_over(const Mesh& mesh, std::size_t count) {
     const double target = (static_cast<double>(i) + random.uniform()) / static_cast<double>(count) * total;
     while (triangle + 1 < area_up_to.size() && area_up_to[triangle] <= target) ++triangle;
     const Triangle& t = mesh.triangles[triangle];
-    // Uniform in a triangle: the square root makes thin slices near the first corner as rare as they are small.
+    // Uniform in the triangle: the square root corrects for the small area near the first corner.
     const double u = std::sqrt(random.uniform());
     const double v = random.uniform();
     points.push_back((1 - u) * at(t[0]) + u * (1 - v) * at(t[1]) + u * v * at(t[2]));
@@ -98,7 +98,7 @@ Result<void> check_measurable(const Mesh& mesh) {
 Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& start) {
   constexpr int kRounds = 10;
   constexpr std::size_t kMostPoints = 20'000;
-  constexpr double kLoss_m = 0.002;  // what is farther off says less and less
+  constexpr double kLoss_m = 0.002;  // points farther away get less weight
   const std::size_t stride = mesh.positions_m.size() / kMostPoints + 1;
   Pose T_truth_mesh = start;
   for (int round = 0; round < kRounds; ++round) {

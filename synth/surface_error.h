@@ -1,4 +1,4 @@
-// Surface error: how far a mesh is from the exact surface, and how much of the surface it covers.
+// Surface error: the distance of a mesh from the exact surface, and the share of the surface that it covers.
 #pragma once
 
 #include <cstddef>
@@ -37,8 +37,8 @@ struct SurfaceErrorConfig {
   double threshold_m = 0.010;  ///< a truth point this near the mesh counts as reconstructed
 };
 
-/// T_truth_mesh: where a mesh that lies near the surface comes nearest to it, from `start`. Point to plane on vertices
-/// spread over the mesh (Chen & Medioni 1991); the same bits for any number of threads.
+/// Registers a mesh, near the surface at `start`, with the surface and returns T_truth_mesh. Point to plane, on
+/// vertices spread over the mesh (Chen & Medioni 1991). The same bits for any number of threads.
 [[nodiscard]] Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& start);
 
 /// The mesh is in the recording's world, metres. The same bits for any number of threads. Error kMesh: no triangles, an

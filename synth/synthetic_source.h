@@ -13,11 +13,11 @@
 
 namespace scanknit {
 
-/// One picture: what the ideal camera sees, and what the sensor reports of it.
+/// One picture: the ideal camera's view, and the sensor's depth.
 struct Shot {
-  Pose T_world_camera;  ///< of a scene on a turntable: T_object_camera
+  Pose T_world_camera;  ///< for a scene on a turntable: T_object_camera
   RenderedView exact;
-  DepthImage depth_m;  ///< with the configured noise, else equal to exact.depth_m
+  DepthImage depth_m;  ///< with the configured noise; without noise equal to exact.depth_m
 };
 
 /// Scans a scene along its own path. config is valid.
@@ -28,9 +28,9 @@ class SyntheticScanner {
   /// Null unless config.turntable.
   [[nodiscard]] const TurntableRig* turntable() const { return rig_ ? &*rig_ : nullptr; }
 
-  /// Poses times stills.
+  /// The number of pictures: poses times stills.
   [[nodiscard]] std::size_t pictures() const;
-  /// The picture with this number; a pure function of it.
+  /// Renders the picture with this number; a pure function of the number.
   [[nodiscard]] Shot shoot(std::size_t picture) const;
 
  private:
@@ -40,7 +40,8 @@ class SyntheticScanner {
   std::optional<TurntableRig> rig_;
 };
 
-/// Frames with their true poses and colour in the depth camera. Depth is not rounded to a file's unit. world_up is -y.
+/// Frames with their true poses and colour in the depth camera. The depth is not rounded to the unit of a file.
+/// world_up is -y.
 class SyntheticSource final : public FrameSource {
  public:
   [[nodiscard]] static Result<std::unique_ptr<SyntheticSource>> create(std::unique_ptr<SyntheticScene> scene,

@@ -72,7 +72,7 @@ std::string mesh_ply(const Mesh& mesh) {
   return bytes;
 }
 
-/// Walks a header that must be spelt as we spell it; other PLY files are not ours to read.
+/// Reads a PLY header exactly as write_truth() writes it; rejects all others.
 class HeaderReader {
  public:
   explicit HeaderReader(std::string_view text) : text_(text) {}
@@ -100,7 +100,7 @@ Error malformed(const std::filesystem::path& path, const std::string& what) {
   return {ErrorCode::kInput, what, path.string()};
 }
 
-/// A float whose bytes are known to be there.
+/// Reads a float; its bytes must be there.
 float take_float(ByteReader& reader) {
   return reader.little_endian<float>().value_or(0.0f);
 }
@@ -183,7 +183,7 @@ Result<std::string> read_scene_name(const std::filesystem::path& path) {
   return json["scene"].get<std::string>();
 }
 
-/// The catalogue's scenes may change between versions: the points say whether this is still the surface they are on.
+/// True when the points lie on the scene's surface: the scenes of the catalogue may change between versions.
 bool lie_on(const SyntheticScene& scene, const std::vector<TruthPoint>& points) {
   constexpr double kTolerance_m = 1e-5;
   const std::size_t stride = points.size() / 1000 + 1;

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::uint64_t kAngleStream = 0x7AB1E;  // of the random numbers
+constexpr std::uint64_t kAngleStream = 0x7AB1E;  // stream of random numbers
 
 constexpr double kDiscThickness_m = 0.015;
-constexpr double kElevation_rad = 28 * kDegree;  // from which the camera looks down
+constexpr double kElevation_rad = 28 * kDegree;  // the camera looks down from this elevation
 constexpr double kRoll_rad = 4 * kDegree;
 
 Texture plain(double shade) {
@@ -36,7 +36,7 @@ Texture printed(double shade) {
           .period_m = 0.03};
 }
 
-/// Scenes are given to the renderer in the world (y down), the rig is drawn on the table (z up).
+/// Converts from the table's axes (z up), in which the rig is drawn, to the renderer's world (y down).
 Pose in_world(const Vector3d& centre) {
   Pose pose = Pose::Identity();
   pose.translation() = centre;
@@ -53,7 +53,7 @@ CameraPath no_path() {
   return [](double) { return Pose::Identity(); };
 }
 
-/// Of two pictures of one camera, what is nearer.
+/// Merges two views of the same camera: keeps the nearer pixel.
 void put_in_front(const RenderedView& other, RenderedView& view) {
   for (int y = 0; y < view.depth_m.height(); ++y) {
     for (int x = 0; x < view.depth_m.width(); ++x) {
@@ -71,7 +71,7 @@ void put_in_front(const RenderedView& other, RenderedView& view) {
 TurntableRig::TurntableRig(const SyntheticScene& object, const RigConfig& config, int frames, std::uint64_t seed)
     : object_(object), config_(config), frames_(frames), seed_(seed) {
   SCANKNIT_CHECK(frames >= 1);
-  // Upright as the scene is drawn, or over on its side and turned a little.
+  // The object stands as the scene is drawn, or lies on its side, rotated a little.
   T_table_object_ = T_world_plan().inverse();
   if (config.is_on_side) {
     T_table_object_ = turned(40 * kDegree) * Pose(Eigen::AngleAxisd(90 * kDegree, Vector3d::UnitX())) * T_table_object_;
@@ -120,13 +120,13 @@ Pose TurntableRig::T_object_camera(std::size_t frame) const {
   return (turned(angle_rad(frame)) * T_table_object_).inverse() * T_table_camera_;
 }
 
-/// Where the hand is; nothing most of the time.
+/// The position of the hand; nothing most of the time.
 std::optional<Vector3d> TurntableRig::fist(std::size_t frame) const {
-  constexpr double kFirst = 0.30;  // of the recording
+  constexpr double kFirst = 0.30;  // share of the recording
   constexpr double kLast = 0.40;
   const double s = (static_cast<double>(frame) / frames_ - kFirst) / (kLast - kFirst);
   if (!config_.has_hand || s < 0 || s > 1) return std::nullopt;
-  const double away_m = 0.10 * std::abs(2 * s - 1);  // comes and goes
+  const double away_m = 0.10 * std::abs(2 * s - 1);  // moves in and out
   return Vector3d(reach_m_ + 0.03 + away_m, -0.02, 0.5 * height_m_ + 0.02);
 }
 

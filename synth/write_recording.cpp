@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Removes pictures with names of ours, so that a shorter recording does not end in frames of a longer one.
+/// Removes pictures with our file names, so that a shorter recording does not end with frames of a longer one.
 Result<void> remove_old_pictures(const fs::path& folder) {
   const auto is_ours = [](const fs::path& path) {
     const std::string stem = path.stem().string();
@@ -49,7 +49,7 @@ Result<void> prepare_folder(const fs::path& folder) {
   return {};
 }
 
-/// An older recording may have had poses where this one has none.
+/// Removes the poses of an older recording, because this one may have none.
 Result<void> remove_old_poses(const fs::path& folder) {
   std::error_code code;
   for (const char* file : {kPosesFile, kTruePosesFile, kEncoderFile}) {
@@ -59,7 +59,7 @@ Result<void> remove_old_poses(const fs::path& folder) {
   return {};
 }
 
-/// One line a frame, degrees.
+/// One line for each frame, in degrees.
 std::string encoder_text(const TurntableRig& rig, std::size_t frames) {
   std::string text;
   for (std::size_t i = 0; i < frames; ++i) {
@@ -92,7 +92,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
                                                std::stop_token stop) {
   if (auto valid = validate(config); !valid) return valid.error();
   if (auto ready = prepare_folder(folder); !ready) return ready.error();
-  // Written first as well: it marks the folder as ours should the run be killed.
+  // Written first as well as last: it marks the folder as ours even if the run is killed.
   if (auto marked = write_truth(scene, config, 0, {}, folder); !marked) return marked.error();
   if (auto done = write_camera_json(config.intrinsics, config.depth_scale, folder / "camera_intrinsic.json"); !done) {
     return done.error();

@@ -99,7 +99,7 @@ void LiveView::refuse_commands(std::string why) {
 }
 
 void LiveView::answer(const ViewCommand& command, std::string_view error) {
-  server_->tell(command.client, shared_text(ack_message(command.id, error)));
+  server_->send_to(command.client, shared_text(ack_message(command.id, error)));
 }
 
 std::size_t LiveView::clients() const {

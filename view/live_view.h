@@ -1,4 +1,4 @@
-// LiveView: a scan as a page in the browser, served while it goes on (docs/live_view.md).
+// LiveView: serves a page that shows a running scan in the browser (docs/live_view.md).
 #pragma once
 
 #include <chrono>
@@ -17,49 +17,49 @@
 namespace scanknit {
 
 struct LiveViewOptions {
-  std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "0.0.0.0": all of this computer's
-  std::optional<std::uint16_t> port;  ///< nothing: 8765, or any free one when that is taken; 0: any free one
-  std::string token = {};             ///< empty: a random one where the address can be reached from other computers
+  std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "0.0.0.0": all addresses of this computer
+  std::optional<std::uint16_t> port;  ///< nothing: 8765, or any free port if that one is in use; 0: any free port
+  std::string token = {};             ///< empty: a random one if other computers can reach the address
 };
 
 class ViewServer;
 
-/// One thread of low priority serves all clients. Every function may be called from any one thread, returns at once and
-/// never waits for a client: what is published replaces what was, and goes out as fast as each client takes it.
+/// One thread of low priority serves all clients. Call all functions from the same thread. They return at once and
+/// never wait for a client: a published value replaces the last one, and each client gets it as fast as it can receive.
 class LiveView {
  public:
-  /// Errors: kUsage for an address that is none; kOutput when it cannot be listened on.
+  /// Errors: kUsage for an invalid address; kOutput when the server cannot listen on it.
   [[nodiscard]] static Result<std::unique_ptr<LiveView>> start(const LiveViewOptions& options, const ViewHello& hello);
 
-  /// Gives the clients up to two seconds to receive the last messages, and ends as soon as all have.
+  /// Waits until all clients have received the last messages, for at most two seconds.
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
 
-  /// Where the page is: an address for each way to reach this computer, with the token if there is one.
+  /// The page's URLs: one for each address of this computer, with the token if there is one.
   [[nodiscard]] std::vector<std::string> links() const;
 
   void publish(const ViewState& state);
   void publish(const ViewPose& pose);
   void publish(const CropBox& box);
-  /// `message` of view/mesh_chunk.h.
+  /// `message`: from view/mesh_chunk.h.
   void publish_chunk(std::uint32_t chunk, std::string message);
   void publish_picture(std::string message);
-  /// What can be downloaded; each under the name that it has in its folder. Nothing else is served.
+  /// Sets the files that can be downloaded, each under its file name. Serves no other files.
   void publish_files(const std::vector<std::filesystem::path>& paths);
-  /// Where the camera was, world metres, in place of what was published of that.
+  /// Replaces the camera's trail; positions in the world, metres.
   void publish_trail(const std::vector<Eigen::Vector3d>& positions);
-  /// All chunks and the trail go.
+  /// Removes all chunks and the trail from the page.
   void clear(std::uint32_t revision);
 
-  /// What somebody asked for; nothing when nobody did within `timeout`, or when stopped.
+  /// The next command of a client; nothing when none comes within `timeout`, or when stopped.
   [[nodiscard]] std::optional<ViewCommand> next_command(std::stop_token stop, std::chrono::nanoseconds timeout);
-  /// From now on commands are answered with `why` and do not arrive here; empty: they do.
+  /// Answers all commands with `why` from now on, so that next_command() gets none; empty: accepts them again.
   void refuse_commands(std::string why);
-  /// `error` empty: it was done.
+  /// Answers the command; `error` empty: it was done.
   void answer(const ViewCommand& command, std::string_view error);
 
-  /// Clients that are looking on.
+  /// The number of connected clients.
   [[nodiscard]] std::size_t clients() const;
 
  private:

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "the protocol is littl
 
 constexpr std::uint32_t kChunk = 1, kGone = 2, kPicture = 3;
 constexpr std::uint32_t kHasColours = 1, kHasWideIndices = 2;
-constexpr float kSteps = 65534;  // one less than fits: a chunk begins at the step below its first vertex
+constexpr float kSteps = 65534;  // one less than 16 bits hold: a chunk begins at the step below its first vertex
 constexpr Rgb8 kGrey{188, 188, 188};
 
 /// A vertex as it is sent.
@@ -47,9 +47,9 @@ void append_header(std::string& message, std::uint32_t kind, std::uint32_t chunk
   append(message, revision);
 }
 
-/// Where 0 of a chunk's coordinates is, and how far apart they are.
+/// The origin and the step of a chunk's coordinates.
 struct Lattice {
-  std::array<std::int64_t, 3> first{};  ///< in steps from the world's origin
+  std::array<std::int64_t, 3> first{};  ///< the origin, in steps from the world's origin
   float step_m = 1;
 };
 

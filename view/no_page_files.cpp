@@ -1,4 +1,4 @@
-// A build without npm's package: LiveView::start() says so.
+// For a build without the page, whose npm package was missing: LiveView::start() gives an error.
 #include "view/page_files.h"
 
 namespace scanknit {

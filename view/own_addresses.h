@@ -6,7 +6,7 @@
 
 namespace scanknit {
 
-/// Numeric, of all network interfaces but the loopback.
+/// The numeric addresses of all network interfaces except the loopback.
 [[nodiscard]] std::vector<std::string> own_addresses(bool is_v6);
 
 }  // namespace scanknit

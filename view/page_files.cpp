@@ -2,7 +2,7 @@
 
 #include <array>
 
-// page_bytes.S: the files as they were built.
+// The built files, from page_bytes.S.
 extern "C" {
 extern const char scanknit_index_html_begin[], scanknit_index_html_end[];
 extern const char scanknit_view_js_begin[], scanknit_view_js_end[];

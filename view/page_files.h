@@ -1,4 +1,4 @@
-// The page of the live view, as files inside the program.
+// The files of the live view's page, embedded in the program.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 namespace scanknit {
 
 struct PageFile {
-  std::string_view path;  ///< in the address: "/view.js"
+  std::string_view path;  ///< path in the URL: "/view.js"
   std::string_view type;  ///< for the Content-Type header
   std::string_view bytes;
 };

@@ -1,4 +1,4 @@
-// A link as a QR code in the terminal.
+// Draws a link as a QR code in the terminal.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace scanknit {
 
-/// Lines of half blocks, dark on light, with the quiet zone that readers ask for; empty where the text is too long for
-/// a code (2.9 KB), or the code wider than `columns`: wrapped lines are no code.
+/// Lines of half blocks, dark on light, with a quiet zone. Empty when the text is too long for a code (2.9 KB), or the
+/// code is wider than `columns`: wrapped lines cannot be read.
 [[nodiscard]] std::string qr_code(std::string_view text, int columns);
 
 }  // namespace scanknit

@@ -7,7 +7,7 @@ namespace scanknit {
 namespace {
 
 constexpr std::size_t kMostTextsWaiting = 256;
-// A page that draws slowly still takes a few chunks for each picture that it draws.
+// So many messages in flight let a page that draws slowly still receive a few chunks for each picture that it draws.
 constexpr std::uint32_t kBinaryInFlight = 8;
 
 }  // namespace
@@ -19,7 +19,7 @@ ViewFeed::ViewFeed(const ViewScene& scene) : scene_(scene) {
   texts_.push_back(shared_text(trail_message(scene.trail())));
 }
 
-bool ViewFeed::say(ViewBytes text) {
+bool ViewFeed::queue_text(ViewBytes text) {
   if (texts_.size() >= kMostTextsWaiting) return false;
   texts_.push_back(std::move(text));
   return true;
@@ -51,7 +51,7 @@ ViewBytes ViewFeed::next_text() {
   return nullptr;
 }
 
-/// Pictures and chunks take turns.
+/// The next picture or chunk, in turn.
 ViewBytes ViewFeed::next_binary() {
   if (in_flight_ >= kBinaryInFlight) return nullptr;
   const bool has_picture = picture_seen_ != scene_.picture_serial;

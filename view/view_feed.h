@@ -1,4 +1,4 @@
-// ViewFeed: what one client of the live view is to be sent next.
+// ViewFeed: decides what to send next to one client of the live view.
 #pragma once
 
 #include <cstdint>
@@ -8,26 +8,27 @@
 
 namespace scanknit {
 
-/// Texts that were said come first and all; of everything else the newest, as far as there is credit.
+/// Queued texts come first, and all of them are sent. Of everything else, only the newest is sent, as far as there is
+/// credit.
 class ViewFeed {
  public:
   /// `scene` outlives it. The first texts: hello, files, crop box and trail.
   explicit ViewFeed(const ViewScene& scene);
 
-  /// False: so much waits already that the client seems not to read at all.
-  [[nodiscard]] bool say(ViewBytes text);
+  /// Queues a text. False: so many wait already that the client seems not to read.
+  [[nodiscard]] bool queue_text(ViewBytes text);
 
   struct Next {
-    ViewBytes message;  ///< null: nothing to be sent now
+    ViewBytes message;  ///< null: nothing to send now
     bool is_text = true;
   };
   [[nodiscard]] Next next();
 
-  /// The client has used so many binary messages.
+  /// The client has processed so many binary messages.
   void give_credit(std::uint32_t messages);
 
-  /// No text and no state waits.
-  [[nodiscard]] bool has_told_all() const { return texts_.empty() && state_seen_ == scene_.state_serial; }
+  /// True when no text and no state waits.
+  [[nodiscard]] bool is_up_to_date() const { return texts_.empty() && state_seen_ == scene_.state_serial; }
 
  private:
   [[nodiscard]] ViewBytes next_text();

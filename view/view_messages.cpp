@@ -36,7 +36,7 @@ const char* to_string(ViewPhase phase) {
   return "";
 }
 
-/// File names and reasons come from outside: bytes that are no UTF-8 are replaced, not thrown at.
+/// JSON as text. File names and reasons may not be UTF-8: replaces such bytes instead of throwing.
 std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -131,7 +131,7 @@ std::string to_message(const ViewState& state) {
 std::string to_message(const ViewPose& pose) {
   Json elements = Json::array();
   const Eigen::Matrix4d matrix = pose.T_world_camera.matrix();
-  for (Eigen::Index i = 0; i < matrix.size(); ++i) elements.push_back(matrix.data()[i]);  // column after column
+  for (Eigen::Index i = 0; i < matrix.size(); ++i) elements.push_back(matrix.data()[i]);  // column by column
   return text_of(
       {{"type", "pose"}, {"T", elements}, {"half", {pose.half.x(), pose.half.y()}}, {"is_lost", pose.is_lost}});
 }

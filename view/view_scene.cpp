@@ -40,7 +40,7 @@ void ViewScene::add_to_trail(const Eigen::Vector3d& position) {
   if (trail_count_++ % trail_step_ != 0) return;
   trail_.push_back(position);
   if (trail_.size() < kMostPositions) return;
-  for (std::size_t i = 0; 2 * i < trail_.size(); ++i) trail_[i] = trail_[2 * i];  // every other one is left out
+  for (std::size_t i = 0; 2 * i < trail_.size(); ++i) trail_[i] = trail_[2 * i];  // removes every other position
   trail_.resize((trail_.size() + 1) / 2);
   trail_step_ *= 2;
 }

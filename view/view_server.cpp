@@ -1,4 +1,4 @@
-// Boost.Beast lives in this file alone.
+// This is the only file that uses Boost.Beast.
 #include "view/view_server.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ constexpr std::uint32_t kMostHeaderBytes = 8 * 1024;
 constexpr std::size_t kMostMessageBytes = 64 * 1024;
 constexpr std::chrono::seconds kRequestTimeout{5};
 constexpr std::chrono::seconds kIdleTimeout{30};
-constexpr std::chrono::seconds kGoodByeTime{2};  // a page that draws on a busy processor takes a second
+constexpr std::chrono::seconds kCloseTimeout{2};  // a page that draws on a busy processor needs one second
 constexpr std::size_t kFilePieceBytes = 64 * 1024;
 constexpr const char* kSubprotocol = "scanknit.v1";
 
@@ -49,17 +49,17 @@ std::string_view view_of(beast::string_view text) {
 
 using Request = http::request<http::string_body>;
 
-/// Among those that a WebSocket's client offers.
+/// True when a WebSocket's client offers our protocol.
 bool speaks_our_protocol(const Request& request) {
   return http::token_list(request[http::field::sec_websocket_protocol]).exists(kSubprotocol);
 }
 
-/// What all connections share.
+/// The state that all connections share.
 struct Hub {
   Hub(ViewHub& view_, std::string token_) : view(view_), token(std::move(token_)) {}
 
   ViewHub& view;
-  const std::string token;  ///< empty: none is asked for
+  const std::string token;  ///< empty: none is required
   std::uint16_t port = 0;
   std::map<std::uint64_t, class Client*> clients;
   std::uint64_t last_client = 0;
@@ -68,7 +68,7 @@ struct Hub {
   [[nodiscard]] std::string cookie_name() const { return fmt::format("scanknit_{}", port); }
 };
 
-/// One page that is looking on.
+/// The connection of one open page.
 class Client : public std::enable_shared_from_this<Client> {
  public:
   Client(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) {
@@ -97,15 +97,15 @@ class Client : public std::enable_shared_from_this<Client> {
     });
   }
 
-  void say(ViewBytes text) {
-    if (!feed_->say(std::move(text))) return close();
+  void send_text(ViewBytes text) {
+    if (!feed_->queue_text(std::move(text))) return close();
     pump();
   }
 
-  /// Sends what the client has not seen yet, if it can take something now.
+  /// Sends the next message, if there is one and the client can receive it now.
   void pump() {
     if (is_writing_ || is_closed_) return;
-    if (is_leaving_ && feed_->has_told_all()) return send_close(websocket::close_code::going_away);
+    if (is_leaving_ && feed_->is_up_to_date()) return send_close(websocket::close_code::going_away);
     const auto [message, is_text] = feed_->next();
     if (message == nullptr) return;
     is_writing_ = true;
@@ -118,7 +118,7 @@ class Client : public std::enable_shared_from_this<Client> {
                         });
   }
 
-  /// Goes once it has been told all; then the client has said that it got it.
+  /// Closes the connection after everything was sent and the client has acknowledged it.
   void leave() {
     is_leaving_ = true;
     pump();
@@ -149,7 +149,7 @@ class Client : public std::enable_shared_from_this<Client> {
     });
   }
 
-  /// What was sent before arrives: the connection ends when the client has answered.
+  /// Closes with a handshake: the client receives everything sent before, then answers.
   void send_close(websocket::close_code why) {
     is_closed_ = true;
     stream_.async_close(why, [self = shared_from_this()](ErrorCodeOf) {});
@@ -167,9 +167,9 @@ class Client : public std::enable_shared_from_this<Client> {
     command.client = number_;
     const std::uint64_t id = command.id;
     if (!hub_.view.refusal.empty()) {
-      say(shared_text(ack_message(id, hub_.view.refusal)));
+      send_text(shared_text(ack_message(id, hub_.view.refusal)));
     } else if (!hub_.view.commands.try_push(std::move(command))) {
-      say(shared_text(ack_message(id, "too many commands are waiting; try again in a moment")));
+      send_text(shared_text(ack_message(id, "too many commands are waiting; try again in a moment")));
     }
     return true;
   }
@@ -177,12 +177,12 @@ class Client : public std::enable_shared_from_this<Client> {
   Hub& hub_;
   websocket::stream<beast::tcp_stream> stream_;
   beast::flat_buffer buffer_;
-  std::optional<ViewFeed> feed_;  ///< from the handshake on
+  std::optional<ViewFeed> feed_;  ///< set after the handshake
   std::uint64_t number_ = 0;
   bool is_writing_ = false, is_leaving_ = false, is_closed_ = false;
 };
 
-/// One connection until it closes, or becomes a Client.
+/// An HTTP connection, until it closes or becomes a Client.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Tcp::socket socket, Hub& hub) : hub_(hub), stream_(std::move(socket)) { hub_.connections.insert(this); }
@@ -207,8 +207,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  /// Nobody who may look on waits for it: the sooner the longer ago it began to wait.
-  [[nodiscard]] bool can_be_spared() const { return !is_trusted_; }
+  /// True when it may be closed to make room: its client has not shown a token.
+  [[nodiscard]] bool may_be_closed() const { return !is_trusted_; }
   [[nodiscard]] std::chrono::steady_clock::time_point since() const { return since_; }
 
   void end() {
@@ -243,7 +243,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (!speaks_our_protocol(request)) return refuse(http::status::bad_request, "The subprotocol is scanknit.v1.");
     if (hub_.clients.size() >= kMostClients)
       return refuse(http::status::service_unavailable, "Too many pages are looking on already.");
-    stream_.expires_never();  // the WebSocket has its own
+    stream_.expires_never();  // the WebSocket has its own timeouts
     std::make_shared<Client>(stream_.release_socket(), hub_)->run(std::move(request));
   }
 
@@ -276,7 +276,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void send_state() {
-    if (hub_.view.scene.state == nullptr) return refuse(http::status::not_found, "There is nothing to tell yet.");
+    if (hub_.view.scene.state == nullptr) return refuse(http::status::not_found, "There is no state yet.");
     send_text(http::status::ok, "application/json", *hub_.view.scene.state);
   }
 
@@ -287,7 +287,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     send(std::move(response));
   }
 
-  /// The connection ends: what follows an odd request is not worth reading.
+  /// Sends an error and closes the connection, without reading further requests.
   void refuse(http::status status, const char* why) {
     keeps_alive_ = false;
     send_text(status, "text/plain; charset=utf-8", std::string(why) + "\n");
@@ -315,7 +315,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     write_some(kept, rest);
   }
 
-  /// Whoever takes a large file over a slow network has time for each piece of it.
+  /// Writes a response piece by piece; each piece has its own timeout, so that a slow network can receive a large file.
   template <typename Response, typename Serializer>
   void write_some(std::shared_ptr<Response> response, std::shared_ptr<Serializer> rest) {
     stream_.expires_after(kIdleTimeout);
@@ -334,7 +334,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::optional<http::request_parser<http::string_body>> parser_;
   std::string host_;
   bool keeps_alive_ = false, is_trusted_ = false;
-  std::chrono::steady_clock::time_point since_;  ///< when it began to wait for a request
+  std::chrono::steady_clock::time_point since_;  ///< when it began to wait for its request
 };
 
 }  // namespace
@@ -346,7 +346,7 @@ class ViewServer::Network {
 
   ~Network() {
     if (!thread_.joinable()) return;
-    const auto deadline = std::chrono::steady_clock::now() + kGoodByeTime;
+    const auto deadline = std::chrono::steady_clock::now() + kCloseTimeout;
     asio::post(io_, [this, deadline] { say_good_bye(deadline); });
     thread_.join();
   }
@@ -366,10 +366,10 @@ class ViewServer::Network {
     accept();
     thread_ = std::thread([this] {
       pthread_setname_np(pthread_self(), "view");
-      constexpr int kLower = 10;  // than the program itself
+      constexpr int kLower = 10;  // nice levels below the program
       const auto thread = static_cast<id_t>(gettid());
       (void)setpriority(PRIO_PROCESS, thread,
-                        getpriority(PRIO_PROCESS, thread) + kLower);  // Linux: of this thread alone
+                        getpriority(PRIO_PROCESS, thread) + kLower);  // on Linux this affects only this thread
       io_.run();
     });
   }
@@ -387,20 +387,20 @@ class ViewServer::Network {
     asio::post(io_, [this, change = std::move(change)] {
       change(hub_.view);
       for (const ViewBytes& text : std::exchange(hub_.view.announcements, {}))
-        for_each_client([&](Client& client) { client.say(text); });
+        for_each_client([&](Client& client) { client.send_text(text); });
       for_each_client([](Client& client) { client.pump(); });
     });
   }
 
-  void tell(std::uint64_t number, ViewBytes text) {
+  void send_to(std::uint64_t number, ViewBytes text) {
     asio::post(io_, [this, number, text = std::move(text)] {
       const auto client = hub_.clients.find(number);
-      if (client != hub_.clients.end()) client->second->say(text);
+      if (client != hub_.clients.end()) client->second->send_text(text);
     });
   }
 
  private:
-  /// Clients may go while they are visited.
+  /// Visits all clients; a client may disconnect during its visit.
   template <typename Visit>
   void for_each_client(const Visit& visit) {
     std::vector<std::shared_ptr<Client>> clients;
@@ -422,7 +422,7 @@ class ViewServer::Network {
   void accept() {
     acceptor_.async_accept([this](ErrorCodeOf error, Tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
-      if (error) return accept_later();  // out of file descriptors, most likely
+      if (error) return accept_later();  // most likely out of file descriptors
       if (has_room()) {
         ErrorCodeOf ignored;
         socket.set_option(Tcp::no_delay(true), ignored);
@@ -432,12 +432,13 @@ class ViewServer::Network {
     });
   }
 
-  /// Whoever has waited longest without a right to anything makes room: many connections of strangers keep nobody out.
+  /// Makes room, if necessary, by closing the untrusted connection that has waited longest: strangers' connections
+  /// cannot block the server.
   bool has_room() {
     if (hub_.connections.size() + hub_.clients.size() < kMostConnections) return true;
     Connection* first = nullptr;
     for (Connection* one : hub_.connections) {
-      if (one->can_be_spared() && (first == nullptr || one->since() < first->since())) first = one;
+      if (one->may_be_closed() && (first == nullptr || one->since() < first->since())) first = one;
     }
     if (first == nullptr) return false;
     first->end();
@@ -462,7 +463,7 @@ class ViewServer::Network {
 
   asio::ip::address address_;
   Hub hub_;
-  asio::io_context io_{1};  // after hub_: the connections that it owns use the hub
+  asio::io_context io_{1};  // declared after hub_, because its connections use the hub
   Tcp::acceptor acceptor_{io_};
   asio::steady_timer pause_{io_};
   std::thread thread_;
@@ -501,8 +502,8 @@ void ViewServer::change(std::function<void(ViewHub&)> change) {
   network_->change(std::move(change));
 }
 
-void ViewServer::tell(std::uint64_t client, ViewBytes text) {
-  network_->tell(client, std::move(text));
+void ViewServer::send_to(std::uint64_t client, ViewBytes text) {
+  network_->send_to(client, std::move(text));
 }
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// ViewServer: the live view's pages and messages over HTTP and WebSocket, on one port, by one thread.
+// ViewServer: serves the live view's pages and messages over HTTP and WebSocket, on one port, with one thread.
 #pragma once
 
 #include <atomic>
@@ -17,32 +17,32 @@
 
 namespace scanknit {
 
-/// What is served. For the server's thread only, but for what is atomic or a queue.
+/// The data that is served. For the server's thread only, except the atomic members and queues.
 struct ViewHub {
   ViewScene scene;
-  std::map<std::string, std::filesystem::path> files;  ///< that can be downloaded, by name
-  std::vector<ViewBytes> announcements;                ///< texts that each client is still to be told
+  std::map<std::string, std::filesystem::path> files;  ///< files that can be downloaded, by name
+  std::vector<ViewBytes> announcements;                ///< texts that must still be sent to every client
   BoundedQueue<ViewCommand> commands{64};
-  std::string refusal;  ///< what commands are answered with; empty: they are taken
+  std::string refusal;  ///< the answer to all commands; empty: commands are accepted
   std::atomic<std::size_t> clients = 0;
 };
 
 class ViewServer {
  public:
-  /// As LiveView::start(). `hello` is what every client is told first.
+  /// Like LiveView::start(). `hello`: the first message for every client.
   [[nodiscard]] static Result<std::unique_ptr<ViewServer>> start(const LiveViewOptions& options, ViewBytes hello);
 
-  /// Gives the clients up to two seconds to receive the last messages, and ends as soon as all have.
+  /// Waits until all clients have received the last messages, for at most two seconds.
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;
   ViewServer& operator=(const ViewServer&) = delete;
 
   [[nodiscard]] std::vector<std::string> links() const;
 
-  /// Has the server's thread do `change`, and give every client its news. Returns at once.
+  /// Makes the server's thread call `change` and send the changes to all clients. Returns at once.
   void change(std::function<void(ViewHub&)> change);
-  /// Nothing happens when that client has gone.
-  void tell(std::uint64_t client, ViewBytes text);
+  /// Sends a text to one client; does nothing if it has disconnected.
+  void send_to(std::uint64_t client, ViewBytes text);
 
   [[nodiscard]] ViewHub& hub() { return *hub_; }
 
@@ -50,7 +50,7 @@ class ViewServer {
   class Network;
   ViewServer();
   std::unique_ptr<ViewHub> hub_;
-  std::unique_ptr<Network> network_;  // last: its thread uses the hub
+  std::unique_ptr<Network> network_;  // declared last, because its thread uses the hub
 };
 
 }  // namespace scanknit

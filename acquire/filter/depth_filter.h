@@ -1,4 +1,4 @@
-// Depth filters: pure functions from picture to picture.
+// Depth filters: pure functions of a picture.
 #pragma once
 
 #include <Eigen/Core>

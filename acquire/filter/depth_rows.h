@@ -12,7 +12,7 @@
 
 namespace scanknit {
 
-/// What the normals' loop needs to know, in float.
+/// The parameters of the loop for normals, as floats.
 struct NormalContext {
   NormalContext(const CameraIntrinsics& k, const NoiseModel& depth_noise);
 
@@ -25,7 +25,7 @@ struct NormalContext {
 void invert_row(std::span<const float> z_m, float* inverse);
 
 /// Fills in row y: see estimate_normals. `inverse` points to its first pixel in an InverseDepth, whose rows are `pitch`
-/// apart. Zero where no plane is settled.
+/// apart. Zero where no plane was found.
 void find_row_normals(const NormalContext& context, const float* inverse, std::ptrdiff_t pitch, int y,
                       std::span<Eigen::Vector3f> normals);
 

@@ -6,9 +6,9 @@
 
 namespace scanknit {
 
-/// Depth whose point lies apart becomes 0: its mean distance to its `neighbours` nearest points is more than
-/// `std_multiplier` standard deviations above the mean of the frame (Rusu et al. 2008, "Towards 3D point cloud based
-/// object maps for household environments"). neighbours <= 0, or fewer points than that: unchanged.
+/// Sets depth to 0 if the mean distance of its point to the `neighbours` nearest points is more than `std_multiplier`
+/// standard deviations above the frame's mean (Rusu et al. 2008, "Towards 3D point cloud based object maps for
+/// household environments"). neighbours <= 0, or fewer points than that: unchanged.
 [[nodiscard]] DepthImage remove_statistical_outliers(const DepthImage& depth_m, const CameraIntrinsics& intrinsics,
                                                      int neighbours, double std_multiplier);
 

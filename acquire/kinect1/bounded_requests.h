@@ -1,5 +1,5 @@
-// BoundedRequests: an end to waiting for a Kinect that does not answer. libfreenect asks without a time limit, and
-// gives no way to set one.
+// BoundedRequests: limits the wait for a Kinect that does not answer. libfreenect sends requests without a time limit,
+// and has no way to set one.
 #pragma once
 
 #include <chrono>
@@ -8,10 +8,10 @@
 
 namespace scanknit {
 
-/// While it lives, control requests of libusb that this thread makes without a time limit (libusb_control_transfer with
-/// a timeout of 0) have one: `each` for one, and none is begun after they have taken `all` together, nor
-/// after a stop. They end as LIBUSB_ERROR_TIMEOUT. Other threads, and requests with a limit of their own, are left
-/// alone. One at a time in each thread.
+/// During its lifetime, limits the libusb control requests that this thread makes without a time limit
+/// (libusb_control_transfer with a timeout of 0): to `each` for one request, and to `all` for all of them together.
+/// After that, or after a stop, they fail at once. They return LIBUSB_ERROR_TIMEOUT. Does not affect other threads, or
+/// requests with their own limit. One object at a time in each thread.
 class BoundedRequests {
  public:
   BoundedRequests(std::chrono::milliseconds all, std::chrono::milliseconds each, std::stop_token stop = {});
@@ -19,10 +19,9 @@ class BoundedRequests {
   BoundedRequests(const BoundedRequests&) = delete;
   BoundedRequests& operator=(const BoundedRequests&) = delete;
 
-  /// For the request that is about to be made by this thread: nothing, where it is as free as ever; 0, where it must
-  /// not be begun.
+  /// The limit of the next request of this thread: nothing if there is none; 0 if the request must not be sent.
   [[nodiscard]] static std::optional<std::chrono::milliseconds> limit();
-  /// One was not answered: no other is begun.
+  /// To be called when a request was not answered: no other request is sent.
   static void give_up();
 
  private:

@@ -16,15 +16,15 @@ inline constexpr std::uint16_t kKinect1Vendor = 0x045e;
 /// Cameras of the Kinect for Xbox 360 and of the Kinect for Windows.
 inline constexpr std::array<std::uint16_t, 2> kKinect1Products = {0x02ae, 0x02bf};
 
-/// True for the camera of a first Kinect; its motor and microphones are devices of their own.
+/// True for the camera of a first Kinect; its motor and microphones are separate devices.
 [[nodiscard]] bool is_kinect1(const UsbDeviceInfo& device);
 
-/// The `index`-th Kinect among those plugged in, counting from 0 by bus and address. Its URI has the serial number, or
-/// the index where there is none: some Kinects have a serial number of zeros only.
+/// Describes the `index`-th Kinect that is plugged in, from 0, by bus and address. The URI has the serial number, or
+/// the index if there is none: some Kinects have only zeros there.
 [[nodiscard]] DeviceInfo describe_kinect1(const UsbDeviceInfo& device, int index);
 
-/// Depth comes in millimetres, moved into the colour camera by the Kinect's own tables, so that both have one place and
-/// one set of intrinsics. `info`: describe_kinect1()'s. Errors (kDevice): absent, forbidden, in use.
+/// Opens a Kinect. Depth comes in millimetres, registered to the colour camera by the Kinect's own tables, so that both
+/// have the same pose and intrinsics. `info`: from describe_kinect1(). Errors (kDevice): absent, no permission, in use.
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& device, DeviceInfo info,
                                                                  const DeviceOptions& options);
 

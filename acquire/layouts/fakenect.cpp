@@ -1,4 +1,7 @@
 // Dumps of libfreenect's recorder (fakenect-record), and ours: INDEX.txt, d-HOST-DEVICE.pgm, r-HOST-DEVICE.ppm.
+
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -72,7 +75,7 @@ Result<RawFrame> parse_pnm(std::span<const std::byte> bytes, StreamKind kind, co
     return side && *side >= 1 && *side <= 65535 && *side == std::floor(*side);
   };
   if (!is_side(width) || !is_side(height) || *width * *height > static_cast<double>(limits.max_image_pixels)) {
-    return Error{ErrorCode::kInput, std::string("expected a header ") + magic + " WIDTH HEIGHT " + highest};
+    return Error{ErrorCode::kInput, fmt::format("expected a header {} WIDTH HEIGHT {}", magic, highest)};
   }
   RawFrame frame;
   frame.profile = {kind, is_depth ? PixelFormat::kZ16 : PixelFormat::kRgb8, static_cast<int>(*width),

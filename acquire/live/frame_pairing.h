@@ -1,4 +1,4 @@
-// Pairing: which colour picture belongs to which depth picture.
+// Pairs each depth picture with its colour picture.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,12 @@
 
 namespace scanknit {
 
-/// How far apart in device time depth and its colour may be: half a colour period (of 30 a second when unknown).
+/// The largest difference in device time between depth and its colour: half a colour period (at 30 a second if
+/// unknown).
 [[nodiscard]] std::int64_t pairing_reach_ns(const StreamProfile& colour);
 
-/// The index of the time nearest to `time_ns` (the earlier of two equally near) that is not farther than `reach_ns`.
-/// `times_ns` ascend.
+/// The index of the time nearest to `time_ns` (the earlier of two equally near ones) within `reach_ns`. `times_ns`
+/// ascend.
 [[nodiscard]] std::optional<std::size_t> nearest_in_time(std::span<const std::int64_t> times_ns, std::int64_t time_ns,
                                                          std::int64_t reach_ns);
 
@@ -24,24 +25,24 @@ struct RawPair {
   std::optional<RawFrame> colour;
 };
 
-/// The same rule while pictures arrive. Each stream comes in the order of its device time, the two in any order; a
-/// picture that is not later than the one before it in its stream is left out of the pairing (colour) or paired as it
-/// is (depth). One colour picture may serve several depth pictures. Not thread-safe.
+/// Applies the same rule to arriving pictures. Each stream arrives in the order of its device time; the order between
+/// streams does not matter. A picture that is not later than its predecessor is not used (colour), or paired by its own
+/// time (depth). One colour picture may belong to several depth pictures. Not thread-safe.
 class FramePairing {
  public:
-  /// Without a colour stream every depth picture is settled at once.
+  /// Without a colour stream, next() gives every depth picture at once.
   explicit FramePairing(bool has_colour) : has_colour_(has_colour) {}
 
-  /// Whether colour is to be waited for from now on: its stream may end before that of depth, and come back.
+  /// Sets whether to wait for colour from now on: the colour stream may end before that of depth, and return.
   void expect_colour(bool is_expected) { has_colour_ = is_expected; }
 
   void add(RawFrame frame);
 
-  /// The next depth picture whose colour is settled: a colour picture at or after its time has come, or none is to be
-  /// expected any more because three depth pictures wait.
+  /// The next depth picture whose colour is decided: a colour picture at or after its time has arrived, or three depth
+  /// pictures wait, so that none is expected.
   [[nodiscard]] std::optional<RawPair> next();
 
-  /// The same at the end of the streams: nothing is waited for.
+  /// The same at the end of the streams, without waiting for colour.
   [[nodiscard]] std::optional<RawPair> next_at_end();
 
  private:

@@ -1,4 +1,4 @@
-// LiveSource: a scanner as a source of frames, while it streams.
+// LiveSource: a source of frames from a streaming scanner.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@
 
 namespace scanknit {
 
-/// What is streamed, and what is known of it.
+/// The streams of a scanner, and their calibration.
 struct LiveScanner {
   std::unique_ptr<DeviceSource> device;
   std::vector<StreamProfile> streams;
@@ -30,16 +30,16 @@ struct LiveScanner {
 
 struct LiveOptions {
   PoseMode poses = PoseMode::kTrack;  ///< kTrack or kStill
-  std::optional<std::size_t> frames;  ///< depth pictures after which it ends
-  std::optional<double> seconds;      ///< ... or so long after the first
-  bool survives_unplugging = true;    ///< the device comes back by itself (DeviceOptions::reconnect_s), or fails
-  EventSink on_event;                 ///< called by next(), not on a thread of the scanner
-  /// The same, once, when the recorder has stopped; the frames go on.
+  std::optional<std::size_t> frames;  ///< ends after so many depth pictures
+  std::optional<double> seconds;      ///< ends so long after the first picture
+  bool survives_unplugging = true;    ///< the device reconnects (DeviceOptions::reconnect_s) or fails by itself
+  EventSink on_event;                 ///< next() calls it, not a thread of the scanner
+  /// Called once in the same way when the recorder has stopped; frames still come.
   std::function<void(const Error&)> on_recorder_failure = {};
 };
 
-/// Whoever asks for frames gets the newest: those that came meanwhile are dropped (DropReason::kQueue), so that what is
-/// shown and tracked is what the scanner sees now. The recorder has them all.
+/// next() gives the newest frame and drops those that came before it in the meantime (DropReason::kQueue), so that the
+/// view and tracking show what the scanner sees now. The recorder gets all frames.
 class LiveSource final : public FrameSource {
  public:
   /// Starts the scanner. `recorder` may be null and outlives this. Errors (kDevice): it cannot be started.
@@ -56,7 +56,7 @@ class LiveSource final : public FrameSource {
   /// Why the scanner sends no more frames; nothing while it does.
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
 
-  /// Of all streams since the start; the recorder's are its own.
+  /// The losses of all streams since the start, without those of the recorder.
   [[nodiscard]] LossCounters losses() const;
 
  private:
@@ -79,13 +79,13 @@ class LiveSource final : public FrameSource {
   // Shared with the scanner's threads.
   BoundedQueue<RawFrame> queue_;
   std::atomic<std::uint64_t> lost_in_queue_ = 0;
-  std::size_t depth_taken_ = 0;  // only the scanner's threads touch it, one at a time
+  std::size_t depth_taken_ = 0;  // only the scanner's threads use it, one at a time
   std::mutex events_mutex_;
   std::vector<DeviceEvent> events_;
 
   FramePairing pairing_;
   std::deque<FrameDropped> skipped_;
-  std::optional<RawPair> ready_;  ///< came while somebody waited
+  std::optional<RawPair> ready_;  ///< came while wait() was waiting
   std::size_t pictures_ = 0;
   std::optional<std::chrono::steady_clock::time_point> first_at_;
   std::chrono::steady_clock::time_point losses_at_{};
@@ -93,7 +93,7 @@ class LiveSource final : public FrameSource {
   std::optional<std::int64_t> last_timestamp_ns_;
   std::optional<Error> failure_;
 
-  std::unique_ptr<DeviceSource> device_;  // last: its threads use the others
+  std::unique_ptr<DeviceSource> device_;  // declared last, because its threads use the other members
 };
 
 }  // namespace scanknit

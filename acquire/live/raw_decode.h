@@ -1,4 +1,4 @@
-// From a scanner's bytes to a Frame. Live capture and the replay of its recording both come through here.
+// Decodes a scanner's bytes to a Frame, both in live capture and in the replay of a recording.
 #pragma once
 
 #include "acquire/raw_frame.h"
@@ -17,10 +17,10 @@ namespace scanknit {
 /// (kInput, without `where`): Z16, not width x height pixels, truncated or corrupt, beyond the limits.
 [[nodiscard]] Result<ColourImage> decode_raw_colour(const RawFrame& frame, const Limits& limits);
 
-/// The frame of a depth picture and the colour picture that belongs to it (or null): decoded, straightened, with its
-/// cameras, the depth picture's sequence number and the camera's clock. Without a colour camera in `calibration`,
-/// colour is taken to be registered to depth. Pose and normals are left empty. Errors: see above; a picture of another
-/// size than its camera's; no depth camera.
+/// Makes the frame of a depth picture and its colour picture (or null): decoded, undistorted, with its cameras, the
+/// depth picture's sequence number and the camera's clock. Without a colour camera in `calibration`, colour counts as
+/// registered to depth. Pose and normals stay empty. Errors: see above; a picture whose size differs from its camera's;
+/// no depth camera.
 [[nodiscard]] Result<Frame> decode_raw_frame(const RawFrame& depth, const RawFrame* colour,
                                              const RawCalibration& calibration, const Limits& limits);
 

@@ -1,4 +1,4 @@
-// AppendFile: a file that only grows, and holds whole pieces at any moment.
+// AppendFile: a file that only grows, and that has only complete pieces at any time.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace scanknit {
 
 class AppendFile {
  public:
-  /// Errors (kOutput): a file of this name is there already (a recording cannot be made twice), or the system's reason.
+  /// Errors (kOutput): a file of this name exists already (a recording cannot be made twice), or the system's reason.
   [[nodiscard]] static Result<AppendFile> create(const std::filesystem::path& path);
 
   AppendFile(AppendFile&& other) noexcept;
@@ -21,7 +21,8 @@ class AppendFile {
   AppendFile& operator=(const AppendFile&) = delete;
   ~AppendFile();
 
-  /// All of `bytes` in one system call as a rule, or none: what a full disk cut off is taken back. Errors: kOutput.
+  /// Appends all of `bytes`, normally in one system call, or none: removes a part that was written before the disk was
+  /// full. Errors: kOutput.
   [[nodiscard]] Result<void> append(std::span<const std::byte> bytes);
 
   /// Waits until what has been appended survives a power cut. May be called while another thread appends.
@@ -29,9 +30,9 @@ class AppendFile {
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
-  /// False when another file, or none, has the path by now: nobody would find what is appended.
+  /// False when the path has no file, or another one, by now: appended data would be lost.
   [[nodiscard]] bool is_in_place() const;
-  /// Takes it away, if it is in its place.
+  /// Deletes the file, if it is still at its path.
   void remove() const;
 
  private:
@@ -42,7 +43,7 @@ class AppendFile {
   std::uint64_t size_ = 0;
 };
 
-/// Some program has an AppendFile there.
+/// True when any program has an AppendFile at this path.
 [[nodiscard]] bool is_being_appended(const std::filesystem::path& path);
 
 }  // namespace scanknit

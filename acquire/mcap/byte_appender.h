@@ -1,4 +1,4 @@
-// ByteAppender: ByteReader's other half. Numbers and texts as bytes, little endian.
+// ByteAppender: writes what ByteReader reads: numbers and texts as bytes, little endian.
 #pragma once
 
 #include <bit>
@@ -26,13 +26,13 @@ class ByteAppender {
 
   void append(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
 
-  /// Its length in 32 bits, then its bytes.
+  /// Appends its length in 32 bits, then its bytes.
   void text(std::string_view text) {
     little_endian(static_cast<std::uint32_t>(text.size()));
     append(std::as_bytes(std::span(text)));
   }
 
-  /// Overwrites what is already there: at + sizeof(T) <= size.
+  /// Overwrites existing bytes: at + sizeof(T) <= size.
   template <typename T>
   void put(std::size_t at, T value) {
     std::byte raw[sizeof(T)];

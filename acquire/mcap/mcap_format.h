@@ -1,4 +1,5 @@
-// MCAP: a container of time-stamped messages, https://mcap.dev/spec (major version 0). What writer and reader share.
+// MCAP: a container of time-stamped messages, https://mcap.dev/spec (major version 0). The parts that writer and reader
+// share.
 #pragma once
 
 #include <array>
@@ -32,7 +33,7 @@ enum class McapOp : std::uint8_t {
 inline constexpr std::size_t kMcapRecordHeader = 1 + 8;           // opcode, length of what follows
 inline constexpr std::size_t kMcapMessageHeader = 2 + 4 + 8 + 8;  // channel, sequence, log time, publish time
 
-/// How the messages of a channel are to be understood. `id` > 0.
+/// The meaning of a channel's messages. `id` > 0.
 struct McapSchema {
   std::uint16_t id = 0;
   std::string name;
@@ -53,16 +54,16 @@ struct McapChannel {
 void append_schema(const McapSchema& schema, std::vector<std::byte>& bytes);
 void append_channel(const McapChannel& channel, std::vector<std::byte>& bytes);
 
-/// From the content of a record. Nothing: truncated, or with the id 0 (schema).
+/// Parses the content of a record. Nothing: it is truncated, or a schema with the id 0.
 [[nodiscard]] std::optional<McapSchema> parse_schema(std::span<const std::byte> content);
 [[nodiscard]] std::optional<McapChannel> parse_channel(std::span<const std::byte> content);
 
-/// A record whose length is filled in when its content is there.
+/// A record whose length is set when its content is complete.
 class McapRecord {
  public:
   /// Begins a record at the end of `bytes`, which outlives this.
   McapRecord(McapOp op, std::vector<std::byte>& bytes);
-  /// `bytes` end with the record's content.
+  /// Sets the length. `bytes` end with the record's content.
   void close();
 
  private:

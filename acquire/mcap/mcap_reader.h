@@ -17,7 +17,7 @@
 
 namespace scanknit {
 
-/// Where a message lies, and what its header says. The header has not met its chunk's CRC yet.
+/// The place of a message, and its header. The chunk's CRC has not been checked yet.
 struct McapMessagePlace {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
@@ -28,11 +28,11 @@ struct McapMessagePlace {
   std::uint64_t length = 0;  ///< of the data
 };
 
-/// Not thread-safe. The file may be torn or damaged: what is whole before and after that is found. Neither summary nor
-/// message indexes are looked at. Chunks: uncompressed or zstd.
+/// Not thread-safe. The file may be truncated or damaged: finds all complete chunks before and after the damage. Does
+/// not use the summary or the message indexes. Chunks: uncompressed or zstd.
 class McapReader {
  public:
-  /// Walks from record to record and opens no message. Errors (kInput, without `where`): not an MCAP file, more
+  /// Goes from record to record without reading any message. Errors (kInput, without `where`): not an MCAP file, more
   /// messages than `limits.max_frames`.
   [[nodiscard]] static Result<McapReader> open(std::unique_ptr<RandomAccess> file, const Limits& limits);
 
@@ -47,8 +47,8 @@ class McapReader {
   /// limits, unreadable or damaged.
   [[nodiscard]] Result<std::span<const std::byte>> read(const McapMessagePlace& message);
 
-  /// What is wrong with the file as a whole, in words: it ends early, some of its chunks cannot be walked. Nothing when
-  /// it ends as it should.
+  /// The fault of the file as a whole, as text: it ends early, or some of its chunks cannot be read. Nothing if the
+  /// file is complete.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
 
  private:
@@ -65,7 +65,7 @@ class McapReader {
   };
   struct LoadedChunk {
     std::uint32_t index = 0;
-    std::uint64_t used = 0;  // when it was last asked for
+    std::uint64_t used = 0;  // when it was last used
     std::optional<Result<std::vector<std::byte>>> records;
   };
 
@@ -73,7 +73,7 @@ class McapReader {
 
   [[nodiscard]] static std::optional<Record> record_at(const RandomAccess& bytes, std::uint64_t at, std::uint64_t end);
   [[nodiscard]] Result<void> walk_file();
-  /// The beginning of the first good chunk at `from` or later.
+  /// The beginning of the first intact chunk at `from` or later.
   [[nodiscard]] std::optional<std::uint64_t> find_chunk(std::uint64_t from);
   [[nodiscard]] bool is_whole_chunk(std::uint64_t at);
   /// False: damaged.
@@ -93,9 +93,9 @@ class McapReader {
   std::vector<Chunk> chunks_;
   std::vector<McapMessagePlace> messages_;
   std::optional<std::string> fault_;
-  std::array<LoadedChunk, 2> cache_;  // depth and its colour may lie on either side of a chunk's end
+  std::array<LoadedChunk, 2> cache_;  // depth and its colour may be in two successive chunks
   std::uint64_t reads_ = 0;
-  int trials_ = 0;  // chunks unpacked while looking for the next good one
+  int trials_ = 0;  // chunks unpacked in the search for the next intact one
 };
 
 /// True when the file begins as an MCAP file does.

@@ -1,4 +1,4 @@
-// McapWriter: messages in chunks that stand for themselves, each handed on in one piece.
+// McapWriter: writes messages in self-contained chunks, each in one piece.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace scanknit {
 
-/// Takes all bytes or none, at the end of what it took before.
+/// Appends all bytes or none.
 using ByteSink = std::function<Result<void>(std::span<const std::byte>)>;
 
 struct McapMessage {
@@ -24,27 +24,27 @@ struct McapMessage {
   std::span<const std::byte> data;
 };
 
-/// Every chunk repeats the schemas and channels, so that it can be read when all others are lost. Chunks are not
-/// compressed: their messages are. Not thread-safe.
+/// Every chunk repeats the schemas and channels, so that it can be read if all others are lost. Messages are
+/// compressed, chunks are not. Not thread-safe.
 class McapWriter {
  public:
   McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vector<McapChannel> channels);
 
-  /// Magic and header: once, before all else.
+  /// Writes magic and header. To be called once, first.
   [[nodiscard]] Result<void> begin();
 
-  /// Into the chunk that is being filled; nothing is written.
+  /// Adds the message to the current chunk; writes nothing.
   void add(const McapMessage& message);
 
   /// Bytes and messages that a flush would write.
   [[nodiscard]] std::size_t waiting_bytes() const { return messages_ == 0 ? 0 : chunk_.size(); }
   [[nodiscard]] std::uint64_t waiting_messages() const { return messages_; }
 
-  /// The chunk in one call of the sink. When that fails the chunk is lost, what was written before is whole, and the
-  /// writer can go on.
+  /// Writes the chunk with one call of the sink. If that fails, the chunk is lost; everything written before is intact,
+  /// and the writer can continue.
   [[nodiscard]] Result<void> flush();
 
-  /// The last chunk, the summary and the end. After this the object is spent.
+  /// Writes the last chunk, the summary and the end. The object must not be used after this.
   [[nodiscard]] Result<void> finish();
 
  private:
@@ -70,7 +70,7 @@ class McapWriter {
   std::vector<McapSchema> schemas_;
   std::vector<McapChannel> channels_;
   std::uint64_t offset_ = 0;      // of the next byte in the file
-  std::vector<std::byte> chunk_;  // the record that is being filled, from its opcode on
+  std::vector<std::byte> chunk_;  // the current record, from its opcode on
   std::uint64_t messages_ = 0;    // in chunk_
   std::uint64_t begin_ns_ = 0, end_ns_ = 0;
   std::map<std::uint16_t, std::vector<IndexEntry>> index_;  // of chunk_

@@ -1,4 +1,4 @@
-// RandomAccess: bytes at any place of a file that need not fit into memory.
+// RandomAccess: reads bytes at any position of a file, which need not fit into memory.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@ class RandomAccess {
   virtual ~RandomAccess() = default;
   [[nodiscard]] virtual std::uint64_t size() const = 0;
 
-  /// Fills `to` with the bytes from `offset` on; false when not all of them are there or can be read.
+  /// Fills `to` with the bytes from `offset` on; false when some of them do not exist or cannot be read.
   [[nodiscard]] virtual bool read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 };
 
-/// A file, read by pread. A file that grows or shrinks meanwhile does no harm. Errors (kInput): not there, not a
-/// regular file, no permission.
+/// Opens a file, read with pread. The file may grow or shrink meanwhile. Errors (kInput): it does not exist, is not a
+/// regular file, or has no permission.
 [[nodiscard]] Result<std::unique_ptr<RandomAccess>> open_random_access(const std::filesystem::path& path);
 
 /// Bytes in memory, which outlive it.

@@ -1,4 +1,4 @@
-// A camera of an OpenNI2 driver (Xtion, Carmine), or an .oni file that its player shows, as a DeviceSource. Part of the
+// A camera of an OpenNI2 driver (Xtion, Carmine), or an .oni file in OpenNI2's player, as a DeviceSource. Part of the
 // module, not of the room's library.
 #pragma once
 
@@ -12,8 +12,8 @@ namespace scanknit {
 
 [[nodiscard]] Result<std::vector<DeviceInfo>> list_openni2_cameras();
 
-/// Depth in the camera's units, moved into the colour camera where the driver can do that; the left side on the left.
-/// Intrinsics come from the field of view that the driver states. Errors (kDevice): the library does not start, or the
+/// Opens a camera. Depth is in the camera's units, registered to the colour camera if the driver can do that, and not
+/// mirrored. Intrinsics come from the driver's field of view. Errors (kDevice): the library does not start, or the
 /// camera cannot be opened or has no depth.
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_openni2_camera(const std::string& uri,
                                                                         const DeviceOptions& options);

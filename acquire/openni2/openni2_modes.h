@@ -1,21 +1,21 @@
-// What a camera of OpenNI2's offers.
+// The video modes of an OpenNI2 camera.
 #pragma once
 
 #include <vector>
 
 #include "acquire/raw_frame.h"
 
-struct _OniDevice;  // OpenNI2's own, of its handle of a device
+struct _OniDevice;  // OpenNI2's type for a device
 
 namespace scanknit {
 
-/// What we can use of a video mode: all but the library's own pixel format is in the profile.
+/// A video mode that we can use. The profile has everything except the library's own pixel format.
 struct OniMode {
   int pixel_format = 0;  ///< OniPixelFormat
   StreamProfile profile;
 };
 
-/// Each profile once: millimetres come before tenths, which reach 6.5 m only.
+/// Lists each profile once. Prefers millimetres to tenths of a millimetre, which reach only 6.5 m.
 [[nodiscard]] std::vector<OniMode> modes_of(_OniDevice* device, StreamKind kind);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// The OpenNI2 driver is a module of its own, libscanknit_openni2.so: nothing else needs libOpenNI2.
+// The OpenNI2 driver is a separate module, libscanknit_openni2.so: nothing else needs libOpenNI2.
 #pragma once
 
 #include <memory>
@@ -32,7 +32,7 @@ inline constexpr const char* kOpenNi2Prefix = "openni2:";
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_openni2(const std::string& uri, const DeviceOptions& options,
                                                                  const std::stop_token& stop);
 
-/// Cameras of the plugin; none where it cannot be loaded.
+/// The plugin's cameras; none if it cannot be loaded.
 [[nodiscard]] std::vector<DeviceInfo> list_openni2();
 
 }  // namespace scanknit

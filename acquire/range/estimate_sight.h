@@ -1,4 +1,4 @@
-// Along which lines a scanner looked, read off its grid.
+// Estimates a scanner's lines of sight from its grid.
 #pragma once
 
 #include "core/image.h"
@@ -6,8 +6,9 @@
 
 namespace scanknit {
 
-/// For a scanner that looks along -z. Where the points of a row (a column) lie on a line in y and z (x and z), that
-/// line is the row's line of sight; the lines of all rows give the slit. Parallel along an axis where they do not.
+/// For a scanner that looks along -z. If the points of a row (a column) lie on a line in y and z (x and z), that line
+/// is the row's line of sight, and the lines of all rows give the slit. If they do not, the lines are parallel along
+/// that axis.
 [[nodiscard]] SightLines estimate_sight(const Image<Eigen::Vector3f>& points_m);
 
 }  // namespace scanknit

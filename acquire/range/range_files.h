@@ -20,7 +20,7 @@ struct PointCloud {
   std::vector<Rgb8> colours;             ///< empty, or one a point
 };
 
-/// What one file holds. A PTX may hold several scans.
+/// The content of one file. A PTX may have several scans.
 struct RangeFile {
   std::vector<RangeScan> scans;
   std::vector<PointCloud> clouds;
@@ -47,7 +47,7 @@ struct RangeFile {
 
 /// One scan of a .conf.
 struct NamedScan {
-  std::string file;  ///< as it is named
+  std::string file;  ///< as the .conf names it
   Pose T_world_scan;
   std::size_t line;
 };

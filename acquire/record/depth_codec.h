@@ -1,4 +1,4 @@
-// The depth codec "dz1": lossless, made for what depth pictures are like.
+// The lossless depth codec "dz1", designed for the statistics of depth pictures.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace scanknit {
 /// and that as one zstd frame of level 1.
 [[nodiscard]] std::vector<std::byte> encode_depth(std::span<const std::byte> z16);
 
-/// The 2 * `pixels` bytes that were encoded. The caller has checked `pixels` against the limits. Errors (kInput,
-/// without `where`): another number of pixels, truncated, corrupt.
+/// Decodes 2 * `pixels` bytes. The caller has checked `pixels` against the limits. Errors (kInput, without `where`):
+/// another number of pixels, truncated, corrupt.
 [[nodiscard]] Result<std::vector<std::byte>> decode_depth(std::span<const std::byte> packed, std::size_t pixels);
 
 }  // namespace scanknit

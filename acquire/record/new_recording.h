@@ -1,4 +1,4 @@
-// The name of a file that is about to be written.
+// Checks the name of a recording before it is written.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace scanknit {
 
-/// Recordings are not overwritten. Errors (kOutput): something of this name is there already; `remedy` is what the
-/// message advises.
+/// Recordings are never overwritten. Errors (kOutput): something of this name exists already; the message ends with
+/// `remedy`.
 [[nodiscard]] Result<void> check_is_new_recording(const std::filesystem::path& path,
                                                   std::string_view remedy = "give another -o");
 

@@ -1,4 +1,4 @@
-// Recorder: keeps what a scanner sends, while it sends it.
+// Recorder: writes a scanner's frames to a file while they arrive.
 #pragma once
 
 #include <atomic>
@@ -21,21 +21,21 @@
 namespace scanknit {
 
 struct RecorderConfig {
-  std::size_t queue_frames = 128;  ///< that wait for the disk: two seconds of two streams at 30 frames a second
+  std::size_t queue_frames = 128;  ///< that may wait for the disk: two seconds of two streams at 30 frames a second
 };
 
 struct RecorderSummary {
-  std::uint64_t frames = 0;  ///< in the file
-  std::uint64_t bytes = 0;   ///< of the file
-  std::uint64_t lost = 0;    ///< frames that could not be kept
+  std::uint64_t frames = 0;  ///< frames in the file
+  std::uint64_t bytes = 0;   ///< size of the file
+  std::uint64_t lost = 0;    ///< frames that could not be written
 };
 
-/// Writes a file that `open_recording` reads, on a thread of its own named `record`. Whatever happens to the process,
-/// what is older than a second is in the file; a second thread makes it survive a power cut as well. All members may be
-/// called from any thread, `finish` once.
+/// Writes a file for `open_recording`, on its own thread named `record`. If the process is killed, the file has
+/// everything older than a second; a second thread makes that survive a power cut, too. Any thread may call the
+/// members; call `finish` once.
 class Recorder {
  public:
-  /// Errors (kOutput): the file is there already, or cannot be made.
+  /// Errors (kOutput): the file exists already, or cannot be made.
   [[nodiscard]] static Result<std::unique_ptr<Recorder>> create(const std::filesystem::path& path,
                                                                 const RawCalibration& calibration,
                                                                 const RecorderConfig& config = {});
@@ -43,21 +43,21 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Never waits: when the disk is too slow or full, the frame is counted as lost.
+  /// Never waits: if the disk is too slow or full, counts the frame as lost.
   void record(RawFrame frame);
 
-  /// What the scanner has lost so far; it is written once a second with our own losses.
+  /// Sets the scanner's losses so far; they are written once a second, together with the recorder's.
   void note_losses(const LossCounters& scanner);
 
-  /// Frames that could not be kept: LossCounters::writer.
+  /// Frames that could not be written: LossCounters::writer.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
-  /// Why recording has stopped (disk full, for instance); nothing while all is well. The file is then whole up to
+  /// Why recording has stopped, for example because the disk is full; nothing while it works. The file is intact up to
   /// there.
   [[nodiscard]] std::optional<Error> failure() const;
 
-  /// Writes what is waiting, and the summary. A file without a picture is removed. Errors (kOutput): recording stopped
-  /// early, with what is in the file; the file is not where it was made.
+  /// Writes the waiting frames and the summary. Removes a file without a picture. Errors (kOutput): recording stopped
+  /// early (the message says what the file has); the file is no longer at its path.
   [[nodiscard]] Result<RecorderSummary> finish();
 
  private:
@@ -76,11 +76,11 @@ class Recorder {
   BoundedQueue<RawFrame> queue_;
   std::atomic<std::uint64_t> lost_ = 0;
   std::atomic<bool> has_failed_ = false;
-  mutable std::mutex mutex_;  // of the next two
+  mutable std::mutex mutex_;  // protects the next two
   std::optional<Error> failure_;
   LossCounters scanner_;
 
-  // Of the thread `record` alone.
+  // Only for the thread `record`.
   std::uint64_t frames_written_ = 0;
   std::int64_t next_losses_ns_ = 0;
   std::optional<std::chrono::steady_clock::time_point> oldest_waiting_;

@@ -1,4 +1,5 @@
-// What a recording's channels are called and what their messages say; the texts that let a stranger read them.
+// The names of a recording's channels, the content of their messages, and the schemas with which other programs can
+// read them.
 #pragma once
 
 #include <optional>
@@ -18,7 +19,7 @@ inline constexpr const char* kCalibrationTopic = "scanknit.calibration";
 inline constexpr const char* kLossesTopic = "scanknit.losses";
 inline constexpr const char* kPoseTopic = "scanknit.pose";
 
-/// Ids of the channels in a file of ours. Readers go by topic.
+/// The channels' ids in our files. Readers use the topics.
 enum class RecordingChannel : std::uint16_t { kDepth = 1, kColour = 2, kCalibration = 3, kLosses = 4, kPose = 5 };
 
 [[nodiscard]] std::vector<McapSchema> recording_schemas();

@@ -1,4 +1,4 @@
-// RecordingWriter: raw frames, and what explains them, as the messages of an MCAP file.
+// RecordingWriter: writes raw frames and their calibration as messages of an MCAP file.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace scanknit {
 
-/// Not thread-safe. A failed call lost what was waiting (see frames_waiting); what was written before is whole.
+/// Not thread-safe. A failed call loses the waiting frames (see frames_waiting); everything written before is intact.
 class RecordingWriter {
  public:
   RecordingWriter(ByteSink sink, RawCalibration calibration);
 
   [[nodiscard]] Result<void> begin() { return mcap_.begin(); }
 
-  /// Into the chunk that is being filled; a chunk of a mebibyte or of 0.4 s of host time is written. The calibration
-  /// goes into the first two chunks, one of which may be damaged, and is repeated every ten seconds of host time.
+  /// Adds the frame to the current chunk, which is written when it has a mebibyte or 0.4 s of host time. The
+  /// calibration is in the first two chunks, in case one is damaged, and again every ten seconds of host time.
   [[nodiscard]] Result<void> write(const RawFrame& frame);
 
-  /// `at` gives the times. The pose of the depth picture `at.sequence`.
+  /// Writes the pose of the depth picture `at.sequence`; `at` gives the times.
   void write_pose(const RawFrame& at, const Pose& T_world_camera);
   void write_losses(std::int64_t host_ns, const LossCounters& losses);
 

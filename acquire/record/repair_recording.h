@@ -1,4 +1,4 @@
-// Mending a torn recording.
+// Repairs a truncated or damaged recording.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 namespace scanknit {
 
 struct RepairSummary {
-  std::uint64_t messages = 0;        ///< kept
-  std::uint64_t lost = 0;            ///< seen, but in a chunk whose checksum is wrong
-  std::optional<std::string> fault;  ///< what was wrong with the file; nothing: it was whole
+  std::uint64_t messages = 0;        ///< messages kept
+  std::uint64_t lost = 0;            ///< messages in chunks with a wrong checksum
+  std::optional<std::string> fault;  ///< the fault of the file; nothing: it was intact
 };
 
-/// Writes every message of the MCAP file `input` whose chunk is whole, with index and summary, to `output`, which may
-/// be `input` itself: the old file stays until the new one is complete. Any MCAP file; its attachments and metadata are
-/// not kept (recordings of ours have none). Errors: kInput (no MCAP file, not one whole message, or `output` is `input`
-/// while it is still being recorded), kOutput (also when `output` is another file that is there already).
+/// Writes every message in an intact chunk of the MCAP file `input`, with index and summary, to `output`, which may be
+/// `input` itself: the old file stays until the new one is complete. Takes any MCAP file, but drops attachments and
+/// metadata (our recordings have none). Errors: kInput (no MCAP file, no intact message, or `output` is `input` and is
+/// still being recorded), kOutput (also when `output` is another file that exists already).
 [[nodiscard]] Result<RepairSummary> repair_recording(const std::filesystem::path& input,
                                                      const std::filesystem::path& output, const Limits& limits);
 

@@ -1,4 +1,4 @@
-// Cameras in files: 3x3 text matrices and Open3D's JSON.
+// Reads camera files: 3x3 text matrices and Open3D's JSON.
 #pragma once
 
 #include <filesystem>
@@ -24,10 +24,10 @@ namespace scanknit {
                                                                   const Limits& limits);
 
 /// The key "depth_scale" of camera_intrinsic.json in `folder` (raw units per metre, 1 to 10,000,000), which our writers
-/// add and Open3D does not mind. Nothing when it is not there.
+/// add and Open3D ignores. Nothing when it is missing.
 [[nodiscard]] std::optional<double> find_depth_scale(const std::filesystem::path& folder, const Limits& limits);
 
-/// The error that says how to give the camera.
+/// The error for a missing camera; it says how to give one.
 [[nodiscard]] Error missing_camera(const std::filesystem::path& folder);
 
 }  // namespace scanknit

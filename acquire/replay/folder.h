@@ -1,4 +1,4 @@
-// Folder: a bounded, ordered look into a directory, and names that must not lead out of it.
+// Folder: a bounded, ordered listing of a directory, and checks of names that must not lead out of it.
 #pragma once
 
 #include <filesystem>
@@ -29,7 +29,7 @@ struct Folder {
 [[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
 
 /// `name`, written in a file of the recording at `folder`, as a path. Dropped (kUnsafePath): absolute, with "..", or
-/// leading out of the folder through a symbolic link. That the file exists is not promised.
+/// leading out of the folder through a symbolic link. The file need not exist.
 [[nodiscard]] OrDrop<std::filesystem::path> resolve_inside(const std::filesystem::path& folder, std::string_view name);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// IndexedSource: plays a Recording. What is the same for every layout happens here.
+// IndexedSource: plays a Recording. It has the code that is common to all layouts.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace scanknit {
 
-/// Selects frames, decodes them, settles camera and pose, and drops what cannot be used. The first picture among the
+/// Selects frames, decodes them, determines camera and pose, and drops unusable frames. The first picture among the
 /// selected frames that can be decoded sets the size that all others must have.
 class IndexedSource final : public FrameSource {
  public:
@@ -33,7 +33,7 @@ class IndexedSource final : public FrameSource {
   RecordingInfo info_;
   bool has_clock_ = false;
   std::size_t next_ = 0;
-  std::size_t last_ = 0;  // included
+  std::size_t last_ = 0;  // inclusive
   bool is_at_end_ = false;
   std::optional<std::int64_t> last_timestamp_ns_;
 };

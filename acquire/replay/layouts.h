@@ -8,8 +8,8 @@
 
 namespace scanknit {
 
-// fits_*: whether the folder's content is of this layout. index_*: its frames; called on a folder that fits. Errors
-// (kInput) name the file. Neither opens a picture.
+// fits_*: true if the folder has this layout. index_*: lists the frames of a folder that fits. Errors (kInput) name the
+// file. Neither opens a picture.
 
 [[nodiscard]] bool fits_seven_scenes(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_seven_scenes(const Folder& folder, const AcquireConfig& config);

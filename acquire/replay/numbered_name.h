@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// The number between `prefix` and `suffix`; nothing when the name is not made that way.
+/// The number between `prefix` and `suffix`; nothing when the name has another form.
 [[nodiscard]] inline std::optional<std::uint64_t> numbered_name(std::string_view name, std::string_view prefix,
                                                                 std::string_view suffix) {
   if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) {

@@ -13,30 +13,30 @@ namespace scanknit {
 
 enum class Pace {
   kFast,      ///< as fast as frames are asked for
-  kRealtime,  ///< by the recording's clock, no frame before its time; a slow reader gets all of them, later
+  kRealtime,  ///< by the recording's clock, no frame before its time; a slow reader gets all frames, but later
   kStepped,   ///< one frame for each call of PaceControl::wait_for_step
 };
 
-/// What became of waiting for a step.
+/// The result of waiting for a step.
 enum class Step {
   kTaken,
   kNotYet,
-  kNoMore,  ///< none will come
+  kNoMore,  ///< no step will come
 };
 
-/// Where the waiting is done; tests have a clock of their own.
+/// The functions that wait; tests use their own clock.
 struct PaceControl {
   std::function<std::chrono::steady_clock::time_point()> now;
-  /// Returns at that time, or at once when stopped.
+  /// Waits until that time, or until stopped.
   std::function<void(std::chrono::steady_clock::time_point, const std::stop_token&)> wait_until;
-  /// Waits for that long at most. kNoMore, also when stopped, ends the source.
+  /// Waits for at most that long. kNoMore, also returned when stopped, ends the source.
   std::function<Step(const std::stop_token&, std::chrono::milliseconds)> wait_for_step;
 };
 
-/// The steady clock; steps that come at once.
+/// Uses the steady clock; every step comes at once.
 [[nodiscard]] PaceControl steady_pace_control();
 
-/// `source` at that pace: the same frames at any of them, so that what is made of them is the same. Realtime: the first
+/// Plays `source` at that pace. Every pace gives the same frames, and therefore the same mesh. Realtime: the first
 /// frame sets both clocks; thirty frames a second where the recording has no clock.
 [[nodiscard]] std::unique_ptr<FrameSource> paced(std::unique_ptr<FrameSource> source, Pace pace, PaceControl control);
 

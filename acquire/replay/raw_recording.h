@@ -1,4 +1,4 @@
-// Recordings of raw frames in one file: how they become the index that every layout builds. Private to the room.
+// Makes the index of a Recording from raw frames in one file. Private to the room.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@
 
 namespace scanknit {
 
-/// What is known of a picture before it is read.
+/// The properties of a picture that are known before it is read.
 struct RawStamp {
   std::uint64_t sequence = 0;
   std::int64_t device_ns = 0;
 };
 
-/// The i-th picture of a stream, counting those of `RawRecording` from 0.
+/// Reads the i-th picture of a stream of `RawRecording`, from 0.
 using ReadRawFrame = std::function<Result<RawFrame>(StreamKind, std::size_t)>;
 
 struct RawRecording {
@@ -38,11 +38,11 @@ struct RawRecording {
 };
 
 /// A frame for each depth picture, with the colour picture nearest to it in the camera's time (live/frame_pairing.h),
-/// decoded as live capture decodes it (live/raw_decode.h). What `config` states of the camera wins.
+/// decoded as live capture decodes it (live/raw_decode.h). The camera of `config` overrides the recording's.
 [[nodiscard]] Recording index_raw_recording(RawRecording raw, const AcquireConfig& config);
 
-// fits_*: whether a file's first bytes are of this kind. index_*: its frames, `path` for messages. Errors (kInput) name
-// it.
+// fits_*: true if the file's first bytes have this format. index_*: lists its frames; `path` is for messages. Errors
+// (kInput) name it.
 
 [[nodiscard]] bool fits_mcap(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_mcap(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,

@@ -21,7 +21,7 @@
 
 namespace scanknit {
 
-/// Why one frame cannot be used, while the recording goes on.
+/// Why one frame cannot be used; the recording continues.
 struct Drop {
   DropReason reason = DropReason::kUnreadable;
   Error error;
@@ -34,23 +34,23 @@ using OrDrop = std::variant<T, Drop>;
   return Drop{reason, Error{ErrorCode::kInput, std::move(message), where.string()}};
 }
 
-/// One frame of a recording: what is known of it before a picture is opened.
+/// One frame of a recording, as known before its pictures are opened.
 struct FrameEntry {
-  std::uint64_t sequence = 0;  ///< the recording's own frame number, else its place
+  std::uint64_t sequence = 0;  ///< the recording's own frame number, else its position
   std::optional<std::int64_t> timestamp_ns = {};
   std::filesystem::path depth = {};
   std::filesystem::path colour = {};      ///< empty: this frame has no colour
   std::filesystem::path confidence = {};  ///< empty: every depth pixel is trusted
-  std::size_t depth_index = 0;            ///< of the picture, where one file holds many
+  std::size_t depth_index = 0;            ///< index of the picture in a file with many pictures
   std::size_t colour_index = 0;
-  std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded one is refused
-  std::optional<CameraIntrinsics> camera = {};      ///< this frame's own, as its decoder wants it
+  std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded pose is invalid
+  std::optional<CameraIntrinsics> camera = {};      ///< this frame's own camera, for its decoder
   std::optional<CameraIntrinsics> colour_camera = {};
-  std::optional<double> depth_scale = {};  ///< raw units per metre, where each frame says so
-  std::optional<Drop> fault = {};          ///< found while indexing: the frame is dropped without being opened
+  std::optional<double> depth_scale = {};  ///< raw units per metre, if each frame has its own
+  std::optional<Drop> fault = {};          ///< found while indexing: the frame is dropped without opening it
 };
 
-/// What a decoder found in a frame's files. Cameras and pose only where the files hold them.
+/// The decoded files of a frame. Cameras and pose only if the files have them.
 struct DecodedFrame {
   DepthImage depth_m;
   ColourImage colour;                                                      ///< empty: none
@@ -73,8 +73,8 @@ struct Recording {
   const char* format = "";
   std::filesystem::path folder = {};
   std::vector<FrameEntry> entries = {};
-  std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: those of the picture
-  double depth_scale = 1000.0;                  ///< raw units per metre, where the entries do not say
+  std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: the size of the picture
+  double depth_scale = 1000.0;                  ///< raw units per metre, for entries without their own
   bool has_metric_depth = false;                ///< depth is floating point; `depth_scale` does not apply
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose

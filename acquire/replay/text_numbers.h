@@ -1,4 +1,4 @@
-// Numbers in text files: lines without comments, words, numbers, times.
+// Parses text files: lines without comments, words, numbers, times.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,21 @@
 namespace scanknit {
 
 struct TextLine {
-  std::size_t number = 0;               ///< counting from 1
+  std::size_t number = 0;               ///< from 1
   std::vector<std::string_view> words;  ///< at least one
 };
 
-/// The lines that say something: blank lines and what follows '#' are left out. Words are parted by blanks, tabs and
-/// carriage returns. The views point into `text`.
+/// The lines without blank ones and without comments ('#' to the end of the line). Blanks, tabs and carriage returns
+/// separate words. The views point into `text`.
 [[nodiscard]] std::vector<TextLine> text_lines(std::string_view text);
 
-/// Every word of `text` as a number; nothing when one is not.
+/// Every word of `text` as a number; nothing if a word is no number.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
 /// Decimal seconds as nanoseconds, without the rounding of a double; nothing when it is no number or out of range.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds_ns(std::string_view word);
 
-/// Sixteen numbers, row by row, as a pose; see pose_from_matrix.
+/// A pose from sixteen numbers, row by row; see pose_from_matrix.
 [[nodiscard]] Result<Pose> pose_from_numbers(const std::vector<double>& row_major);
 
 }  // namespace scanknit

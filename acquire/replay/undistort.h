@@ -1,4 +1,4 @@
-// Undistortion: what a lens bent is straightened once, when a frame is read.
+// Removes lens distortion once, when a frame is read.
 #pragma once
 
 #include "acquire/acquire_config.h"
@@ -7,17 +7,17 @@
 
 namespace scanknit {
 
-/// Where the ideal pixel (u, v) of `camera` lies in the distorted picture: D. C. Brown 1966 / J. G. Fryer and D. C.
-/// Brown 1986, in OpenCV's order of coefficients.
+/// The position of the ideal pixel (u, v) of `camera` in the distorted picture: D. C. Brown 1966 / J. G. Fryer and D.
+/// C. Brown 1986, in OpenCV's order of coefficients.
 [[nodiscard]] Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera,
                                             const Distortion& distortion);
 
-/// The picture that the same camera without distortion would have seen; `camera` has its size. Depth takes the nearest
-/// pixel, since the mean of two depths is a place where nothing is; outside the picture is 0.
+/// The picture of the same camera without distortion; `camera` has its size. Depth takes the nearest pixel, because the
+/// mean of two depths can be a point without any surface; outside of the picture it is 0.
 [[nodiscard]] DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera,
                                    const Distortion& distortion);
 
-/// Colour is interpolated bilinearly; outside the picture is black.
+/// The same for colour, with bilinear interpolation; outside of the picture it is black.
 [[nodiscard]] ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
                                     const Distortion& distortion);
 

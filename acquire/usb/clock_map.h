@@ -1,4 +1,4 @@
-// The camera's clock: its wrapping ticks as nanoseconds that never go back, and what time that is on this computer.
+// The camera's clock: converts its wrapping ticks to nanoseconds that never go back, and to this computer's time.
 #pragma once
 
 #include <cstddef>
@@ -8,12 +8,12 @@
 
 namespace scanknit {
 
-/// host = a + b * device, from pairs of times of which the host's are late by a transport delay that is never negative.
-/// The line is the one below all pairs that is nearest to them in sum (Moon, Skelly, Towsley 1999, "Estimation and
+/// Fits host = a + b * device to pairs of times. The host's times are late by a transport delay that is never negative.
+/// The line is below all pairs, with the least sum of distances to them (Moon, Skelly, Towsley 1999, "Estimation and
 /// removal of clock skew from network delay measurements", section IV): delays push pairs up and do not move it.
 class ClockMap {
  public:
-  /// `device_ns` larger than all before.
+  /// `device_ns` must be larger than all before.
   void add(std::int64_t device_ns, std::int64_t host_ns);
   void clear() { pairs_.clear(); }
 
@@ -27,27 +27,27 @@ class ClockMap {
   };
   struct Line {
     Pair through;
-    double skew;  // b - 1: small, so that no digit of the times is lost
+    double skew;  // b - 1: small, so that no digits of the times are lost
   };
   [[nodiscard]] std::optional<Line> fit() const;
 
-  std::deque<Pair> pairs_;  // of the last frames
+  std::deque<Pair> pairs_;  // pairs of the last frames
 };
 
-/// One thread.
+/// For one thread.
 class DeviceClock {
  public:
   /// `ticks_per_second` >= 1.
   explicit DeviceClock(std::uint32_t ticks_per_second);
 
   struct Stamp {
-    std::int64_t device_ns = 0;  ///< larger than the one before
+    std::int64_t device_ns = 0;  ///< larger than the last one
     bool is_jump = false;        ///< the camera's clock jumped or stood still; the stamp comes from the host's clock
   };
 
-  /// `ticks` wraps at 2^32. Nothing: the frame has no time; the stamp then is this computer's. A clock that runs
-  /// otherwise than this computer's by more than half a second from one frame to the next has jumped; from there on the
-  /// stamps go on as if it had not.
+  /// `ticks` wraps at 2^32. Nothing: the frame has no time, and gets this computer's. If the camera's clock and this
+  /// computer's differ by more than half a second from one frame to the next, the camera's clock has jumped; the stamps
+  /// then continue as if it had not.
   [[nodiscard]] Stamp stamp(std::optional<std::uint32_t> ticks, std::int64_t host_ns);
 
  private:

@@ -1,4 +1,4 @@
-// Which programs have a device file open.
+// Finds the programs that have a device file open.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +18,8 @@ struct DeviceHolder {
                                                               const std::string& port,
                                                               const std::filesystem::path& sysfs = "/sys");
 
-/// Other processes than this one that have one of `nodes` open, as far as we may see: those of other users are hidden.
-/// Without udev, which looks at a device when it is plugged in.
+/// Other processes that have one of `nodes` open, as far as this process may see: those of other users are hidden.
+/// Without udev, which opens a device when it is plugged in.
 [[nodiscard]] std::vector<DeviceHolder> find_holders(const std::vector<std::filesystem::path>& nodes,
                                                      const std::filesystem::path& proc = "/proc");
 

@@ -1,4 +1,4 @@
-// The table of UVC depth cameras: what their descriptors do not say.
+// The table of UVC depth cameras: properties that their descriptors do not have.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ struct CameraQuirk {
   std::uint16_t product = 0;
   std::string_view name;
   double depth_unit_m = 0.001;         ///< metres of one raw unit
-  std::uint32_t ticks_per_second = 0;  ///< of the time stamps; 0: as the descriptors say
+  std::uint32_t ticks_per_second = 0;  ///< of the time stamps; 0: the descriptors' value
   CalibrationReader calibration = CalibrationReader::kNone;
-  std::string_view support = "should work";  ///< docs/devices.md says what the words mean
+  std::string_view support = "should work";  ///< docs/devices.md explains the words
 };
 
-/// The camera's row, or one without vendor for a camera that is not in the table.
+/// The camera's row; a row without vendor for a camera that is not in the table.
 [[nodiscard]] CameraQuirk quirk_of(std::uint16_t vendor, std::uint16_t product);
 
 /// The whole table.

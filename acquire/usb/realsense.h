@@ -1,4 +1,4 @@
-// A RealSense camera's extension unit: calibration and controls.
+// The extension unit of a RealSense camera: calibration and controls.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,17 @@ enum class RealsenseControl : std::uint8_t {
   kAutoExposure = 0x0B,
 };
 
-/// The extension unit of a camera that is open, its control interface claimed. One thread.
+/// The extension unit of an open camera whose control interface is claimed. For one thread.
 class RealsenseUnit {
  public:
   RealsenseUnit(UsbHandle& device, const UvcFunction& function, std::uint8_t unit)
       : device_(device), control_interface_(function.control_interface), unit_(unit) {}
 
-  /// Errors (kDevice): refused, no answer, nonsense.
+  /// Errors (kDevice): refused, no answer, an invalid answer.
   [[nodiscard]] Result<RealsenseIdentity> identity();
   [[nodiscard]] Result<CameraIntrinsics> depth_camera(int width, int height);
   [[nodiscard]] Result<RealsenseColour> colour_camera(int width, int height);
-  /// Metres. Only with the camera's advanced mode on, too.
+  /// Metres. Also an error unless the camera's advanced mode is on.
   [[nodiscard]] Result<double> depth_unit_m();
   [[nodiscard]] Result<void> set(RealsenseControl control, int value);
 

@@ -1,4 +1,4 @@
-// TransferRing: transfers of one endpoint that are always on their way, so that the camera never waits.
+// TransferRing: transfers of one endpoint that are always pending, so that the camera never waits.
 #pragma once
 
 #include <atomic>
@@ -23,32 +23,33 @@ class UsbHandle;
 struct RingPlan {
   std::uint8_t endpoint = 0;
   bool is_isochronous = false;
-  std::size_t transfer_bytes =
-      0;                          ///< a multiple of the endpoint's packet size, or the camera's last packet has no room
-  std::size_t payload_bytes = 0;  ///< bulk: the longest payload, which ends without a short packet
-  std::size_t packet_bytes = 0;   ///< isochronous: of one packet
-  int packets = 0;                ///< isochronous: of one transfer
+  std::size_t transfer_bytes = 0;  ///< a multiple of the endpoint's packet size, else the camera's last packet may not
+                                   ///< fit
+  std::size_t payload_bytes = 0;   ///< bulk: the longest payload, which ends without a short packet
+  std::size_t packet_bytes = 0;    ///< isochronous: of one packet
+  int packets = 0;                 ///< isochronous: of one transfer
   int transfers = 0;
 };
 
-/// Transfers for 100 ms of a stream or more, within `budget_bytes` (at least two). `packet_bytes`: of the endpoint.
+/// Plans transfers for at least 100 ms of a stream, within `budget_bytes` (at least two transfers). `packet_bytes`: of
+/// the endpoint.
 [[nodiscard]] RingPlan plan_bulk(std::uint8_t endpoint, std::size_t packet_bytes, std::size_t payload_bytes,
                                  std::size_t frame_bytes, double frames_per_second, std::size_t budget_bytes);
 [[nodiscard]] RingPlan plan_isochronous(std::uint8_t endpoint, std::size_t packet_bytes);
 
-/// Takes what transfers bring, on the thread `usb`.
+/// Receives the data of transfers, on the thread `usb`.
 class PayloadReceiver {
  public:
   virtual void on_bytes(std::span<const std::byte> bytes, bool ends_payload, std::int64_t host_ns) = 0;
   virtual void on_loss(UvcAssembler::Loss kind) = 0;
-  /// The ring is not kRunning any more.
+  /// Called when the ring is no longer kRunning.
   virtual void on_trouble() = 0;
 
  protected:
   ~PayloadReceiver() = default;
 };
 
-/// One thread other than `usb` calls it.
+/// Call it from one thread, other than `usb`.
 class TransferRing {
  public:
   enum class State {
@@ -63,11 +64,11 @@ class TransferRing {
   TransferRing(const TransferRing&) = delete;
   TransferRing& operator=(const TransferRing&) = delete;
 
-  /// Fewer transfers than planned when the system's USB memory is short, but two or more. Errors (kDevice).
+  /// Starts fewer transfers than planned if the system has too little USB memory, but at least two. Errors (kDevice).
   [[nodiscard]] Result<void> start();
 
-  /// Takes all transfers back and waits for the last of them, half a second at most. False: some did not come back;
-  /// they and the ring's memory then are left to the system for good.
+  /// Cancels all transfers and waits until they have ended, for at most half a second. False: some have not ended; they
+  /// and the ring's memory are then leaked, because the system may still write to it.
   bool stop();
 
   [[nodiscard]] State state() const { return state_.load(); }

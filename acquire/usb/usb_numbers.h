@@ -1,4 +1,4 @@
-// A USB device's vendor and product, as people write them: "8086:0b07".
+// A USB device's vendor and product in the usual form: "8086:0b07".
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct UsbNumbers {
 /// Nothing: not two hexadecimal numbers of four digits.
 [[nodiscard]] std::optional<UsbNumbers> parse_usb_numbers(std::string_view text);
 
-/// Four digits, small.
+/// Four hexadecimal digits in lower case.
 [[nodiscard]] std::string hex_text(std::uint16_t number);
 
 }  // namespace scanknit

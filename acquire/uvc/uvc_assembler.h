@@ -1,4 +1,5 @@
-// UvcAssembler: pictures from the payloads of a UVC stream. A picture is handed on whole and unharmed, or counted.
+// UvcAssembler: assembles pictures from the payloads of a UVC stream. It delivers complete, undamaged pictures, and
+// counts all others.
 #pragma once
 
 #include <array>
@@ -24,41 +25,43 @@ struct AssembledFrame {
 
 /// A picture that has begun.
 struct UnfinishedPicture {
-  std::optional<bool> frame_id;  ///< nothing: only a loss is known of it
+  std::optional<bool> frame_id;  ///< nothing: unknown, only a loss was seen
   std::shared_ptr<std::vector<std::byte>> bytes;
   std::optional<std::uint32_t> ticks, frame_counter;
   std::int64_t host_ns = 0;
-  bool is_bad = false;       ///< for sure
-  bool is_doubtful = false;  ///< something was lost before its first byte: its size will tell
-  bool is_too_long = false;  ///< else it is incomplete, when it is bad
+  bool is_bad = false;       ///< certainly damaged
+  bool is_doubtful = false;  ///< data was lost before its first byte: its size will decide
+  bool is_too_long = false;  ///< why it is bad: too long, else incomplete
 };
 
-/// One thread. A picture ends with the end-of-frame bit, or where the frame id flips. It is delivered when no payload
-/// of it was marked as bad, none was lost, and it has exactly the expected bytes (compressed: a JPEG from its start
-/// marker to its end marker). The frames are the same however the bytes of a payload are split over calls of add().
+/// One thread. A picture ends with the end-of-frame bit, or where the frame id flips. It is delivered if none of its
+/// payloads was marked as bad or lost, and if it has exactly the expected number of bytes (compressed: a JPEG from its
+/// start marker to its end marker). The result does not depend on how the bytes of a payload are split into calls of
+/// add().
 class UvcAssembler {
  public:
   using Deliver = std::function<void(AssembledFrame)>;
 
   struct Framing {
-    std::size_t frame_bytes = 0;  ///< >= 1; of a compressed picture the most it can have
+    std::size_t frame_bytes = 0;  ///< >= 1; for a compressed picture the largest size
     bool is_compressed = false;
-    bool is_one_payload = false;  ///< each picture comes as one payload: each one that is lost is a lost picture
+    bool is_one_payload = false;  ///< each picture is one payload: a lost payload is a lost picture
   };
   UvcAssembler(const Framing& framing, Deliver deliver);
 
-  /// The next bytes of the endpoint; `ends_payload`: the payload's last ones. No bytes: a zero-length packet.
+  /// Takes the next bytes of the endpoint; `ends_payload`: they are the payload's last ones. No bytes: a zero-length
+  /// packet.
   void add(std::span<const std::byte> bytes, bool ends_payload, std::int64_t host_ns);
 
-  /// Where a loss outside of the payloads' own bytes was seen.
+  /// The kind of a loss that the payloads' bytes do not show.
   enum class Loss { kTransport, kOverflow };
-  /// Bytes of unknown number were lost here. The picture that they belong to will not be delivered.
+  /// An unknown number of bytes was lost here. The picture that they belong to will not be delivered.
   void lose(Loss kind);
 
-  /// The stream begins anew: an unfinished picture is lost. Nothing happens between pictures.
+  /// The stream restarts: an unfinished picture is lost. Does nothing between pictures.
   void restart();
 
-  /// device, transport and overflow are counted here.
+  /// Counts of device, transport and overflow.
   [[nodiscard]] const LossCounters& losses() const { return losses_; }
 
  private:
@@ -81,7 +84,7 @@ class UvcAssembler {
   bool is_in_payload_ = false;               // the header is known, or known to be bad
   std::optional<UvcPayloadHeader> payload_;  // nothing while in a payload: its header was bad
   std::size_t payload_size_ = 0;             // picture bytes of this payload
-  bool is_payload_hurt_ = false;             // something was lost within it
+  bool is_payload_hurt_ = false;             // data was lost within it
 
   std::optional<UnfinishedPicture> picture_;
   std::optional<bool> last_frame_id_;

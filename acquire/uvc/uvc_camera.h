@@ -10,14 +10,14 @@
 
 namespace scanknit {
 
-/// The device's video functions when one of them offers depth, else nothing.
+/// The device's video functions if one of them offers depth, else none.
 [[nodiscard]] std::vector<UvcFunction> depth_functions_of(const UsbDeviceInfo& device);
 
-/// As list_cameras() names it.
+/// The camera's entry in list_cameras().
 [[nodiscard]] DeviceInfo describe_camera(const UsbDeviceInfo& device);
 
-/// Opens and claims it. Errors (kDevice): no depth camera, forbidden, in use, unplugged. A stop, also later, lets a
-/// camera that does not answer be waited for more shortly.
+/// Opens and claims the camera. Errors (kDevice): no depth camera, no permission, in use, unplugged. A stop request,
+/// also a later one, shortens the wait for a camera that does not answer.
 [[nodiscard]] Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const UsbDeviceInfo& device,
                                                                     const DeviceOptions& options, std::stop_token stop);
 

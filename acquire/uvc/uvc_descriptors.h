@@ -1,5 +1,5 @@
-// What a USB video camera says of itself: its functions, streams, formats and controls, read from the bytes of its
-// configuration descriptor (USB Video Class 1.0, 1.1, 1.5).
+// Parses the configuration descriptor of a USB video camera: functions, streams, formats and controls (USB Video Class
+// 1.0, 1.1, 1.5).
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ struct UvcFrameSize {
   std::uint8_t index = 0;
   int width = 0;
   int height = 0;
-  std::uint32_t max_frame_bytes = 0;           ///< 0: not said
-  std::uint32_t default_interval_100ns = 0;    ///< of the camera's choice, 0: not said
+  std::uint32_t max_frame_bytes = 0;           ///< 0: unknown
+  std::uint32_t default_interval_100ns = 0;    ///< the default interval of the camera; 0: unknown
   std::vector<std::uint32_t> intervals_100ns;  ///< discrete ones, or shortest and longest of a range
 };
 
@@ -60,7 +60,7 @@ struct UvcExtensionUnit {
 struct UvcFunction {
   std::uint8_t control_interface = 0;
   std::uint16_t version = 0x0100;    ///< bcdUVC
-  std::uint32_t clock_hz = 0;        ///< of the time stamps of UVC 1.0 and 1.1; 0: not said
+  std::uint32_t clock_hz = 0;        ///< of the time stamps of UVC 1.0 and 1.1; 0: unknown
   std::uint8_t camera_terminal = 0;  ///< 0: none
   std::uint8_t processing_unit = 0;  ///< 0: none
   std::vector<UvcExtensionUnit> extension_units;

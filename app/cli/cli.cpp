@@ -19,7 +19,7 @@
 namespace scanknit {
 namespace {
 
-/// What to say after CLI11's own sentence.
+/// The hint that follows CLI11's own message.
 std::string hint_for(const CLI::App& app, int argc, const char* const* argv) {
   if (argc < 2) return "";
   std::vector<std::string> names;

@@ -14,7 +14,7 @@
 namespace scanknit {
 namespace {
 
-/// Of one object, walked round or turned.
+/// True when one object is scanned: the user walks round it, or it turns.
 bool is_orbit(const ConfigSources& config) {
   const auto& presets = config.presets;
   return std::any_of(presets.begin(), presets.end(),

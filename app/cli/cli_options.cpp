@@ -23,7 +23,7 @@ std::vector<std::string> preset_names() {
   return names;
 }
 
-/// An option whose text `parse` turns into the value of `place`.
+/// An option whose text `parse` converts; the value goes to `place`.
 template <typename Value, typename Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& place, const Parse& parse,
                         const std::string& expected, const std::string& text) {
@@ -41,7 +41,7 @@ std::optional<ByteOrder> byte_order_named(std::string_view name) {
   return std::nullopt;
 }
 
-/// "nan" is neither below nor above any limit.
+/// Why the text is not a finite number: "nan" would pass checks of both limits.
 std::string why_not_finite(const std::string& text) {
   return std::isfinite(std::strtod(text.c_str(), nullptr)) ? "" : "expected a finite number, got '" + text + "'";
 }
@@ -98,7 +98,7 @@ void add_common(CLI::App& app, CommandLine& line) {
                      ->allow_extra_args(false)
                      ->group("Configuration");
   line.words[preset] = names;
-  // Appended, not assigned: the shorthands above put theirs into the same list.
+  // Appends, because the shorthands add to the same list.
   const auto append = [&config](const std::vector<std::string>& values) {
     config.assignments.insert(config.assignments.end(), values.begin(), values.end());
   };

@@ -14,7 +14,7 @@ namespace scanknit {
 CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
                            const std::string& text);
 
-/// An option that is one of a few words.
+/// An option whose value is one of a few words.
 template <typename Value>
 CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& name, Value& place,
                         const std::vector<std::pair<std::string, Value>>& choices, const std::string& text) {
@@ -34,22 +34,22 @@ CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& nam
   return option;
 }
 
-/// What every command understands: configuration, threads, how much is said.
+/// The options of every command: configuration, threads, verbosity.
 void add_common(CLI::App& app, CommandLine& line);
 
-/// `-o` and where else files go, of a command that writes a mesh. Poses and volume only where `outputs.has_trajectory`.
+/// `-o` and other paths of a command that writes a mesh. Paths of poses and volume only if `outputs.has_trajectory`.
 void add_output_options(CLI::App& app, OutputRequest& outputs);
 
-/// How raw samples and stacks of images are to be read.
+/// How to read raw samples and stacks of images.
 void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options);
 
 /// Which scanner, its pictures, and when the scan ends.
 void add_scanner_options(CLI::App& app, ScannerRequest& scanner);
 
-/// Where the live view is served. `needed`: the option without which these mean nothing; may be null.
+/// The address of the live view. `needed`: the option that these require; may be null.
 void add_server_options(CLI::App& app, LiveViewOptions& server, CLI::Option* needed);
 
-/// `--view`, and where it is served.
+/// `--view` and the options of its address.
 void add_view_options(CLI::App& app, ViewArguments& view);
 
 /// `--quantize` and `--compress`, of a command that writes a GLB.
@@ -58,7 +58,7 @@ void add_export_options(CLI::App& app, ConfigSources& config);
 /// `--texture`, of a command that has colour frames.
 CLI::Option* add_texture_option(CLI::App& app, ConfigSources& config);
 
-/// Understood and not shown: the command says why there is none (refuse_texture()).
+/// `--texture`, hidden, for commands without colour frames: these explain why they make none (refuse_texture()).
 void add_refused_texture_option(CLI::App& app, ConfigSources& config);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// The command line, parsed: what was said, and which command is to run.
+// The parsed command line: all arguments, and the command to run.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -31,11 +31,11 @@ struct CommandLine {
   CompletionArguments completion;
   ManArguments man;
   std::string rules_device;
-  std::size_t threads = 0;  ///< 0: as many as the machine has
+  std::size_t threads = 0;  ///< 0: as many as the machine has processors
   bool is_quiet = false, is_verbose = false;
   std::function<int()> command;
 
-  /// What the value of an option may be, or begin with ("fusion.voxel_size="). For completion and manual pages.
+  /// The possible values of an option, or their beginnings ("fusion.voxel_size="). For completion and manual pages.
   std::map<const CLI::Option*, std::vector<std::string>> words;
 };
 

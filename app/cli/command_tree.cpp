@@ -10,7 +10,7 @@
 namespace scanknit {
 namespace {
 
-/// What CLI11 says of each check of an option, and writes behind the name of its value.
+/// CLI11's texts for the checks of an option, which it writes after the name of the value.
 std::vector<std::string> limits_of(CLI::Option& option) {
   std::vector<std::string> limits;
   try {
@@ -18,7 +18,7 @@ std::vector<std::string> limits_of(CLI::Option& option) {
       const std::string text = option.get_validator(i)->get_description();
       if (!text.empty()) limits.push_back(text);
     }
-  } catch (const CLI::OptionNotFound&) {  // how many checks there are it does not tell
+  } catch (const CLI::OptionNotFound&) {  // CLI11 does not give the number of checks
   }
   return limits;
 }

@@ -1,4 +1,4 @@
-// Completion of the command line, as scripts for the shells.
+// Scripts that complete the command line in the shells.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// What to `source`, or to put where the shell looks for it. `program` is the whole program's description.
+/// A script to `source`, or to put where the shell looks for completions. `program` describes the whole program.
 [[nodiscard]] std::string bash_completion(const CommandDescription& program);
 [[nodiscard]] std::string zsh_completion(const CommandDescription& program);
 [[nodiscard]] std::string fish_completion(const CommandDescription& program);

@@ -10,7 +10,7 @@
 namespace scanknit {
 namespace {
 
-/// Needs nothing of the package bash-completion. What each command takes is set in front of it, by `cases`.
+/// Does not need the package bash-completion. The generated `cases`, which go before it, say what each command takes.
 constexpr const char* kScript =
     R"bash(# Completion of scanknit {version} for bash, written by `scanknit completion bash`.
 
@@ -102,7 +102,7 @@ void add_command(const CommandDescription& command, const std::string& path, Par
   std::vector<std::string> words;
   for (const CommandDescription& below : command.commands) words.push_back(below.name);
   if (!words.empty()) argument = "words";
-  if (!command.arguments.empty()) {  // all that one command takes are of one kind
+  if (!command.arguments.empty()) {  // all arguments of a command are of the same kind
     argument = kind_name(command.arguments.front());
     words = command.arguments.front().words;
   }

@@ -28,7 +28,7 @@ std::string completed_by(const OptionDescription& option) {
   return text;
 }
 
-/// `condition` is where the command stands in the line: fish's own words for it.
+/// `condition`: fish's test for the command's place in the line.
 void add_command(const CommandDescription& command, const std::string& condition, std::string& script) {
   const std::string begin = "complete -c scanknit" + (condition.empty() ? "" : " -n " + quoted(condition));
   for (const OptionDescription& option : command.options) {

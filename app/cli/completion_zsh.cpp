@@ -30,7 +30,7 @@ else
 fi
 )zsh";
 
-/// For the explanations of _arguments and _describe, between single quotes.
+/// Escapes text for the explanations of _arguments and _describe, in single quotes.
 std::string quoted(const std::string& text) {
   std::string result;
   for (const char c : text) {
@@ -44,7 +44,7 @@ std::string quoted(const std::string& text) {
   return result;
 }
 
-/// The action of _arguments that completes a value; a space in front: the words that follow are called as they are.
+/// The action of _arguments that completes a value. A leading space makes _arguments call the words unchanged.
 std::string action(const OptionDescription& option) {
   if (option.kind == ValueKind::kFolder) return "_files -/";
   if (option.words.empty()) return option.kind == ValueKind::kFile ? "_files" : "";
@@ -56,7 +56,7 @@ std::string action(const OptionDescription& option) {
 std::string option_lines(const OptionDescription& option) {
   std::string lines;
   const std::string exclusion =
-      option.is_repeatable ? "*" : fmt::format("({})", fmt::join(option.names, " "));  // given once only
+      option.is_repeatable ? "*" : fmt::format("({})", fmt::join(option.names, " "));  // may be given only once
   for (const std::string& name : option.names) {
     const char* joint = name.starts_with("--") ? "=" : "+";  // --name=value, -nvalue
     lines += fmt::format(" \\\n    '{}{}", exclusion, name);
@@ -79,7 +79,7 @@ std::string function_name(const std::string& parent, const CommandDescription& c
   return name;
 }
 
-/// The functions of the commands below, then the command's own.
+/// The functions of the subcommands, then that of the command itself.
 std::string functions(const std::string& parent, const CommandDescription& command) {
   const std::string name = function_name(parent, command);
   std::string text, lines, names, cases;

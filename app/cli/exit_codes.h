@@ -1,4 +1,4 @@
-// What the program's exit code says. The table of docs/cli.md.
+// The program's exit codes, as in docs/cli.md.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@
 namespace scanknit {
 namespace {
 
-/// Text that troff takes as it is. `code` becomes bold.
+/// Escapes text for troff. `code` becomes bold.
 std::string escaped(const std::string& text) {
   std::string result;
   bool is_bold = false;
@@ -45,7 +45,7 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// What a value may be, where the text does not say it: limits, and words.
+/// The limits and words of a value, if the option's text does not name them.
 std::string values_text(const OptionDescription& option) {
   std::string text;
   if (!option.limits.empty()) text += " (" + escaped(option.limits) + ")";

@@ -1,4 +1,4 @@
-// Options of turntables: of `run`, and of `synth`, which puts a scene on one.
+// Options of turntables, for `run` and `synth`.
 #pragma once
 
 #include "app/commands/commands.h"

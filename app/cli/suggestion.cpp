@@ -24,10 +24,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> candidates) {
-  constexpr std::size_t kLongestWord = 100;  // keeps the cost of absurd input bounded
+  constexpr std::size_t kLongestWord = 100;  // bounds the cost of very long words
   if (word.empty() || word.size() > kLongestWord) return std::nullopt;
   std::optional<std::string> nearest;
-  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;  // one wrong letter in three is still that word
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;  // accepts one wrong letter in three
   for (const std::string& candidate : candidates) {
     const std::size_t distance = edit_distance(word, candidate);
     if (distance >= least) continue;

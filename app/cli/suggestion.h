@@ -12,7 +12,7 @@ namespace scanknit {
 /// distance (Damerau 1964, Levenshtein 1966).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The candidate that `word` was most likely meant to be; nothing when none is near. The first of equals.
+/// The candidate that the user most likely meant by `word`; nothing when none is near. The first of equals.
 [[nodiscard]] std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// What the command line says of a volume's samples, as people write it.
+// Parses the options that describe a volume's samples.
 #pragma once
 
 #include <Eigen/Core>

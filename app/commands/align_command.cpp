@@ -10,7 +10,7 @@
 
 namespace scanknit {
 int align_command(const AlignArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto begin = std::chrono::steady_clock::now();
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);

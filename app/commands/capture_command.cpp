@@ -1,4 +1,4 @@
-// capture: from a scanner that is plugged in to a mesh, with the recording beside it.
+// capture: scans with a scanner that is plugged in, and writes a mesh and a recording.
 #include <chrono>
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace scanknit {
 namespace {
 
-/// Beside the mesh: OUT/recording.mcap, or NAME.mcap for one mesh file.
+/// The recording next to the mesh: OUT/recording.mcap, or NAME.mcap for one mesh file.
 std::filesystem::path default_recording(const std::filesystem::path& output, const Outputs& outputs) {
   const auto& meshes = outputs.scan.meshes;
   const bool is_one_file = !meshes.empty() && meshes.front() == output;
@@ -22,7 +22,7 @@ std::filesystem::path default_recording(const std::filesystem::path& output, con
 }  // namespace
 
 int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
@@ -39,7 +39,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
   ScanView view(arguments.view, job, ScanView::Mode::kCapture, stop_on_signal.token(), console);
   ScanResult scan = scan_live(job, request, view, stop_on_signal.token());
   add_times(view.times(), scan.stages);
-  CommandRun run = close_run(std::move(scan), /*was_interrupted=*/false, begin);  // Ctrl-C is how a scan ends
+  CommandRun run = close_run(std::move(scan), /*was_interrupted=*/false, begin);  // Ctrl-C is the normal end of a scan
   const int exit_code = conclude(run, *outputs, common);
   view.serve_result(run);
   return exit_code;

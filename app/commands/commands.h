@@ -1,4 +1,4 @@
-// One function a command: arguments in, exit code out.
+// One function for each command. It takes the arguments and returns the exit code.
 #pragma once
 
 #include <cstdint>
@@ -20,17 +20,17 @@
 
 namespace scanknit {
 
-/// What every command understands.
+/// The arguments that every command has.
 struct CommonArguments {
   ConfigSources config;
   bool is_json = false;
   Verbosity verbosity = Verbosity::kNormal;
 };
 
-/// What the command line says of the live view.
+/// The arguments of the live view.
 struct ViewArguments {
   bool is_wanted = false;
-  bool is_orbit = false;  ///< an object that is walked round or turned
+  bool is_orbit = false;  ///< the scan is of one object: the user walks round it, or it turns
   LiveViewOptions server;
 };
 
@@ -52,7 +52,7 @@ struct ShowArguments {
 
 struct ReportArguments {
   std::filesystem::path place;                  ///< the folder that a run wrote, or its report.json
-  std::optional<std::filesystem::path> report;  ///< where the folder's report.json is, if elsewhere
+  std::optional<std::filesystem::path> report;  ///< the folder's report.json, if it is elsewhere
 };
 
 struct ConvertArguments {
@@ -68,7 +68,7 @@ struct CaptureArguments {
   ScannerRequest scanner;
   OutputRequest outputs;
   bool wants_recording = true;
-  std::optional<std::filesystem::path> recording;  ///< nothing: beside the mesh
+  std::optional<std::filesystem::path> recording;  ///< nothing: next to the mesh
   ViewArguments view;
 };
 
@@ -98,7 +98,7 @@ struct InfoArguments {
 struct SynthArguments {
   std::string scene;  ///< a scene's name, or a mesh file
   std::filesystem::path output;
-  int frames = 0;  ///< 0: the scene's own number
+  int frames = 0;  ///< 0: the scene's default
   int width = 640;
   int height = 480;
   bool has_noise = false;
@@ -114,12 +114,12 @@ struct SynthArguments {
 
 struct DistanceArguments {
   std::filesystem::path mesh, truth;
-  std::optional<std::filesystem::path> trajectory;  ///< of the run that made the mesh, in the mesh's world
+  std::optional<std::filesystem::path> trajectory;  ///< trajectory of the run that made the mesh, in the mesh's world
 };
 
 struct ConfigArguments {
-  std::filesystem::path file;  ///< of `check`
-  bool built_in = false;       ///< of `print`: without the defaults of `run`
+  std::filesystem::path file;  ///< for `check`
+  bool built_in = false;       ///< for `print`: leave out the defaults of `run`
 };
 
 enum class Shell { kBash, kZsh, kFish };
@@ -148,7 +148,7 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int distance_command(const DistanceArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int devices_command(const CommonArguments& common);
 [[nodiscard]] int doctor_command(const CommonArguments& common);
-/// `device`: empty for all that we know.
+/// `device`: empty for all known cameras.
 [[nodiscard]] int udev_rules_command(const std::string& device, const CommonArguments& common);
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
@@ -157,13 +157,14 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int completion_command(const CommandDescription& program, const CompletionArguments& arguments);
 [[nodiscard]] int man_command(const CommandDescription& program, const ManArguments& arguments);
 
-/// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
+/// Puts configs/default.yaml, with which `run` begins, before all other sources.
 [[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
 
-/// Writes a result to stdout. Gives kExitOk, or says that stdout would not take it and gives the exit code of kOutput.
+/// Writes a result to stdout. Returns kExitOk; if stdout cannot be written, reports that and returns the exit code of
+/// kOutput.
 [[nodiscard]] int print_result(std::string_view text, const CommonArguments& common);
 
-/// Says the error on stderr and gives its exit code.
+/// Writes the error to stderr and returns its exit code.
 [[nodiscard]] int fail(const Error& error, const CommonArguments& common);
 
 }  // namespace scanknit

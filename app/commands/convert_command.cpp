@@ -29,11 +29,11 @@ int print_summary(const ConvertSummary& summary, const ConvertArguments& argumen
 }  // namespace
 
 int convert_command(const ConvertArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   auto loaded = load_config(common.config);
   if (!loaded) return fail(loaded.error(), common);
   AcquireConfig& acquire = loaded->config.acquire;
-  acquire.poses = PoseMode::kTrack;  // frames without a pose are kept, as are poses
+  acquire.poses = PoseMode::kTrack;  // keeps poses, and frames without a pose
   const auto source = open_recording(arguments.recording, acquire);
   if (!source) return fail(source.error(), common);
   Console console(common.verbosity);

@@ -1,4 +1,4 @@
-// `completion` and `man`: the command line described for shells and for readers.
+// `completion` and `man`: scripts for shells, and manual pages.
 #include <string>
 
 #include "app/cli/completion.h"

@@ -1,4 +1,4 @@
-// devices, doctor, udev-rules: which scanners there are, what keeps them from working, and who may use them.
+// devices, doctor, udev-rules: list scanners, find why one does not work, and give access to them.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Names come from devices: whatever bytes they are.
+/// JSON as text. Names come from devices and may not be UTF-8.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -30,7 +30,7 @@ Json device_json(const DeviceInfo& device) {
 }
 
 std::string device_line(const DeviceInfo& device) {
-  // A module's camera: only its driver knows where it is plugged in.
+  // For a camera of a module, only its driver knows the USB port.
   if (device.bus == 0) return fmt::format("{}  {}, {}\n", device.uri, device.name, device.support);
   return fmt::format("{}  {}, bus {} address {}, {} Mbit/s, {}\n", device.uri, device.name, device.bus, device.address,
                      device.speed_mbit, device.support);

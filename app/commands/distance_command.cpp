@@ -32,8 +32,8 @@ bool is_seen(const SurfaceError& error) {
   return error.completeness.count > 0;
 }
 
-/// GLB and STL files are written in axes and units of their own (export/mesh/write_mesh.h); the truth is in the
-/// recording's.
+/// Converts a mesh from the axes and units of GLB and STL files (export/mesh/write_mesh.h) to the recording's world, in
+/// which the truth is given.
 void to_recording_world(Mesh& mesh, const std::filesystem::path& file) {
   const std::string format = file.extension().string();
   const bool is_stl = format == ".stl";
@@ -66,8 +66,8 @@ std::string error_lines(const SurfaceError& error) {
                      error.threshold_m * 1000);
 }
 
-/// Moves a mesh from the world of a run's trajectory to that of the truth: by one frame's poses, then onto the surface.
-/// Errors: kInput.
+/// Moves a mesh from the world of a run's trajectory to that of the truth: first by one frame's poses, then by
+/// registering it with the true surface. Errors: kInput.
 Result<void> to_true_world(Mesh& mesh, const std::filesystem::path& trajectory, const std::filesystem::path& folder) {
   const auto text = read_text_file(trajectory, Limits{}.max_text_bytes);
   if (!text) return text.error();

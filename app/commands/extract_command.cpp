@@ -10,7 +10,7 @@
 namespace scanknit {
 
 int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
-  // Before any other thread. A volume is meshed whole or, at a second signal, not at all.
+  // Must come before any other thread. A volume is meshed as a whole, or, at a second signal, not at all.
   const StopOnSignal stop_on_signal;
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load_config(common.config);
@@ -20,7 +20,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   if (!outputs) return fail(outputs.error(), common);
 
   VolumeRequest request{arguments.options,
-                        loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kUnsaid};
+                        loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kNotGiven};
   if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
   const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
   Console console(common.verbosity);

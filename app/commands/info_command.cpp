@@ -97,7 +97,7 @@ Result<Json> volume_json(SliceReader& reader) {
               {"warnings", header.warnings}};
 }
 
-/// The topology is that of the surface: the seams of a texture split vertices, and nothing else.
+/// Describes the topology of the surface: joins the vertices that the seams of a texture have split.
 Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   const std::size_t vertices = mesh.positions_m.size();
   const StitchedSeams seams = notes.has_texture_coordinates ? stitch_seams(mesh) : StitchedSeams{};
@@ -105,7 +105,7 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   if (seams.guesses > 0) {
     warnings.push_back(fmt::format(
         "{} edges of the texture's seams lie on others, as where --quantize rounds small triangles to a point: which "
-        "belong together is a guess, and the topology may be better than is told; a file without --quantize tells it",
+        "belong together is a guess, and the true topology may be better; a file without --quantize shows it",
         seams.guesses));
   }
   Json json = {{"kind", "mesh"},
@@ -123,7 +123,7 @@ Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& c
   return reader ? volume_json(**reader) : reader.error();
 }
 
-/// Without options a folder may hold a recording or a volume.
+/// For a folder without options, which may be a recording or a volume.
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const ScanConfig& config) {
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
@@ -156,7 +156,7 @@ Result<Json> describe(const InfoArguments& arguments, const ScanConfig& config) 
   return describe_recording_or_volume(arguments, config);
 }
 
-/// One "name  value" line an entry.
+/// One line "name value" for each entry.
 std::string lines_of(const Json& json) {
   std::string text;
   for (const auto& [name, value] : json.items()) {

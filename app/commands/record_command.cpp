@@ -1,4 +1,4 @@
-// record: what a scanner sends, kept as it comes.
+// record: writes the raw pictures of a scanner to a file.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -14,16 +14,16 @@ namespace scanknit {
 namespace {
 
 struct Recorded {
-  std::size_t frames = 0;  ///< depth pictures that came
+  std::size_t frames = 0;  ///< depth pictures received
   RecorderSummary file;
   LossCounters losses;
-  std::optional<Error> failure;  ///< of the scanner, or of the file: what came before it is kept
+  std::optional<Error> failure;  ///< of the scanner or the file; everything before it is kept
 };
 
 Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& config, std::stop_token stop,
                         ScanSession& session) {
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
-  auto scanner = open_scanner(arguments.scanner, config, Calibration::kWelcome, stop, session);
+  auto scanner = open_scanner(arguments.scanner, config, Calibration::kOptional, stop, session);
   if (!scanner) return scanner.error();
   auto recorder = Recorder::create(arguments.output, scanner->calibration);
   if (!recorder) return recorder.error();
@@ -40,8 +40,8 @@ Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& conf
   }
   recorded.failure = (*source)->failure();
   recorded.losses = (*source)->losses();
-  recorded.losses.queue = 0;  // what did not reach us in time is in the file all the same
-  source->reset();            // nothing comes any more
+  recorded.losses.queue = 0;  // pictures that the queue dropped are in the file
+  source->reset();            // stops the scanner
   const auto kept = (*recorder)->finish();
   if (!kept) return kept.error();
   recorded.file = *kept;
@@ -69,7 +69,7 @@ int print_summary(const Recorded& recorded, const RecordArguments& arguments, co
 }  // namespace
 
 int record_command(const RecordArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
   Console console(common.verbosity);

@@ -1,4 +1,4 @@
-// report: the page of a run, drawn again.
+// report: draws report.html of a run again.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where a report is, and where its page is to be. The pictures lie beside the page.
+/// The paths of a report and of its page. The pictures are next to the page.
 struct ReportPlace {
   fs::path json, page;
 };

@@ -12,7 +12,7 @@
 namespace scanknit {
 
 int run_command(const RunArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto begin = std::chrono::steady_clock::now();
   auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);

@@ -29,7 +29,7 @@ Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& argumen
   return make_mesh_scene(std::move(*mesh), arguments.size_m);
 }
 
-/// The default camera's field of view across the width, square pixels, the optical axis in the middle.
+/// A camera with the default horizontal field of view, square pixels, and the principal point in the middle.
 CameraIntrinsics camera_of(int width, int height) {
   const SynthConfig standard;
   const double focal = standard.intrinsics.fx * width / standard.intrinsics.width;
@@ -81,7 +81,7 @@ int print_summary(const SynthSummary& summary, const SynthArguments& arguments, 
 
 int synth_command(const SynthArguments& arguments, const CommonArguments& common) {
   if (arguments.only_list) return list_scenes(common);
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   Console console(common.verbosity);
   const auto scene = open_scene(arguments, console);
   if (!scene) return fail(scene.error(), common);

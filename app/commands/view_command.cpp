@@ -1,4 +1,4 @@
-// view: a finished mesh in the browser.
+// view: shows a finished mesh in the browser.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The mesh file that is meant by a file or a folder.
+/// The mesh file: `given` itself, or the mesh in that folder.
 Result<fs::path> find_mesh(const fs::path& given) {
   std::error_code ignored;
   if (!fs::exists(given, ignored)) return Error{ErrorCode::kInput, "no such file or folder", given.string()};
@@ -37,14 +37,14 @@ Result<fs::path> find_mesh(const fs::path& given) {
       given.string()};
 }
 
-/// Metres, with normals.
+/// The mesh in metres, with normals.
 Result<Mesh> load(const fs::path& path, Console& console) {
   MeshNotes notes;
   auto mesh = read_mesh(path, {}, &notes);
   if (!mesh) return mesh.error();
   for (const std::string& warning : notes.warnings) console.warn(fmt::format("{}: {}", path.string(), warning));
   if (mesh->empty()) return Error{ErrorCode::kMesh, "this mesh has no triangles", path.string()};
-  if (path.extension() == ".stl") {  // millimetres, as we write them and slicers read them
+  if (path.extension() == ".stl") {  // STL files are in millimetres, as ScanKnit writes them and slicers read them
     for (Eigen::Vector3f& position : mesh->positions_m) position *= 1e-3f;
   }
   mesh->normals.resize(mesh->positions_m.size(), Eigen::Vector3f::Zero());
@@ -52,7 +52,7 @@ Result<Mesh> load(const fs::path& path, Console& console) {
   return mesh;
 }
 
-/// Which axis is up in a file of ours.
+/// The up axis of a mesh file that ScanKnit wrote.
 UpAxis up_of(const fs::path& path, const ExportConfig& config) {
   if (path.extension() == ".glb") return UpAxis::kY;
   if (path.extension() == ".stl") return UpAxis::kZ;
@@ -75,7 +75,7 @@ void publish(const Mesh& mesh, LiveView& view) {
 }  // namespace
 
 int view_command(const ShowArguments& arguments, const CommonArguments& common) {
-  const StopOnSignal stop_on_signal;  // before any other thread
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
   const auto path = find_mesh(arguments.file);

@@ -57,16 +57,16 @@ std::optional<CameraModel> from_list(const YamlNode& node, const YamlComplaint& 
   return accept({{0, 0, (*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]}, {}}, node, complain);
 }
 
-/// width or height in pixels.
+/// A width or height in pixels.
 std::optional<int> pixels_of(const YamlNode& node, const YamlComplaint& complain) {
-  constexpr std::int64_t kLargestSide = 65'535;  // no PNG reader of ours takes more
+  constexpr std::int64_t kLargestSide = 65'535;  // the limit of our PNG reader
   const auto pixels = parse_integer(node.text);
   if (pixels && *pixels >= 1 && *pixels <= kLargestSide) return static_cast<int>(*pixels);
   complain(node, fmt::format("expected a whole number of pixels, 1..{}, got '{}'", kLargestSide, node.text));
   return std::nullopt;
 }
 
-/// Puts one entry of a map into `model`. False when a complaint was made.
+/// Sets one entry of a map in `model`. False when it complained.
 bool set_entry(CameraModel& model, const YamlNode& key, const YamlNode& value, const YamlComplaint& complain) {
   CameraIntrinsics& camera = model.intrinsics;
   if (key.text == "width" || key.text == "height") {
@@ -141,7 +141,7 @@ std::optional<std::vector<double>> matrix_text(std::string text) {
 
 std::optional<CameraModel> from_file(const YamlNode& node, const std::filesystem::path& folder,
                                      const YamlComplaint& complain) {
-  const std::filesystem::path path = folder / node.text;  // an absolute name stays absolute
+  const std::filesystem::path path = folder / node.text;  // an absolute path stays absolute
   const auto text = read_text_file(path, Limits{}.max_config_bytes);
   if (!text) {
     complain(node, fmt::format("{}: {}", kExpected, text.error().text()));

@@ -1,4 +1,4 @@
-// acquire.intrinsics: the one key whose value has a shape of its own.
+// acquire.intrinsics: the only key whose value is a list, a map or a file.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@
 
 namespace scanknit {
 
-/// Told of everything that is wrong, with its place.
+/// Called for each error, with its place in the file.
 using YamlComplaint = std::function<void(const YamlNode& where, const std::string& what)>;
 
 /// [fx, fy, cx, cy]; a map of width, height, fx, fy, cx, cy and distortion: [k1, k2, p1, p2, k3] (fx, fy, cx, cy
 /// required; width and height both or neither); or the name of a file, relative to `folder`, with nine numbers of a 3x3
-/// matrix, an Open3D camera_intrinsic.json or such a map. Nothing when a complaint was made.
+/// matrix, an Open3D camera_intrinsic.json or such a map. Nothing when it called YamlComplaint.
 [[nodiscard]] std::optional<CameraModel> read_intrinsics(const YamlNode& node, const std::filesystem::path& folder,
                                                          const YamlComplaint& complain);
 

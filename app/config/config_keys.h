@@ -1,4 +1,4 @@
-// Making the keys of the schema's tables: a line or two for each.
+// Functions that make the keys of the schema's tables, in a line or two for each.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace scanknit::config_keys {
 
-/// What every kind of key has, so that the table below stays a table.
+/// The members that all kinds of keys have.
 struct Key {
   std::string name;
   std::string unit = {};
@@ -86,7 +86,7 @@ ConfigKey memory(const Key& key, Range range_mib, Field field) {
   return described;
 }
 
-/// An std::optional member: `auto` is nothing.
+/// For a std::optional member: `auto` is std::nullopt.
 template <typename Stored, typename Field>
 void bind_optional(ConfigKey& key, Field field) {
   key.allows_auto = true;

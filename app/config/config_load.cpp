@@ -18,7 +18,7 @@
 namespace scanknit {
 namespace {
 
-/// Every full key name, and every section ("fusion", "fusion.noise").
+/// All full key names, and all sections ("fusion", "fusion.noise").
 std::vector<std::string> known_names() {
   std::vector<std::string> names;
   for (const ConfigKey& key : config_schema()) {
@@ -31,14 +31,14 @@ std::vector<std::string> known_names() {
   return names;
 }
 
-/// Walks a YAML tree, sets what it can, notes what it cannot.
+/// Walks a YAML tree, sets the valid keys, and notes the problems.
 class ConfigReader {
  public:
   ConfigReader(std::string name, std::filesystem::path folder, LoadedConfig& loaded)
       : name_(std::move(name)), folder_(std::move(folder)), loaded_(loaded) {}
 
   void read_section(const YamlNode& node, const std::string& section) {
-    if (node.kind == YamlNode::Kind::kNull) return;  // "fusion:" with everything below it commented out
+    if (node.kind == YamlNode::Kind::kNull) return;  // "fusion:" with all keys below it commented out
     if (node.kind != YamlNode::Kind::kMap) {
       const std::string what = section.empty() ? "the configuration" : section;
       return note(node, what + ": expected 'key: value' lines");
@@ -128,7 +128,7 @@ class ConfigReader {
   std::vector<ConfigProblem> problems_;
 };
 
-/// What no single key can tell.
+/// Checks keys against each other.
 std::vector<ConfigProblem> check_together(const ScanConfig& config) {
   std::vector<ConfigProblem> problems;
   const AcquireConfig& acquire = config.acquire;

@@ -1,4 +1,4 @@
-// From the command line's wishes to a ScanConfig: built-in values < presets < file < --set.
+// Makes a ScanConfig from the command line: built-in values < presets < file < --set.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +15,10 @@
 namespace scanknit {
 
 struct ConfigSources {
-  std::vector<std::string> presets;  ///< later ones win
+  std::vector<std::string> presets;  ///< later ones override earlier ones
   std::optional<std::filesystem::path> file;
-  std::vector<std::string> assignments;  ///< "key=value"; later ones win
-  /// configs/default.yaml comes before the presets. What it sets does not count as given.
+  std::vector<std::string> assignments;  ///< "key=value"; later ones override earlier ones
+  /// Begin with configs/default.yaml, before the presets. Its keys do not count as given.
   bool starts_from_run_defaults = false;
 };
 
@@ -27,18 +27,18 @@ struct LoadedConfig {
   ScanConfig config = {};
   std::set<std::string, std::less<>> given = {};  ///< "fusion.voxel_size"
 
-  /// True also where the value given is the built-in one.
+  /// True even if the given value equals the built-in one.
   [[nodiscard]] bool gives(std::string_view key) const { return given.contains(key); }
 };
 
-/// One thing that is wrong, at "file:line:column" or "--set key=value".
+/// A problem, at "file:line:column" or "--set key=value".
 struct ConfigProblem {
   std::string where;
   std::string message;  ///< "fusion.voxel_size: 2 m is outside ..."
 };
 
-/// Changes what `text` (YAML) mentions, and notes it as given; keys that are at fault keep their value. `name` stands
-/// in the problems' `where`; names of files in the text are relative to `folder`. Returns every problem, in the order
+/// Sets the keys in `text` (YAML), and notes them as given; keys with a problem keep their value. `name` is the file's
+/// name in the problems' `where`; file names in the text are relative to `folder`. Returns all problems, in the order
 /// of the text.
 [[nodiscard]] std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& name,
                                                     const std::filesystem::path& folder, LoadedConfig& loaded);
@@ -46,8 +46,8 @@ struct ConfigProblem {
 /// `assignment` as --set takes it: "fusion.voxel_size=2mm". The value may be any YAML: "export.formats=[glb, stl]".
 [[nodiscard]] std::vector<ConfigProblem> apply_assignment(const std::string& assignment, LoadedConfig& loaded);
 
-/// All sources in their order, upon the built-in values. On any problem an Error (kConfig) whose text has one line a
-/// problem: "file:line:column: error: message".
+/// Applies all sources in their order to the built-in values. If there is any problem, an Error (kConfig) with one line
+/// for each: "file:line:column: error: message".
 [[nodiscard]] Result<LoadedConfig> load_config(const ConfigSources& sources);
 
 }  // namespace scanknit

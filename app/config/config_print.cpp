@@ -36,7 +36,7 @@ std::string camera_text(const CameraModel& model) {
                      numbers_text({model.distortion.begin(), model.distortion.end()}));
 }
 
-/// As it is written in YAML.
+/// The value as YAML.
 std::string value_text(const ConfigKey& key, const ConfigValue& value) {
   return std::visit(
       Overloaded{
@@ -84,7 +84,7 @@ std::vector<std::string> split_name(const std::string& name) {
   return parts;
 }
 
-/// The lines of `text`, none longer than `width` unless a word is.
+/// Wraps `text` into lines of at most `width`, unless a word is longer.
 std::vector<std::string> wrap(const std::string& text, std::size_t width) {
   std::vector<std::string> lines(1);
   std::size_t begin = 0;
@@ -98,7 +98,7 @@ std::vector<std::string> wrap(const std::string& text, std::size_t width) {
   return lines;
 }
 
-/// "number of voxels", "length, 0.0002..0.1 m": what a value may be.
+/// The allowed values: "number of voxels", "length, 0.0002..0.1 m".
 std::string allowed_text(const ConfigKey& key) {
   const std::string range = format_config_range(key);
   switch (key.type) {
@@ -175,7 +175,7 @@ Json key_schema(const ConfigKey& key) {
 std::string config_to_yaml(const ScanConfig& config) {
   constexpr std::size_t kWidth = 110;
   std::string yaml;
-  std::vector<std::string> open;  // the sections that the next line is in
+  std::vector<std::string> open;  // the sections of the next line
   for (const ConfigKey& key : config_schema()) {
     const auto parts = split_name(key.name);
     for (std::size_t level = 0; level + 1 < parts.size(); ++level) {

@@ -1,4 +1,4 @@
-// The configuration written out: as YAML to edit, as JSON for machines, as a JSON Schema, as a page of documentation.
+// Writes the configuration as YAML to edit, as JSON, as a JSON Schema, and as a page of documentation.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace scanknit {
 
-/// Every key with its meaning, unit and range as a comment. Parsing it back gives the same configuration, bit for bit.
+/// All keys, each with its meaning, unit and range as a comment. Parsing the text gives the same configuration, bit for
+/// bit.
 [[nodiscard]] std::string config_to_yaml(const ScanConfig& config);
 
 /// One object, nested as the YAML is; lengths in metres, memory in MiB, `auto` as null.
@@ -16,7 +17,7 @@ namespace scanknit {
 /// Draft 2020-12, for editors: "# yaml-language-server: $schema=...".
 [[nodiscard]] std::string config_json_schema();
 
-/// docs/configuration.md. `run_defaults` are what `scanknit run` begins with.
+/// The text of docs/configuration.md. `run_defaults`: the values that `scanknit run` begins with.
 [[nodiscard]] std::string config_markdown(const ScanConfig& run_defaults);
 
 }  // namespace scanknit

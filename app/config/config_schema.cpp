@@ -337,7 +337,7 @@ std::string millimetre_hint(const ConfigKey& key, double metres) {
   return fmt::format(" (did you mean millimetres? {} mm is {})", format_number(metres), format_number(as_mm));
 }
 
-/// Turns go either way.
+/// The hint for a negative turn: the sign is not needed, because both directions are tried.
 std::string sign_hint(const ConfigKey& key, double value) {
   const bool is_of_turn = key.name == "turntable.step" || key.name == "turntable.rpm";
   if (!is_of_turn || !(value < 0) || -value > key.maximum) return "";

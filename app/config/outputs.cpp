@@ -15,7 +15,7 @@ namespace {
 
 using Path = std::filesystem::path;
 
-/// Endings that mean "a file", which we do not write. Any other unknown ending is taken as a folder's name.
+/// True for file formats that ScanKnit does not write. A path with any other unknown extension names a folder.
 bool is_foreign_file(const Path& path) {
   static constexpr std::array kEndings = {".gltf", ".fbx",  ".dae", ".off", ".usd", ".usdz", ".vdb",
                                           ".png",  ".json", ".txt", ".pcd", ".xyz", ".zip"};

@@ -1,4 +1,4 @@
-// Outputs: which files a command writes, decided and checked before any work.
+// Outputs: the files that a command writes; decided and checked before any work.
 #pragma once
 
 #include <filesystem>
@@ -18,23 +18,24 @@ struct Outputs {
   std::optional<std::filesystem::path> page;  ///< report.html
 };
 
-/// What the command line asked for.
+/// The outputs that the command line asks for.
 struct OutputRequest {
   std::filesystem::path output = {};  ///< a folder, or one mesh file
   std::optional<std::filesystem::path> report = {}, trajectory = {}, volume = {};
-  bool has_trajectory = true;  ///< false: the command knows no poses
+  bool has_trajectory = true;  ///< false: the command has no poses
 };
 
-/// A folder gets model.* for each of config.formats, preview.png (a scan error.png and
-/// coverage.png, too), report.json, report.html and trajectory.txt; one file gets itself.
-/// Explicitly named files go where they are named. Errors (kUsage): an extension that nothing writes, a file where a
-/// folder should be, two outputs of one name.
+/// For a folder: model.* for each of config.formats, preview.png (for a scan also error.png and coverage.png),
+/// report.json, report.html and trajectory.txt. For a mesh file: only that file. Files with a path of their own are
+/// written there. Errors (kUsage): an extension of an unknown format, a file where a folder is needed, two outputs with
+/// the same path.
 [[nodiscard]] Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& config);
 
-/// Adds the GLB and the STL that the live view offers for download, beside the first mesh, where they are not yet.
+/// Adds the GLB and the STL that the live view offers for download, next to the first mesh, unless they are outputs
+/// already.
 void add_downloads(Outputs& outputs);
 
-/// What a command scans, as far as its arguments say.
+/// The job of a command, from its arguments.
 [[nodiscard]] ScanJob job_of(const std::filesystem::path& input, const ScanConfig& config, const Outputs& outputs);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// The configurations of configs/, built into the program so that it works wherever it is installed.
+// The configurations of configs/, built into the program so that it needs no files where it is installed.
 #pragma once
 
 #include <span>
@@ -7,14 +7,14 @@
 namespace scanknit {
 
 struct Preset {
-  std::string_view name;  ///< "object": the file's name without .yaml
-  std::string_view text;  ///< the file
+  std::string_view name;  ///< the file's name without .yaml: "object"
+  std::string_view text;  ///< the file's text
 };
 
 /// In alphabetical order.
 [[nodiscard]] std::span<const Preset> presets();
 
-/// Null when there is none of that name.
+/// Null if there is no preset with that name.
 [[nodiscard]] const Preset* find_preset(std::string_view name);
 
 }  // namespace scanknit

@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 16;  // the configuration has three levels
 
-/// Builds the tree from yaml-cpp's events. YAML::Node would resolve aliases and forget repeated keys before we see
-/// them.
+/// Builds the tree from yaml-cpp's events. YAML::Node would resolve aliases and drop repeated keys.
 class TreeBuilder final : public YAML::EventHandler {
  public:
   [[nodiscard]] YamlNode take_root() { return std::move(root_); }
@@ -65,7 +64,7 @@ class TreeBuilder final : public YAML::EventHandler {
   YamlNode root_;
 };
 
-/// The first line that is indented by a tab. yaml-cpp reports such a line elsewhere and in words nobody understands.
+/// Finds the first line that is indented by a tab. yaml-cpp reports another line for it, with an unclear message.
 std::optional<YamlError> find_tab_indent(std::string_view text) {
   int line = 1;
   while (!text.empty()) {

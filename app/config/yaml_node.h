@@ -1,4 +1,4 @@
-// A YAML document as a plain tree with the place of every node, repeated keys included.
+// A YAML document as a plain tree, with the line and column of every node; keeps repeated keys.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ namespace scanknit {
 struct YamlNode {
   enum class Kind { kNull, kScalar, kSequence, kMap };
   Kind kind = Kind::kNull;
-  int line = 1;                    ///< counting from 1
-  int column = 1;                  ///< counting from 1, in bytes
+  int line = 1;                    ///< from 1
+  int column = 1;                  ///< from 1, in bytes
   std::string text;                ///< of a scalar
   std::vector<YamlNode> children;  ///< of a sequence: the items; of a map: key, value, key, value ...
 };
@@ -23,8 +23,9 @@ struct YamlError {
   std::string message;
 };
 
-/// One document. Refused: anchors and aliases (they can unfold a few bytes into gigabytes), nesting deeper than 16, a
-/// second document, tabs as indentation, and whatever is no YAML. Never throws. An empty text is a kNull node.
+/// Parses one document. Errors: anchors and aliases (they can expand a few bytes into gigabytes), nesting deeper than
+/// 16, a second document, tabs as indentation, and anything that is not YAML. Never throws. An empty text gives a kNull
+/// node.
 [[nodiscard]] std::variant<YamlNode, YamlError> parse_yaml(std::string_view text);
 
 }  // namespace scanknit

@@ -21,13 +21,13 @@ Eigen::Vector3i chunk_of(const Eigen::Vector3i& leaf) {
   return {leaf.x() & ~kWithinChunk, leaf.y() & ~kWithinChunk, leaf.z() & ~kWithinChunk};
 }
 
-constexpr float kWellSeen = 10;  // a good view weighs 1
+constexpr float kWellSeen = 10;  // weight of ten good views; a good view has weight 1
 
-/// What the leaf of a patch knows of a place in it, by the voxel next to it. Good enough to look at, and a quarter of
-/// the time that exact normals and colours take, which need all 26 neighbours.
-class LeafLook {
+/// Samples colour, normal and coverage at the nearest voxel of the patch's leaf. Good enough to look at, and takes a
+/// quarter of the time of exact normals and colours, which need all 26 neighbouring leaves.
+class LeafSampler {
  public:
-  LeafLook(const TsdfVolume& volume, const VolumeBlock& block)
+  LeafSampler(const TsdfVolume& volume, const VolumeBlock& block)
       : tsdf_(block.tsdf->buffer().data()),
         weights_(block.weight->buffer().data()),
         colours_(colours_of(*block.colour)),
@@ -39,7 +39,7 @@ class LeafLook {
     return (p_world * per_metre_ - origin_).array().round().cast<int>().max(0).min(kLeafVoxels - 1);
   }
 
-  /// 255 from ten good views on.
+  /// 255 for ten good views or more.
   [[nodiscard]] std::uint8_t coverage(const Eigen::Array3i& voxel) const {
     const float share = std::min(1.0f, decode_weight(weights_[offset(voxel)]) / kWellSeen);
     return static_cast<std::uint8_t>(std::lrint(255 * std::sqrt(share)));
@@ -50,7 +50,7 @@ class LeafLook {
     return has_colour(code) ? decode_colour(code) : kNoColour;
   }
 
-  /// Unit, or zero where a neighbour is unknown.
+  /// A unit vector, or zero when a neighbouring voxel is unknown.
   [[nodiscard]] Eigen::Vector3f normal(const Eigen::Array3i& voxel) const {
     Eigen::Vector3f gradient;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -80,15 +80,15 @@ class LeafLook {
 };
 
 /// A patch with normals, colours and coverage.
-struct DressedPatch {
+struct ColouredPatch {
   Mesh mesh;
   std::vector<std::uint8_t> coverage;
 };
 
-DressedPatch dressed(const TsdfVolume& volume, const MeshPatch& patch) {
-  DressedPatch result{patch.mesh, {}};
+ColouredPatch coloured(const TsdfVolume& volume, const MeshPatch& patch) {
+  ColouredPatch result{patch.mesh, {}};
   const auto block = volume.index().find({patch.origin.x(), patch.origin.y(), patch.origin.z()});
-  const LeafLook leaf(volume, volume.index().blocks()[block]);
+  const LeafSampler leaf(volume, volume.index().blocks()[block]);
   for (const Eigen::Vector3f& position : patch.mesh.positions_m) {
     const Eigen::Array3i voxel = leaf.voxel_at(position);
     result.mesh.normals.push_back(leaf.normal(voxel));
@@ -130,14 +130,15 @@ void LiveMesh::queue_changed(BlockIndex::Number number) {
 
 Result<LiveMesh> LiveMesh::create(const TsdfVolume& volume, const ExtractConfig& config, std::uint32_t last_revision) {
   ExtractConfig live = config;
-  if (is_tetrahedral(live.decider)) live.decider = Decider::kTrilinear;  // those have no incremental mesher
+  if (is_tetrahedral(live.decider)) live.decider = Decider::kTrilinear;  // the incremental mesher has no tetrahedra
   live.normals = false;
   auto mesher = IncrementalMesher::create(volume.field_view().without_colours(), live);
   if (!mesher) return mesher.error();
   return LiveMesh(volume, *std::move(mesher), last_revision);
 }
 
-/// A leaf, if it still waits, and with it those of its kind in its chunk: the chunk is written once for all of them.
+/// Takes a leaf, if it still waits, and with it the waiting leaves of the same kind in its chunk, so that the chunk is
+/// written once for all of them.
 void LiveMesh::take_chunk(const TsdfVolume& volume, BlockIndex::Number first, std::size_t most_leaves,
                           std::vector<BlockIndex::Number>& some) {
   const bool was_meshed = states_[first].was_meshed;
@@ -146,7 +147,7 @@ void LiveMesh::take_chunk(const TsdfVolume& volume, BlockIndex::Number first, st
     states_[number].waiting = Waiting::kNot;
     some.push_back(number);
   };
-  if (states_[first].waiting != Waiting::kMatter) return;  // came along with another one
+  if (states_[first].waiting != Waiting::kMatter) return;  // taken before, with another leaf of its chunk
   take(first);
   const openvdb::Coord& origin = volume.index().blocks()[first].origin;
   const Eigen::Vector3i chunk = chunk_of({origin.x(), origin.y(), origin.z()});
@@ -205,7 +206,7 @@ Result<void> LiveMesh::update(TsdfVolume& volume, std::size_t most_leaves, const
 
   std::set<Eigen::Vector3i, BlockOrder> chunks;
   for (const Eigen::Vector3i& leaf : *different) chunks.insert(chunk_of(leaf));
-  for (const Eigen::Vector3i& leaf : leaves) {  // the same triangles may have other colours
+  for (const Eigen::Vector3i& leaf : leaves) {  // the colours may have changed although the triangles have not
     if (mesher_.patches().contains(leaf)) chunks.insert(chunk_of(leaf));
   }
   for (const Eigen::Vector3i& at : chunks) {
@@ -235,18 +236,18 @@ bool LiveMesh::has_triangle_in(const Eigen::AlignedBox3d& box) const {
 }
 
 std::string LiveMesh::message_of(const TsdfVolume& volume, const Eigen::Vector3i& at, Chunk& chunk) const {
-  std::vector<DressedPatch> patches;
+  std::vector<ColouredPatch> patches;
   for (int x = 0; x < kChunkVoxels; x += kLeafVoxels) {
     for (int y = 0; y < kChunkVoxels; y += kLeafVoxels) {
       for (int z = 0; z < kChunkVoxels; z += kLeafVoxels) {
         const auto patch = mesher_.patches().find(at + Eigen::Vector3i(x, y, z));
-        if (patch != mesher_.patches().end()) patches.push_back(dressed(volume, patch->second));
+        if (patch != mesher_.patches().end()) patches.push_back(coloured(volume, patch->second));
       }
     }
   }
   std::vector<ChunkPart> parts;
   chunk.triangles = 0;
-  for (DressedPatch& patch : patches) {
+  for (ColouredPatch& patch : patches) {
     chunk.triangles += patch.mesh.triangles.size();
     parts.push_back({&patch.mesh, std::move(patch.coverage)});
   }

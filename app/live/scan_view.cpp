@@ -21,15 +21,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLongUpdate = 15ms;  // of the mesh: after a longer one fewer leaves are meshed at a time
+constexpr auto kLongUpdate = 15ms;  // after a longer update of the mesh, the next one has fewer leaves
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 constexpr auto kStateEvery = 100ms;
 constexpr auto kPictureEvery = 250ms;
-constexpr auto kPictureForLater = 2s;  // somebody may come while the scan is paused
+constexpr auto kPictureForLater = 2s;  // without viewers: for one that joins during a pause
 constexpr auto kRateWindow = 2s;
-constexpr auto kSilence = 2s;  // of a scanner, from which on it is told
+constexpr auto kSilence = 2s;  // a scanner that is silent for longer is reported
 
-/// Moves `cost` towards how long it lived: by half when that is longer, else by a quarter.
+/// Updates the estimate `cost` by the lifetime of this object: moves it half the way up, or a quarter of the way down.
 class Cost {
  public:
   explicit Cost(std::chrono::steady_clock::duration& cost) : cost_(cost) {}
@@ -111,7 +111,7 @@ Result<void> ScanView::on_open(const RecordingInfo& info) {
 Result<void> ScanView::on_begin(const ScanState& scan) {
   is_second_pass_ = has_ended_;
   if (!shows_frames()) return {};
-  if (std::exchange(has_begun_, true)) {  // a reset
+  if (std::exchange(has_begun_, true)) {  // called after a reset
     drop_mesh();
     publish_crop(scan.crop);
     T_world_camera_.reset();
@@ -147,7 +147,7 @@ void ScanView::on_frame(const Frame& frame, const std::optional<Pose>& T_world_c
   if (begin - picture_at_ >= picture_every && budget_.allows(Clock::now() - begin + picture_cost_)) {
     show_picture(frame);
   }
-  publish_state(/*is_urgent=*/job_.pace == Pace::kStepped);  // no other frame may come for long
+  publish_state(/*is_urgent=*/job_.pace == Pace::kStepped);  // the next frame may come much later
   budget_.spend(Clock::now() - begin);
 }
 
@@ -203,7 +203,7 @@ void ScanView::note_pose(const Frame& frame, const std::optional<Pose>& T_world_
                             !T_world_camera.has_value()});
 }
 
-/// Of the frame that came last; where poses are given there is nothing to tell of one that could be used.
+/// Shows how the last frame was tracked. When poses are given, a usable frame has no such state.
 void ScanView::note_tracking(const TrackedFrame* newest) {
   const std::string tracking = newest == nullptr ? "none" : to_string(newest->state);
   if (tracking != state_.tracking) state_at_ = {};  // that is news
@@ -212,7 +212,7 @@ void ScanView::note_tracking(const TrackedFrame* newest) {
   state_.advice = tracking_advice(state_.reason);
 }
 
-/// Frames come, and none can be used.
+/// Shows that frames come but cannot be used.
 void ScanView::note_trouble(DropReason reason) {
   if (state_.phase != ViewPhase::kScanning) return;
   std::string words = to_string(reason);
@@ -223,7 +223,7 @@ void ScanView::note_trouble(DropReason reason) {
   state_.reason = std::move(words);
 }
 
-/// Before the first frame and after the last: what is worked on, while it is.
+/// Shows progress on the page only before the first frame and after the last one.
 void ScanView::on_progress(std::string_view what, std::size_t done, std::size_t total) {
   console_.on_progress(what, done, total);
   const bool has_frames = state_.phase != ViewPhase::kExporting && !(state_.phase == ViewPhase::kWaiting && !mesh_);
@@ -249,16 +249,16 @@ void ScanView::publish_news() {
 }
 
 void ScanView::update_mesh(TsdfVolume& volume, std::size_t most_leaves) {
-  if (!mesh_) return;  // a reset has failed
+  if (!mesh_) return;  // no mesh: a reset has failed
   const auto updated = mesh_->update(volume, most_leaves, [&](std::uint32_t chunk, std::string message) {
     server_->publish_chunk(chunk, std::move(message));
   });
-  // What cannot be shown is not worth ending a scan for; the mesh of the files tells what is wrong.
+  // An error of the live mesh does not end the scan; writing the mesh files will report its cause.
   if (!updated) state_.message = updated.error().text();
   is_mesh_behind_ = updated && !mesh_->is_up_to_date();
 }
 
-/// As much as takes a moment, on this machine and with these clients.
+/// Meshes as many leaves as take about kLongUpdate.
 void ScanView::update_some_of_mesh(TsdfVolume& volume) {
   const auto begin = Clock::now();
   {
@@ -315,7 +315,7 @@ Result<void> ScanView::make_mesh(const TsdfVolume& volume) {
   return {};
 }
 
-/// And the trail.
+/// Removes the mesh and the trail from the page.
 void ScanView::drop_mesh() {
   if (mesh_) revision_ = mesh_->revision() + 1;
   mesh_.reset();
@@ -358,8 +358,8 @@ void ScanView::serve_result(const CommandRun& run) {
   if (server_ == nullptr) return;
   constexpr const char* kOver = "the scan is over";
   server_->refuse_commands(kOver);
-  const bool is_well = run.exit_code == kExitOk || run.exit_code == kExitInterrupted;
-  state_.phase = is_well ? ViewPhase::kFinished : ViewPhase::kFailed;
+  const bool has_succeeded = run.exit_code == kExitOk || run.exit_code == kExitInterrupted;
+  state_.phase = has_succeeded ? ViewPhase::kFinished : ViewPhase::kFailed;
   state_.message = run.exit_code == kExitOk ? "" : run.status;
   for (const WarningCode of_crop : {WarningCode::kCropBoxIgnored, WarningCode::kCropBoxDropped}) {
     const ScanWarning* warning = find_warning(run.scan, of_crop);

@@ -1,4 +1,4 @@
-// ScanView: a scan's live view, served between two frames in a small share of their time.
+// ScanView: the live view of a scan; works between two frames and takes a small share of their time.
 #pragma once
 
 #include <chrono>
@@ -22,31 +22,32 @@
 
 namespace scanknit {
 
-/// Shows a scan on the page and takes the commands of those who look on; all that it is told goes to the console as
-/// well. Unless a view is wanted it does that alone.
+/// Shows a scan on the page, takes the commands of its viewers, and passes messages, warnings and progress on to the
+/// console. Without --view it only does the latter.
 class ScanView final : public ScanObserver {
  public:
   enum class Mode { kRun, kCapture };
 
-  /// All references outlive it. `stop`: the page is served no longer.
+  /// All references outlive it. `stop` ends serve_result().
   ScanView(const ViewArguments& arguments, const ScanJob& job, Mode mode, std::stop_token stop, Console& console);
 
   void on_message(LogLevel level, std::string_view text) override { console_.on_message(level, text); }
   void on_warning(const ScanWarning& warning) override { console_.on_warning(warning); }
   void on_progress(std::string_view what, std::size_t done, std::size_t total) override;
 
-  /// Listens, and says where on the console. Until on_begin(), commands are refused. Errors: LiveView::start().
+  /// Starts the server and prints its links on the console. Refuses commands until on_begin(). Errors: those of
+  /// LiveView::start().
   [[nodiscard]] Result<void> on_open(const RecordingInfo& info) override;
-  /// Shows the volume as it grows. Once the frames of a scan are over, those of a second pass are not shown, only what
-  /// comes of them. Errors: IncrementalMesher::create().
+  /// Shows the volume while it grows. In a second pass, after the frames have ended, shows only the result. Errors:
+  /// those of IncrementalMesher::create().
   [[nodiscard]] Result<void> on_begin(const ScanState& scan) override;
-  /// A twentieth of the time of the scan goes into the view (view_budget.h).
+  /// Spends at most a twentieth of the scan's time on the view (view_budget.h).
   void on_frame(const Frame& frame, const std::optional<Pose>& T_world_camera, const ScanState& scan) override;
   void on_no_frame(const Frame* passed_by, const ScanState& scan) override;
   void on_phase(const ScanState& scan) override;
   /// Shows the whole mesh, however long it takes.
   void on_tracked_mesh(const ScanState& scan) override;
-  /// Shows the whole mesh and the trail in place of those that were shown.
+  /// Replaces mesh and trail on the page by the whole refined ones.
   void on_refined(const ScanState& scan) override;
   [[nodiscard]] std::optional<ScanCommand> next_command(std::stop_token stop,
                                                         std::chrono::nanoseconds patience) override;
@@ -56,14 +57,14 @@ class ScanView final : public ScanObserver {
   /// Time spent on the view: stages "view" and "view_all".
   [[nodiscard]] const StageTimesByName& times() const { return times_; }
 
-  /// Tells how the scan ended, and what can be downloaded. Then serves the page until stopped; returns at once if that
-  /// was asked for already, or if nothing has been fused.
+  /// Shows how the scan ended, and which files can be downloaded. Then serves the page until stopped; returns at once
+  /// if the stop was requested already, or if nothing has been fused.
   void serve_result(const CommandRun& run);
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kFewestLeaves = 16, kMostLeaves = 256;      ///< meshed between two frames
-  static constexpr Clock::duration kGuess = std::chrono::milliseconds(5);  ///< what the first update may take
+  static constexpr std::size_t kFewestLeaves = 16, kMostLeaves = 256;      ///< leaves meshed between two frames
+  static constexpr Clock::duration kGuess = std::chrono::milliseconds(5);  ///< first estimate of an update's duration
 
   [[nodiscard]] bool shows_frames() const { return server_ != nullptr && !has_ended_; }
   void note_pose(const Frame& frame, const std::optional<Pose>& T_world_camera);
@@ -85,25 +86,25 @@ class ScanView final : public ScanObserver {
   const ViewArguments& arguments_;
   const ScanJob& job_;
   Mode mode_;
-  bool is_paced_;  ///< frames come whether they are taken or not
+  bool is_paced_;  ///< frames come at their own pace
   bool has_begun_ = false;
-  bool has_ended_ = false;       ///< the frames that were shown are over
-  bool is_second_pass_ = false;  ///< the scan since on_begin() is not the one whose mesh is shown
+  bool has_ended_ = false;       ///< the frames of the first pass have ended
+  bool is_second_pass_ = false;  ///< the page still shows the mesh of the first pass
   std::stop_token stop_;
   Console& console_;
-  std::unique_ptr<LiveView> server_;  ///< null: not wanted, or not open yet
+  std::unique_ptr<LiveView> server_;  ///< null: no view is wanted, or on_open() was not called yet
   std::optional<LiveMesh> mesh_;
-  CropBox crop_;                        ///< in force
-  std::optional<ViewCommand> command_;  ///< is being carried out
-  std::uint32_t revision_ = 0;          ///< of the mesh that was shown before
-  bool is_mesh_behind_ = false;         ///< the volume may have what it does not show
+  CropBox crop_;                        ///< the crop box in force
+  std::optional<ViewCommand> command_;  ///< the command that is being carried out
+  std::uint32_t revision_ = 0;          ///< first revision of the next mesh
+  bool is_mesh_behind_ = false;         ///< the volume may have changes that the mesh does not show
   ViewState state_, published_;
-  std::optional<Pose> T_world_camera_;  ///< of the last frame that had one
+  std::optional<Pose> T_world_camera_;  ///< pose of the last frame that had one
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
   ViewBudget budget_;
-  Clock::duration mesh_cost_ = kGuess, picture_cost_ = kGuess;  ///< of late
-  std::size_t leaves_ = kFewestLeaves;                          ///< of an update of the mesh: as many as take a moment
+  Clock::duration mesh_cost_ = kGuess, picture_cost_ = kGuess;  ///< recent durations
+  std::size_t leaves_ = kFewestLeaves;                          ///< leaves of the next update of the mesh
   std::uint32_t pictures_ = 0;
   StageTimesByName times_;
 };

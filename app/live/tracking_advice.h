@@ -1,4 +1,4 @@
-// What a person can do about tracking.
+// Advice for the user on tracking.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace scanknit {
 
-/// A sentence for one of the reasons of docs/report.md; empty where there is nothing to do.
+/// Advice for one of the reasons of docs/report.md; empty when there is nothing to do.
 [[nodiscard]] std::string tracking_advice(std::string_view reason);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// ViewBudget: how much of the scan's time may go into the live view.
+// ViewBudget: limits the share of the scan's time that the live view takes.
 #pragma once
 
 #include <algorithm>
@@ -6,38 +6,39 @@
 
 namespace scanknit {
 
-/// A twenty-fifth of the time between frames is earned: what single updates take too long keeps within a twentieth. A
-/// pause or a silent scanner earns next to nothing, and no more is saved up than one update of the mesh takes, so that
-/// the share holds for any second of the scan on a computer that has nothing else to do. What an update took too long
-/// is paid back by the next frames.
+/// The view earns 1/25 of the time between frames; with updates that take longer than expected it stays below 1/20. A
+/// pause or a silent scanner earns almost nothing, and at most one update of the mesh can be saved up, so that the
+/// share holds for any second of the scan on an otherwise idle computer. When an update takes too long, the next frames
+/// pay the debt.
 class ViewBudget {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr double kShare = 0.04;
 
-  /// A frame has come.
+  /// To be called for each frame.
   void earn(Clock::time_point now) {
     const auto passed = std::clamp(now - last_frame_, Clock::duration::zero(), kLongestGap);
     last_frame_ = now;
     scanned_ += passed;
     credit_ = std::min(credit_ + std::chrono::duration_cast<Clock::duration>(kShare * passed), kMostCredit);
   }
-  /// The scan begins, or goes on after a pause: what has passed since the last frame does not count.
+  /// To be called when the scan begins, or goes on after a pause: the time since the last frame does not count.
   void go_on(Clock::time_point now) { last_frame_ = now; }
 
-  /// Work that takes longer than can be saved up is done when all is saved.
+  /// True when the credit covers work that takes `expected`. For work longer than the largest credit, that credit is
+  /// enough.
   [[nodiscard]] bool allows(Clock::duration expected) const { return std::min(expected, kMostCredit) <= credit_; }
   void spend(Clock::duration spent) {
     credit_ -= spent;
     spent_ += spent;
   }
-  /// What has been spent, of the time in which frames came.
+  /// Time spent on the view / time in which frames came.
   [[nodiscard]] double share() const {
     return scanned_ > Clock::duration::zero() ? std::chrono::duration<double>(spent_) / scanned_ : 0;
   }
 
  private:
-  static constexpr Clock::duration kLongestGap = std::chrono::milliseconds(500);  // between frames of a slow scan
+  static constexpr Clock::duration kLongestGap = std::chrono::milliseconds(500);  // one frame earns for at most this
   static constexpr Clock::duration kMostCredit = std::chrono::milliseconds(50);
 
   Clock::time_point last_frame_ = Clock::now();

@@ -1,4 +1,4 @@
-// The frequency of each way in which cells were resolved, as a table.
+// A table of how often each configuration and sub-case of cells occurred.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace scanknit {
 
-/// A row for each sub-case, met or not: its cells, and their share of all cells and of those that the surface crosses.
+/// One row for each sub-case, also for those that did not occur: its cells, and their share of all cells and of the
+/// cells that the surface crosses.
 [[nodiscard]] std::string case_table_text(const CaseCounts& counts);
 
 }  // namespace scanknit

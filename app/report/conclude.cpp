@@ -20,12 +20,13 @@ double peak_rss_mib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
 }
 
-/// A volume that was full and lost its camera is meshed as far as it goes.
+/// True when the volume reached its budget, tracking was lost, and the incomplete volume was meshed.
 bool is_partial(const CommandRun& run) {
   return run.exit_code == exit_code_of(ErrorCode::kBudget) && run.scan.mesh.check;
 }
 
-/// Which outcomes leave a report: whatever was found out about the input. A refused option, disk or budget leaves none.
+/// A report is written for all outcomes that say something about the input; not when an option, an output or the budget
+/// was refused.
 bool wants_report(const CommandRun& run) {
   switch (run.exit_code) {
     case exit_code_of(ErrorCode::kUsage):
@@ -41,8 +42,8 @@ Result<void> write_report(const Outputs& outputs, CommandRun& run) {
   files["report"] = outputs.report->string();
   if (outputs.page) files["page"] = outputs.page->string();
   const std::string json = report_json(run);
-  if (outputs.page) {                             // first: report.json must not tell of a success that was none
-    const auto poses = files.find("trajectory");  // of this run, wherever it is
+  if (outputs.page) {                             // first: if it fails, report.json reports it
+    const auto poses = files.find("trajectory");  // this run's trajectory, wherever it was written
     const std::filesystem::path trajectory = poses == files.end() ? "" : poses->second;
     if (auto written = write_report_page(json, *outputs.page, trajectory); !written) return written;
   }

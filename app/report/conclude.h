@@ -1,4 +1,4 @@
-// The end of a command that makes a mesh: its report, its summary, its exit code.
+// The end of a command that makes a mesh: report, summary, exit code.
 #pragma once
 
 #include "app/commands/commands.h"
@@ -7,8 +7,9 @@
 
 namespace scanknit {
 
-/// The report to its file, the result to stdout, the error to stderr. The result is the report with --json, else a few
-/// lines of summary (not with --quiet) and, `with_case_table`, the frequency of the sub-cases. Returns the exit code.
+/// Writes the report to its file, the result to stdout, and an error to stderr. With --json the result is the report;
+/// else a short summary (not with --quiet) and, if `with_case_table`, the frequency of the sub-cases. Returns the exit
+/// code.
 [[nodiscard]] int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common,
                            bool with_case_table = false);
 

@@ -19,11 +19,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxDropMessages = 100;
-/// Always in the report, in the order in which a frame meets them.
+/// The stages that are always in the report, in the order in which a frame passes them.
 constexpr std::array kStages = {"read",      "acquire", "filter", "track", "raycast",
                                 "integrate", "extract", "export", "write"};
 
-/// JSON has no NaN or infinity; a time or size that is neither is better 0 than a document that cannot be read.
+/// JSON has no NaN or infinity: these become 0, so that the document stays readable.
 double finite(double value) {
   return std::isfinite(value) ? value : 0.0;
 }
@@ -343,7 +343,7 @@ std::string report_json(const CommandRun& run) {
   json["texture"] = texture_json(scan.texture);
   json["files"] = object_of(scan.files);
   json["config"] = Json::parse(config_to_json(scan.config));
-  // Paths and messages may hold bytes that are not UTF-8: they become the replacement character.
+  // Paths and messages may have bytes that are not UTF-8: these become the replacement character.
   return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,4 +1,4 @@
-// report.json: what a run did, in numbers. Published in docs/report.md, and tested against its schema.
+// report.json: a run in numbers. docs/report.md describes it, and tests check it against its schema.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace scanknit {
 /// "none", "rpm", "step", "file", "recording".
 [[nodiscard]] const char* to_string(AngleSource source);
 
-/// Frames in this state.
+/// The number of frames in this state.
 [[nodiscard]] std::size_t count_of(const TrackingResult& tracking, TrackState state);
 
 }  // namespace scanknit

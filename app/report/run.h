@@ -1,4 +1,4 @@
-// CommandRun: a scan's result, and how the program ends with it.
+// CommandRun: a scan's result, and how the command ended.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,7 @@ struct CommandRun {
   double peak_rss_mib = 0;
 };
 
-/// `begin`: of the command. `was_interrupted`: by a signal, where that is not how the command ends.
+/// `begin`: when the command began. `was_interrupted`: by a signal, unless a signal is the command's normal end.
 [[nodiscard]] CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin);
 
 }  // namespace scanknit

@@ -23,7 +23,7 @@ std::string grouped(std::size_t count) {
 
 std::string frames_line(const ScanResult& scan) {
   const FrameCounts& frames = scan.frames;
-  if (frames.read == 0) return "";  // a volume was meshed
+  if (frames.read == 0) return "";  // there are no frames: a volume was meshed
   const std::string dropped = frames.dropped == 0 ? "" : fmt::format(", {} dropped", frames.dropped);
   return fmt::format("Frames   {} of {} fused{}\n", frames.fused, frames.read, dropped);
 }
@@ -39,8 +39,8 @@ std::string tracking_line(const ScanResult& scan) {
 
 const char* angle_remark(const TurntableResult& table) {
   if (table.is_angle_held) return "";
-  return table.prior == AngleSource::kNone ? "; it looks alike from all sides: the angles are not sure"
-                                           : "; the pictures do not hold the angles: they are those that were given";
+  return table.prior == AngleSource::kNone ? "; it looks the same from all sides: the angles are uncertain"
+                                           : "; the pictures do not determine the angles: the given ones are used";
 }
 
 std::string turntable_line(const ScanResult& scan) {
@@ -83,7 +83,7 @@ std::string mesh_line(const ScanResult& scan) {
                      size_mm.z());
 }
 
-/// "0.42 mm", "98 mm": two digits, or all of those before the point.
+/// "0.42 mm", "98 mm": two significant digits, or all digits before the point.
 std::string texel_words(double texel_m) {
   const double texel_mm = 1000 * texel_m;
   return texel_mm < 10 ? fmt::format("{:.2g} mm", texel_mm) : fmt::format("{:.0f} mm", texel_mm);
@@ -115,7 +115,7 @@ std::string files_line(const ScanResult& scan) {
   return fmt::format("Written  {}\n", fmt::join(paths, "\n         "));
 }
 
-/// One suggestion that fits what was seen.
+/// Suggests what to do next, from the result.
 std::string next_line(const ScanResult& scan) {
   std::vector<std::string> ideas;
   if (scan.files.contains("glb"))
@@ -143,7 +143,7 @@ std::string alignment_text(const ScanResult& scan) {
   return text;
 }
 
-/// A line for each step of finishing.
+/// One line for each finishing step.
 std::string finish_text(const ScanResult& scan) {
   if (!scan.mesh.finish) return "";
   std::string text;

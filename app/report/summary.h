@@ -1,4 +1,4 @@
-// What a run did, for a person: a few lines on stdout.
+// A short summary of a run, for stdout.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// Frames, voxels, triangles, size in millimetres, seconds a stage, where the files are, and what to try next.
+/// Frames, voxels, triangles, size in millimetres, seconds of each stage, paths of the files, and a suggestion.
 [[nodiscard]] std::string summary_text(const CommandRun& run);
 
 }  // namespace scanknit

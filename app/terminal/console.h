@@ -1,4 +1,4 @@
-// Console: what a person sees on stderr while the program works. Results go to stdout, never through here.
+// Console: messages for the user on stderr while the program works. Results go to stdout, not through this class.
 #pragma once
 
 #include <chrono>
@@ -17,8 +17,8 @@ namespace scanknit {
 
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
-/// One thread. Quiet: errors only. Colours on a terminal unless NO_COLOR is set. As an observer of a scan it says its
-/// messages and warnings and draws its progress.
+/// For one thread. Quiet: prints errors only. Uses colours on a terminal unless NO_COLOR is set. As an observer of a
+/// scan, prints its messages and warnings and draws its progress.
 class Console final : public ScanObserver {
  public:
   explicit Console(Verbosity verbosity);
@@ -28,12 +28,12 @@ class Console final : public ScanObserver {
   void warn(std::string_view message) { on_message(LogLevel::kWarning, message); }
   void error(std::string_view message) { on_message(LogLevel::kError, message); }
 
-  /// One or more lines as they are, at every verbosity.
+  /// Prints lines unchanged, at every verbosity.
   void plain(std::string_view lines);
 
   void on_message(LogLevel level, std::string_view message) override;
   void on_warning(const ScanWarning& warning) override { warn(warning.text); }
-  /// "fusing 12/50": on a terminal one line, redrawn ten times a second at most; else a line every tenth of the way.
+  /// Prints "fusing 12/50": on a terminal one line, redrawn at most ten times a second; else one line for each tenth.
   void on_progress(std::string_view what, std::size_t done, std::size_t total) override;
 
  private:

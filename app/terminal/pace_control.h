@@ -1,11 +1,11 @@
-// The pace of a replay, set by the person at the terminal.
+// Lets the user at the terminal set the pace of a replay.
 #pragma once
 
 #include "acquire/replay/paced_source.h"
 
 namespace scanknit {
 
-/// The steady clock; a step is a line on stdin, whose end is the last step.
+/// Uses the steady clock. Each line on stdin is one step; the end of stdin is the last one.
 [[nodiscard]] PaceControl terminal_pace_control();
 
 }  // namespace scanknit

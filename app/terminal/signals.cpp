@@ -9,15 +9,15 @@
 namespace scanknit {
 namespace {
 
-constexpr int kWakeUp = SIGUSR1;  // sent to the waiting thread alone, to end it
+constexpr int kWakeUp = SIGUSR1;  // sent only to the waiting thread, to end it
 
-/// As nohup leaves it.
+/// True when SIGHUP is ignored, as nohup sets it.
 bool outlives_terminal() {
   struct sigaction action {};
   return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-sigset_t awaited_signals() {
+sigset_t signals_to_wait_for() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
@@ -28,9 +28,9 @@ sigset_t awaited_signals() {
 }
 
 void wait_for_signals(std::stop_source source) {
-  const sigset_t signals = awaited_signals();
+  const sigset_t signals = signals_to_wait_for();
   for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kWakeUp;) {
-    // Nothing half-written has its final name (core/files/atomic_file.h), so leaving here is safe.
+    // No incomplete file has its final name (core/files/atomic_file.h), so exiting here is safe.
     const bool is_first = source.request_stop();
     if (!is_first && signal != SIGHUP) ::_exit(kExitInterrupted);
   }
@@ -39,9 +39,9 @@ void wait_for_signals(std::stop_source source) {
 }  // namespace
 
 StopOnSignal::StopOnSignal() {
-  // Ctrl-C ends a `tee` that reads what we say as well: that is no reason to throw the scan away.
+  // Ctrl-C also ends a `tee` that reads our output: writing to the closed pipe must not kill the scan.
   ::signal(SIGPIPE, SIG_IGN);
-  const sigset_t signals = awaited_signals();
+  const sigset_t signals = signals_to_wait_for();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   waiter_ = std::jthread([source = source_] { wait_for_signals(source); });
 }

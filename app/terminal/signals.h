@@ -6,11 +6,11 @@
 
 namespace scanknit {
 
-/// While it lives, the first SIGINT or SIGTERM is a stop request and the second ends the process at once with exit code
-/// 130. A closed terminal is a stop request, too, however often it says so (SIGHUP: the shell and the kernel both do),
-/// unless the program was started to outlive it (nohup). Make it before any other thread: threads started later inherit
-/// the blocked signals, so that only its own thread takes them. No signal handler and no global is needed. A pipe that
-/// nobody reads any more is no reason to end.
+/// During its lifetime, the first SIGINT or SIGTERM is a stop request, and the second one ends the process at once with
+/// exit code 130. A closed terminal (SIGHUP, which both the shell and the kernel send) is only a stop request, however
+/// often it comes; under nohup it is ignored. Construct it before any other thread: later threads inherit the blocked
+/// signals, so that only its own thread receives them. It needs no signal handler and no global. A closed pipe
+/// (SIGPIPE) does not end the program.
 class StopOnSignal {
  public:
   StopOnSignal();

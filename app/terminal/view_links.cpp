@@ -9,9 +9,9 @@
 namespace scanknit {
 namespace {
 
-/// Of the terminal on stderr; 0: there is none.
+/// The width of the terminal on stderr; 0: stderr is no terminal.
 int terminal_columns() {
-  constexpr int kUsual = 80;  // where the terminal does not say
+  constexpr int kUsual = 80;  // if the terminal does not report its width
   if (isatty(STDERR_FILENO) == 0) return 0;
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;

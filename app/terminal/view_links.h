@@ -1,4 +1,4 @@
-// How a person gets to the live view.
+// Shows the user the links of the live view.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// Prints the links and, on a terminal that is wide enough, the first that a phone can reach as a QR code.
+/// Prints the links and, on a terminal that is wide enough, a QR code of the first link that a phone can reach.
 void announce(const std::vector<std::string>& links, Console& console);
 
 }  // namespace scanknit

@@ -27,10 +27,10 @@ class AtomicFile {
   [[nodiscard]] Result<void> write(std::span<const std::byte> bytes);
   [[nodiscard]] Result<void> write(std::string_view text);
 
-  /// Where libraries that insist on a file name may write instead of write(). They must leave the file in place.
+  /// For libraries that write to a file name, in place of write(). They must not rename or delete the file.
   [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
 
-  /// After this the object is spent.
+  /// The object must not be used after this.
   [[nodiscard]] Result<void> commit();
 
  private:
@@ -45,11 +45,11 @@ class AtomicFile {
   std::string buffer_;
 };
 
-/// One call for small files.
+/// Writes a small file in one call.
 [[nodiscard]] Result<void> write_file_atomically(const std::filesystem::path& destination, std::string_view text);
 
-/// Asks, before any long work, whether `destination` could be written: its folder exists (or can be made) and is
-/// writable, and it is not a folder itself. Leaves nothing behind: folders that it had to make are gone again.
+/// Checks, before any long work, that `destination` can be written: its folder exists (or can be made) and is writable,
+/// and it is not a folder itself. Removes all folders that it had to make.
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& destination);
 
 }  // namespace scanknit

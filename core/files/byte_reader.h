@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-/// Walks a span from front to back. Every read either succeeds whole or returns nothing and moves nothing.
+/// Reads a span from front to back. A read that does not fit returns nothing and does not move the position.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}

@@ -1,4 +1,4 @@
-// The structure of a JPEG file: its size, and that it reaches its end.
+// Checks the structure of a JPEG file: its size, and that it is complete.
 #pragma once
 
 #include <cstddef>

@@ -38,7 +38,7 @@ struct PlyHeader {
   std::size_t body_offset = 0;        ///< of the first byte after "end_header"
 };
 
-/// Counts are only parsed, not believed. Errors: kInput.
+/// Parses counts without checking them against the file or any limit. Errors: kInput.
 [[nodiscard]] Result<PlyHeader> parse_ply_header(std::string_view bytes);
 
 }  // namespace scanknit

@@ -10,21 +10,21 @@
 
 namespace scanknit {
 
-/// Whatever the encoding. Every PLY type fits a double exactly. Reads nothing beyond its end.
+/// Reads both encodings. A double holds every PLY type exactly. Never reads beyond the end.
 class PlyNumbers {
  public:
   PlyNumbers(std::string_view body, PlyEncoding encoding);
 
-  /// Bytes that are left.
+  /// The number of bytes left.
   [[nodiscard]] std::size_t remaining() const;
 
-  /// Nothing at the end, or where there is no number.
+  /// The next number; nothing at the end, or if there is no number.
   [[nodiscard]] std::optional<double> next(PlyType type);
 
-  /// A list's length: a whole number of values that the rest of the file could hold.
+  /// The length of a list; nothing unless it is a whole number and the rest of the file can hold so many values.
   [[nodiscard]] std::optional<std::size_t> next_count(const PlyProperty& list);
 
-  /// Reads past one property.
+  /// Skips one property.
   [[nodiscard]] bool skip(const PlyProperty& property);
 
  private:

@@ -1,4 +1,4 @@
-// The structure of a PNG file: checked before any library sees a byte of it.
+// Checks the structure of a PNG file before a library decodes it.
 #pragma once
 
 #include <cstddef>
@@ -23,12 +23,12 @@ struct PngHeader {
 
 struct PngFile {
   PngHeader header;
-  std::vector<std::byte> critical;  ///< the same picture with its critical chunks only
+  std::vector<std::byte> critical;  ///< the same picture with only its critical chunks
 };
 
 /// Walks every chunk up to IEND and checks lengths and CRCs (PNG specification 3rd ed., section 5), so that a file cut
-/// at any byte is refused. Ancillary chunks (colour profiles, text) are left out of `critical`: the decoder has then
-/// nothing to warn about.
+/// at any byte is refused. `critical` has no ancillary chunks (colour profiles, text), because decoders warn about some
+/// of them.
 [[nodiscard]] Result<PngFile> check_png(std::span<const std::byte> bytes, const Limits& limits);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Quantities as people write them: numbers with a unit, and back.
+// Parses and formats quantities: numbers with a unit.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// A finite decimal number, the whole of `text`: "4", "-0.5", "1e-3". Nothing for anything else, NaN and infinity too.
+/// Parses `text` as one finite decimal number: "4", "-0.5", "1e-3". Nothing for any other text, also NaN and infinity.
 [[nodiscard]] std::optional<double> parse_finite(std::string_view text);
 
 struct Length {

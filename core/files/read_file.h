@@ -11,8 +11,8 @@
 
 namespace scanknit {
 
-/// The bytes of a regular file of at most `max_bytes`. Errors (kInput, `where` = the path): not there, a folder or a
-/// device, no permission, empty is allowed, larger than the limit, a failed read.
+/// The bytes of a regular file of at most `max_bytes`. The file may be empty. Errors (kInput, `where` = the path): it
+/// does not exist, is a folder or a device, has no permission or is larger than the limit; a read failed.
 [[nodiscard]] Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::uintmax_t max_bytes);
 
 /// The same as text.

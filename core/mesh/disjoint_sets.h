@@ -1,4 +1,4 @@
-// Numbers in sets that are joined.
+// A union-find structure.
 #pragma once
 
 #include <algorithm>
@@ -9,18 +9,18 @@
 
 namespace scanknit {
 
-/// At first each number from 0 on is a set of its own. The outcome does not depend on the order of joining.
+/// Initially each number from 0 is a set of its own. The result does not depend on the order of joins.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t size) { reset(size); }
 
-  /// As a new one, without asking for memory again.
+  /// Starts again, without a new allocation.
   void reset(std::size_t size) {
     parent_.resize(size);
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
 
-  /// The smallest number of the set that has `of`.
+  /// The smallest number in the set of `of`.
   [[nodiscard]] std::uint32_t root(std::uint32_t of) {
     while (parent_[of] != of) of = parent_[of] = parent_[parent_[of]];
     return of;

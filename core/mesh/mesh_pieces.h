@@ -6,7 +6,7 @@
 
 namespace scanknit {
 
-/// Of vertices: those that triangles join are in one set.
+/// Sets of vertices: vertices that triangles connect are in one set.
 [[nodiscard]] inline DisjointSets pieces_of(const Mesh& mesh) {
   DisjointSets sets(mesh.positions_m.size());
   for (const Triangle& t : mesh.triangles) {

@@ -1,4 +1,4 @@
-// Large meshes in parts, for what takes them one by one.
+// Splits large meshes into parts, to process them one by one.
 #pragma once
 
 #include <cstddef>
@@ -11,30 +11,30 @@
 
 namespace scanknit {
 
-/// Some of a mesh's triangles. `vertices` are the mesh's numbers of those they have; `triangles` count in `vertices`.
+/// Some of a mesh's triangles. `vertices` are the mesh's numbers of their vertices; `triangles` index into `vertices`.
 struct MeshPart {
   std::vector<std::uint32_t> vertices;
   std::vector<Triangle> triangles;
 };
 
-/// Of one part; both are more than 0. A triangle is never cut: it is a part of its own where three vertices are too
-/// many.
+/// The largest size of a part; both numbers are > 0. Triangles are never cut: if three vertices are too many, each
+/// triangle is a part of its own.
 struct MostOfAPart {
   std::size_t triangles = std::numeric_limits<std::size_t>::max();
   std::size_t vertices = std::numeric_limits<std::size_t>::max();
 };
 
-/// A mesh cut into boxes, halved along their longest side until each holds no more than `most`. Parts have their own
-/// copies of the vertices that they share; vertices of no triangle are in no part. In each part the triangles are in
-/// the mesh's order, and the vertices in that in which they name them. Holds 4 bytes a triangle and 4 a vertex; the
-/// parts are made when they are asked for.
+/// Splits a mesh into boxes, halved along their longest side until each has at most `most`. Each part has its own copy
+/// of shared vertices; vertices without a triangle are in no part. In each part the triangles are in the mesh's order,
+/// and the vertices in the order of their first use. Needs 4 bytes for each triangle and 4 for each vertex; makes the
+/// parts on demand.
 class MeshSplit {
  public:
-  /// `mesh` is well formed, and lives as long as this.
+  /// `mesh` is well formed and outlives this object.
   MeshSplit(const Mesh& mesh, MostOfAPart most);
 
   [[nodiscard]] std::size_t parts() const { return parts_.size(); }
-  /// Of all parts: those that are shared count in each.
+  /// The number of vertices in all parts; shared ones count in each.
   [[nodiscard]] std::size_t vertices() const;
   [[nodiscard]] MeshPart part(std::size_t i);
 
@@ -47,11 +47,11 @@ class MeshSplit {
 
   const Mesh& mesh_;
   std::vector<std::uint32_t> triangles_;
-  std::vector<std::uint32_t> number_of_;  ///< as long as the mesh's vertices, and 0 throughout between calls
+  std::vector<std::uint32_t> number_of_;  ///< one entry for each vertex of the mesh; all 0 between calls
   std::vector<Box> parts_;
 };
 
-/// The parts as meshes, of at most `most_triangles` each.
+/// The parts as meshes with at most `most_triangles` each.
 [[nodiscard]] std::vector<Mesh> split_mesh(const Mesh& mesh, std::size_t most_triangles);
 
 }  // namespace scanknit

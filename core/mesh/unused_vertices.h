@@ -5,7 +5,7 @@
 
 namespace scanknit {
 
-/// Drops them; the others keep their order.
+/// Removes the vertices without a triangle; the others keep their order.
 void drop_unused_vertices(Mesh& mesh);
 
 }  // namespace scanknit

@@ -14,17 +14,17 @@ class Model;
 
 namespace scanknit {
 
-/// What a number of the file names; null when it is not there.
+/// The element with an index from the file; null if it does not exist.
 template <typename T>
 [[nodiscard]] const T* item(const std::vector<T>& items, int index) {
   return index >= 0 && static_cast<std::size_t>(index) < items.size() ? &items[static_cast<std::size_t>(index)]
                                                                       : nullptr;
 }
 
-/// Elements of an accessor whose every byte has been found inside its buffer. Refers to the model's memory.
+/// The elements of an accessor, all of whose bytes are checked to be inside its buffer. Refers to the model's memory.
 class AccessorView {
  public:
-  /// Errors (kInput): an index out of range anywhere on the way, sparse or dataless accessors, bytes outside.
+  /// Errors (kInput): any index out of range, sparse or dataless accessors, bytes outside of the buffer.
   [[nodiscard]] static Result<AccessorView> open(const tinygltf::Model& model, int accessor);
 
   [[nodiscard]] std::size_t count() const { return count_; }
@@ -33,9 +33,9 @@ class AccessorView {
 
   /// The component as stored; `element` < count(), `component` < components().
   [[nodiscard]] double value(std::size_t element, int component) const;
-  /// Integer types scaled to 0..1, or -1..1, as colours are meant; floats as they are.
+  /// The component as a colour: integers scaled to 0..1 or -1..1, floats unchanged.
   [[nodiscard]] double normalised(std::size_t element, int component) const;
-  /// normalised() where the accessor asks for it, else value().
+  /// normalised() if the accessor is normalised, else value().
   [[nodiscard]] double meant(std::size_t element, int component) const;
 
  private:

@@ -15,36 +15,36 @@
 
 namespace scanknit {
 
-/// An array and what its accessor and its buffer view say of it (glTF 2.0, 3.6.2).
+/// An array, with the values of its accessor and its buffer view (glTF 2.0, 3.6.2).
 struct GlbArray {
   std::string_view attribute;  ///< "POSITION", "NORMAL", "COLOR_0" or "TEXCOORD_0"; empty: the indices
   std::string_view type;       ///< "SCALAR", "VEC2", "VEC3" or "VEC4"
   int component_type = 0;
-  bool is_normalised = false;  ///< integers that stand for 0..1 or -1..1
+  bool is_normalised = false;  ///< integers represent 0..1 or -1..1
   std::size_t stride = 0;      ///< bytes of an element, a multiple of four
   std::size_t count = 0;
-  std::vector<double> lowest = {}, highest = {};  ///< of the positions: along each axis, exactly as they are stored
+  std::vector<double> lowest = {}, highest = {};  ///< for positions: limits along each axis, exactly as stored
   std::vector<unsigned char> bytes = {};          ///< stride * count
 
   [[nodiscard]] bool is_indices() const { return attribute.empty(); }
 };
 
-/// Where the positions of a quantized mesh lie: p = origin + side * stored / 65535. One scale for the three axes leaves
-/// the directions of normals as they are.
+/// The grid of a quantized mesh's positions: p = origin + side * stored / 65535. All axes have the same scale, so that
+/// the directions of normals do not change.
 struct QuantizationGrid {
   Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
   float side_m = 1;
 };
 
-/// The grid of the whole mesh, so that primitives agree on where their common vertices are. The mesh has a vertex.
+/// The grid of the whole mesh, so that common vertices have the same position in all primitives. The mesh has a vertex.
 [[nodiscard]] QuantizationGrid quantization_grid(const Mesh& mesh, const Placement& placement);
 
-/// Calls `take` with an array of each thing that the mesh and the texture have of the vertices of `part`, then with the
-/// indices. One array is in memory at a time. `grid`: null for floats.
+/// Calls `take` with one array for each attribute of the vertices of `part`, then with the indices. Only one array is
+/// in memory at a time. `grid`: null for floats.
 void for_each_array(const GlbContents& contents, const MeshPart& part, const QuantizationGrid* grid,
                     const std::function<void(const GlbArray&)>& take);
 
-/// Bytes of one vertex in all of those arrays.
+/// The bytes of one vertex in all of these arrays.
 [[nodiscard]] std::size_t bytes_of_a_vertex(const GlbContents& contents, bool is_quantized);
 
 }  // namespace scanknit

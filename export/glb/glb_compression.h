@@ -9,8 +9,8 @@
 
 namespace scanknit {
 
-/// The same part with triangles that lie close together next to each other, and its vertices in the order in which
-/// these triangles name them: so ordered, it compresses well. Vertices of no triangle come last.
+/// Reorders a part to compress well: neighbouring triangles follow one another, and the vertices have the order of
+/// their first use. Vertices without a triangle come last.
 [[nodiscard]] MeshPart in_order_of_use(const MeshPart& part);
 
 /// The array's bytes, compressed: mode TRIANGLES for indices, ATTRIBUTES for all others.

@@ -1,4 +1,4 @@
-// The outer shell of a GLB file: written, and checked before a library parses it.
+// The container of a GLB file: writes it, and checks it before a library parses it.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace scanknit {
 
-/// Refuses (kInput): no GLB 2 header, a header length other than the bytes there are, chunks that do not fit, a JSON
-/// chunk nested deeper than `max_depth` (recursive parsers would run out of stack).
+/// Errors (kInput): no GLB 2 header, a length in the header that is not that of the file, chunks that do not fit, a
+/// JSON chunk nested deeper than `max_depth` (recursive parsers would run out of stack).
 [[nodiscard]] Result<void> check_glb_container(std::string_view bytes, int max_depth = 64);
 
 /// The bytes of a GLB file before and after its binary data (glTF 2.0, 4.4).
@@ -19,7 +19,7 @@ struct GlbShell {
   std::string after;   ///< zeros up to a multiple of four
 };
 
-/// For `binary_bytes` of data. With the JSON they must stay below 4 GiB.
+/// The shell for `binary_bytes` of data. Data and JSON together must be below 4 GiB.
 [[nodiscard]] GlbShell glb_shell(std::string json, std::size_t binary_bytes);
 
 /// The whole file.

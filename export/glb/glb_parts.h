@@ -1,4 +1,4 @@
-// A mesh as the primitives of a GLB. Private to the GLB writer.
+// Splits a mesh into the primitives of a GLB. Private to the GLB writer.
 #pragma once
 
 #include <numeric>
@@ -9,17 +9,17 @@
 
 namespace scanknit {
 
-/// One part with every vertex and triangle in their order where the mesh has no more than `most_vertices`; else boxes
-/// of at most as many, in which vertices of no triangle are missing.
+/// If the mesh has at most `most_vertices`: one part with all vertices and triangles in their order. Else boxes with at
+/// most so many vertices, without the vertices that no triangle uses.
 class GlbParts {
  public:
-  /// `mesh` lives as long as this.
+  /// `mesh` outlives this object.
   GlbParts(const Mesh& mesh, std::size_t most_vertices) : mesh_(mesh) {
     if (mesh.positions_m.size() > most_vertices) split_.emplace(mesh, MostOfAPart{.vertices = most_vertices});
   }
 
   [[nodiscard]] std::size_t size() const { return split_ ? split_->parts() : 1; }
-  /// Of all parts.
+  /// The number of vertices in all parts.
   [[nodiscard]] std::size_t vertices() const { return split_ ? split_->vertices() : mesh_.positions_m.size(); }
   [[nodiscard]] MeshPart part(std::size_t i) {
     if (split_) return split_->part(i);

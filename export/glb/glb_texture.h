@@ -1,4 +1,4 @@
-// BaseColours: the textures of a GLB, as colours of vertices. Private to the GLB reader.
+// BaseColours: converts the textures of a GLB to colours of vertices. Private to the GLB reader.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ struct Primitive;
 
 namespace scanknit {
 
-/// The texels that the vertices of one primitive lie on. Refers to the model and to the BaseColours it is from.
+/// The texels at the vertices of one primitive. Refers to the model and to its BaseColours.
 class VertexTexels {
  public:
   /// Linear light: the texel times the material's factor.
@@ -38,15 +38,15 @@ class VertexTexels {
   Eigen::Vector3d factor_ = Eigen::Vector3d::Ones();
 };
 
-/// Decodes each picture once. All of them together may have as many pixels as one picture is believed to have, or
-/// sixteen for each byte of the file, up to 16384 x 16384, the largest that we write: 805 MB.
+/// Decodes each picture once. All pictures together may have as many pixels as the limit for one picture, or sixteen
+/// for each byte of the file, up to 16384 x 16384 (805 MB), the largest that ScanKnit writes.
 class BaseColours {
  public:
   BaseColours(const tinygltf::Model& model, const Limits& limits, std::size_t file_bytes);
 
-  /// Nothing where the primitive has no base colour texture, or one that cannot be shown, which warnings() then tell
-  /// of. Errors (kInput): a material, texture, picture or accessor that is not there, coordinates that are not one a
-  /// vertex.
+  /// Nothing if the primitive has no base colour texture, or an unsupported one: then warnings() has the reason. Errors
+  /// (kInput): a material, texture, picture or accessor is missing, or the number of coordinates differs from that of
+  /// vertices.
   [[nodiscard]] Result<std::optional<VertexTexels>> of(const tinygltf::Primitive& primitive, std::size_t vertices);
 
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
@@ -57,7 +57,7 @@ class BaseColours {
   void warn(const std::string& why);
 
   const tinygltf::Model& model_;
-  Limits limits_;  ///< of pixels: those that are left
+  Limits limits_;  ///< limit of pixels that are left
   std::map<int, ColourImage> pictures_;
   bool has_failed_ = false;
   std::vector<std::string> warnings_;

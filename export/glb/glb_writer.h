@@ -1,4 +1,4 @@
-// The one writer of GLB files: plain, quantized, compressed, with a texture, in one primitive or several.
+// Writes all GLB files: plain, quantized, compressed, with a texture, in one primitive or several.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,24 @@
 
 namespace scanknit {
 
-/// Viewers fail well before 4 GiB, where the sizes in the file's own header end.
+/// Viewers fail well below 4 GiB, the limit of the sizes in the file's header.
 inline constexpr std::uint64_t kMaxGlbBytes = (1ull << 31) - 1;
 
-/// What a GLB is made of. Refers to its parts, which outlive it.
+/// The content of a GLB. Refers to its parts, which outlive it.
 struct GlbContents {
   const Mesh& mesh;
   const Placement& placement;            ///< to metres, Y up
   const MeshTexture* texture = nullptr;  ///< null: none
 };
 
-/// glTF 2.0, one mesh. It has passed the checks of write_mesh().
-/// A normal of zero length (direction unknown) is written as +Y, since glTF asks for unit length. A mesh of more than
-/// config.max_vertices_of_a_primitive vertices becomes several primitives: boxes of the mesh, each with its own copies
-/// of the vertices on its border; the reader joins them again.
-/// config.quantize (KHR_mesh_quantization): positions are rounded to 1/65535 of the longest side of the mesh's box, on
-/// one grid for all primitives, normals to 1/127, texture coordinates to 1/65535. config.compress
-/// (EXT_meshopt_compression): nothing is rounded, vertices and triangles come in another order. Colours are exact.
-/// Errors (kOutput): more than `max_bytes`, compressed or not, which is found before memory is asked for; no memory; a
-/// disk that refuses.
+/// Writes glTF 2.0 with one mesh, which has passed the checks of write_mesh(). Writes a normal of zero length
+/// (direction unknown) as +Y, because glTF requires unit length. A mesh of more than config.max_vertices_of_a_primitive
+/// vertices becomes several primitives: boxes of the mesh, each with its own copies of the vertices on its border; the
+/// reader joins them again. config.quantize (KHR_mesh_quantization): positions are rounded to 1/65535 of the longest
+/// side of the mesh's box, on one grid for all primitives, normals to 1/127, texture coordinates to 1/65535.
+/// config.compress (EXT_meshopt_compression): nothing is rounded, vertices and triangles come in another order. Colours
+/// are exact. Errors (kOutput): more than `max_bytes`, compressed or not (checked before any allocation); out of
+/// memory; a failed write.
 [[nodiscard]] Result<void> write_glb(const GlbContents& contents, const ExportConfig& config, AtomicFile& file,
                                      std::uint64_t max_bytes = kMaxGlbBytes);
 

@@ -1,4 +1,4 @@
-// Where each format puts a mesh, and the checks that all writers share.
+// The placement of a mesh in each format, and the checks that all writers share.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +25,10 @@ struct PlacementPlan {
 [[nodiscard]] PlacementPlan plan_placement(MeshFormat format, const ExportConfig& config, UpAxis world_up,
                                            std::optional<double> file_unit_m);
 
-/// kMesh beyond 2^31 - 1 vertices or triangles: PLY's indices are ints.
+/// Error kMesh for more than 2^31 - 1 vertices or triangles: PLY's indices are ints.
 [[nodiscard]] Result<void> check_counts(std::size_t vertices, std::size_t triangles);
 
-/// What was written at `path`, its size looked up.
+/// Describes the file written at `path`, with its size.
 [[nodiscard]] WrittenFile written_file(const std::filesystem::path& path, const PlacementPlan& plan);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// ByteWriter: many small values into an AtomicFile, little-endian, with the first error kept until the end.
+// ByteWriter: writes many small values to an AtomicFile, little-endian, and keeps the first error until the end.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace scanknit {
 
-/// After an error nothing more is written; finish() reports it. Writers therefore read as the format does.
+/// After an error it writes nothing more; finish() reports the error. Therefore writers need no checks between values.
 class ByteWriter {
  public:
   explicit ByteWriter(AtomicFile& file) : file_(file) { block_.reserve(2 * kBlockBytes); }
@@ -30,7 +30,7 @@ class ByteWriter {
   }
   void text(std::string_view characters) { append(characters); }
 
-  /// Hands what is left to the file. Call it once, last.
+  /// Writes the rest to the file. Call it once, at the end.
   [[nodiscard]] Result<void> finish() {
     flush();
     return status_;

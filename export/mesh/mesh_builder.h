@@ -1,4 +1,4 @@
-// What the mesh readers share: polygons become fans, and the result is checked before anyone trusts it.
+// The common parts of mesh readers: triangulates polygons as fans, and checks the result.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ namespace scanknit {
 /// Appends the fan of triangles of a polygon; fewer than three corners (a point, a line) add nothing.
 [[nodiscard]] Result<void> add_polygon(std::span<const std::uint32_t> corners, const Limits& limits, Mesh& mesh);
 
-/// Refuses an index out of range and a position that is not finite; a normal that is not finite becomes zero, which
-/// stands for "unknown".
+/// Errors (kInput): an index out of range, a position that is not finite. Sets a normal that is not finite to zero,
+/// which means "unknown".
 [[nodiscard]] Result<Mesh> finish_mesh(Mesh mesh);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Which mesh format a file's name asks for.
+// The mesh format of a file name.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@ enum class MeshFormat { kGlb, kPly, kObj, kStl, kThreeMf };
 inline constexpr const char* kMeshExtensions = ".glb .ply .obj .stl .3mf";
 inline constexpr const char* kReadableMeshExtensions = ".glb .ply .obj .stl";
 
-/// By the extension, in any case.
+/// The format of the extension, in upper or lower case.
 [[nodiscard]] std::optional<MeshFormat> mesh_format(const std::filesystem::path& path);
 
 }  // namespace scanknit

@@ -1,5 +1,5 @@
 // The readers of each format: pure functions of the file's bytes, so that each can be fuzzed. Errors are kInput and
-// name no file; read_mesh() adds it. What they return still has to pass finish_mesh().
+// name no file; read_mesh() adds it. The results must still pass finish_mesh().
 #pragma once
 
 #include <string_view>

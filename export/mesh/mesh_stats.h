@@ -1,4 +1,4 @@
-// A mesh's counts as JSON: one wording for the report and for `scanknit info`.
+// A mesh's counts as JSON, for the report and for `scanknit info`.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// A JSON object on one line: the "mesh" of report.schema.json.
+/// One JSON object on one line: the "mesh" of report.schema.json.
 [[nodiscard]] std::string mesh_check_json(const MeshCheck& check);
 
 }  // namespace scanknit

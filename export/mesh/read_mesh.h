@@ -1,4 +1,4 @@
-// Reading a mesh: PLY (ASCII, binary of either byte order), OBJ (polygons are fanned), STL (ASCII, binary), GLB.
+// Reads a mesh: PLY (ASCII, binary in both byte orders), OBJ (triangulates polygons as fans), STL (ASCII, binary), GLB.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +11,18 @@
 
 namespace scanknit {
 
-/// What a mesh file has beside its mesh.
+/// What a mesh file has in addition to its mesh.
 struct MeshNotes {
-  std::vector<std::string> warnings;  ///< what was left out, such as a texture that cannot be decoded
+  std::vector<std::string> warnings;  ///< parts that were not read, such as a texture that cannot be decoded
   /// Vertices are split along the seams of a texture.
   bool has_texture_coordinates = false;
 };
 
-/// The mesh in the file's own coordinates and unit (STL: what the numbers say). Vertices of an STL that are bit-equal
-/// are welded. GLB colours are turned from linear to sRGB; node transforms are applied; primitives of a
-/// mesh are joined where they were cut; a textured vertex has the colour of its texel. `notes` are
-/// added to. Errors (kInput): unreadable, not the format, counts beyond `limits`, an index out of range, a position
-/// that is not finite, truncated. A normal that is not finite becomes zero: unknown.
+/// The mesh in the file's own coordinates and unit (STL: the plain numbers). Welds bit-equal vertices of an STL. For a
+/// GLB, converts colours from linear to sRGB, applies node transforms, joins the primitives of a mesh where they were
+/// cut, and gives a textured vertex the colour of its texel. Adds to `notes`. Errors (kInput): unreadable, not the
+/// format, counts beyond `limits`, an index out of range, a position that is not finite, truncated. A normal that is
+/// not finite becomes zero: unknown.
 [[nodiscard]] Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits = {},
                                      MeshNotes* notes = nullptr);
 

@@ -1,4 +1,4 @@
-// Turning a mesh so that another axis is up.
+// The rotation that makes another axis point up.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Writing a mesh: GLB, PLY, OBJ, STL, 3MF, chosen by the file's extension.
+// Writes a mesh: GLB, PLY, OBJ, STL or 3MF, by the file's extension.
 #pragma once
 
 #include <filesystem>
@@ -20,15 +20,14 @@ struct WrittenFile {
   std::string convention;  ///< "metres, Y up", "millimetres, Z up", "metres, the recording's world"
 };
 
-/// All-or-nothing. `world_up` is the world's own up axis (config.world_up overrides it).
-/// GLB: metres, +Y up, right-handed, linear uint16 colours. PLY, OBJ: metres, the recording's world unless config.up.
-/// STL: millimetres, +Z up, no colour. 3MF: the same, with colours.
-/// `file_unit_m`: the mesh lies in the coordinates of a volume's file, whose unit is so many metres (> 0). PLY, OBJ and
-/// STL then keep that unit; GLB and 3MF are scaled.
-/// `texture`: written into GLB; the other formats have none; null: none. Scans bake it (ExportConfig::texture). A
-/// textured mesh has no colours: viewers would multiply them. Errors: kMesh for an empty mesh, an index out of range, a
-/// number that is not finite; kOutput for a disk that refuses, an unknown extension (the message lists the known), a
-/// file that would pass the format's size limit.
+/// All-or-nothing. `world_up` is the world's own up axis (config.world_up overrides it). GLB: metres, +Y up,
+/// right-handed, linear uint16 colours. PLY, OBJ: metres, the recording's world unless config.up. STL: millimetres, +Z
+/// up, no colour. 3MF: the same, with colours. `file_unit_m`: the mesh has the coordinates of a volume file, whose unit
+/// is so many metres (> 0). PLY, OBJ and STL then keep that unit; GLB and 3MF are scaled. `texture`: written into GLB;
+/// null: none, as in the other formats. A scan bakes it (ExportConfig::texture). A textured mesh has no colours:
+/// viewers would multiply them. Errors: kMesh for an empty mesh, an index out of range, a number that is not finite;
+/// kOutput for a failed write, an unknown extension (the message lists the known ones), a file beyond the format's size
+/// limit.
 [[nodiscard]] Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path,
                                              const ExportConfig& config, UpAxis world_up,
                                              std::optional<double> file_unit_m = std::nullopt,

@@ -1,4 +1,4 @@
-// Writing points without triangles: PLY or PCD, by the file's extension.
+// Writes points without triangles: PLY or PCD, by the file's extension.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace scanknit {
 
-/// The vertices, with their normals and colours where there are any; triangles are not looked at. Binary, metres, the
-/// world as it is. PCD: version 0.7, fields x y z [normal_x normal_y normal_z] [rgb], one row. All-or-nothing.
-/// Errors (kOutput): another extension, no point, a disk that refuses.
+/// Writes the vertices, with normals and colours if there are any; ignores triangles. Binary, metres, in the world's
+/// coordinates. PCD: version 0.7, fields x y z [normal_x normal_y normal_z] [rgb], one row. All-or-nothing. Errors
+/// (kOutput): another extension, no point, a failed write.
 [[nodiscard]] Result<void> write_points(const Mesh& points, const std::filesystem::path& path);
 
 /// True for a path that ends in .ply or .pcd.

@@ -9,9 +9,9 @@ namespace scanknit {
 /// The file as it is.
 extern const std::string_view kPageTemplate;
 
-/// The template without the line breaks that are only there to read it: the one behind a backslash, with the spaces
-/// that follow, and the one behind a tag that has the line for itself. (Mustache's rules take the latter away, too, but
-/// the library keeps it where the tag's section is left out.)
+/// The template without the line breaks that only make it readable: those after a backslash, with the spaces that
+/// follow, and those after a tag that is alone on its line. (Mustache's rules remove the latter, too, but the library
+/// keeps them when the tag's section is not rendered.)
 [[nodiscard]] std::string page_template();
 
 }  // namespace scanknit

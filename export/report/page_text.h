@@ -1,4 +1,4 @@
-// Numbers and texts as report.html writes them.
+// Formats numbers and texts for report.html.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,18 @@
 
 namespace scanknit {
 
-/// As text or as an attribute's value in HTML: control characters become the replacement character, and what is longer
-/// than any text of ours ends in "...".
+/// Escapes text, also for an attribute's value, in HTML. Control characters become the replacement character; a text
+/// longer than any of ours ends in "...".
 [[nodiscard]] std::string escaped(std::string_view text);
 
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
 
 /// "1,234,567"
 [[nodiscard]] std::string grouped_digits(double count);
-/// "12.3 mm", "1.20 m": three digits.
+/// "12.3 mm", "1.20 m": three significant digits.
 [[nodiscard]] std::string length_words(double metres);
-/// A figure of a step of finishing, by the unit that its name ends in: "area_removed_mm2" becomes "area removed 693,027
-/// mm2", "invented_share" "invented 12.1 %". Not escaped.
+/// A figure of a finishing step, formatted by the unit at the end of its name: "area_removed_mm2" becomes "area removed
+/// 693,027 mm2", "invented_share" "invented 12.1 %". Not escaped.
 [[nodiscard]] std::string figure_words(std::string_view name, double value);
 /// "0.85 s", "2 min 5 s"
 [[nodiscard]] std::string time_words(double milliseconds);

@@ -1,4 +1,4 @@
-// Fills report.html.mustache with what a report says. Private to report_page.cpp.
+// Fills report.html.mustache with the values of a report. Private to report_page.cpp.
 #pragma once
 
 #include <map>
@@ -9,7 +9,7 @@
 
 namespace scanknit {
 
-/// The pictures of a page as data URIs, by kind (PagePicture::kind); those that cannot be shown are empty.
+/// The pictures of a page as data URIs, by kind (PagePicture::kind); empty for pictures that cannot be shown.
 using PageUris = std::map<std::string, std::string>;
 
 /// The whole page. `trajectory`: in the TUM format, may be empty.

@@ -1,4 +1,4 @@
-// report.html: a run's report for a person, in one file without scripts that opens from disk.
+// report.html: a run's report to read, as one file without scripts that opens from disk.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,22 @@ namespace scanknit {
 
 /// A picture for the page, as the bytes of a PNG file.
 struct PagePicture {
-  std::string kind;  ///< "preview", "error", "coverage", or "pair 1 2" of scans that were brought together
+  std::string kind;  ///< "preview", "error", "coverage", or "pair 1 2" of aligned scans
   std::vector<std::byte> png;
 };
 
-/// The page of one report.json, of this version or an earlier one: what it lacks is left out. Every string in it is
-/// shown as text, whatever it holds. `trajectory`: in the TUM format, may be empty. Pictures are shrunk, and left out
-/// when they are no PNG. Errors: kInput when `report_json` is no JSON object.
+/// Makes the page of one report.json, of this version or an earlier one; omits what the report lacks. Escapes all its
+/// strings. `trajectory`: in the TUM format, may be empty. Shrinks the pictures, and omits those that are no PNG.
+/// Errors: kInput when `report_json` is no JSON object.
 [[nodiscard]] Result<std::string> report_page(std::string_view report_json, std::string_view trajectory,
                                               std::span<const PagePicture> pictures);
 
-/// Whether it is a report, of this version or an earlier one: has `version`, `status` and `exit_code`, and none of the
-/// keys that a report may have is of another type (null is none). Errors: kInput, naming the first that is wrong.
+/// Checks that the JSON is a report, of this version or an earlier one: it has `version`, `status` and `exit_code`, and
+/// no known key has a wrong type (null is allowed). Errors: kInput, with the first wrong key.
 [[nodiscard]] Result<void> check_report(std::string_view report_json);
 
-/// Draws it with the pictures that lie in `page`'s folder, by the names that the report has for them, and the poses of
-/// `trajectory` (empty: of the file there that the report names), and writes it all or nothing. Errors: kInput,
-/// kOutput.
+/// Makes the page with the pictures in its folder, by the names in the report, and with the poses of `trajectory`
+/// (empty: of the file in that folder that the report names). Writes it all or nothing. Errors: kInput, kOutput.
 [[nodiscard]] Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,
                                              const std::filesystem::path& trajectory = {});
 

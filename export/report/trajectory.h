@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// TUM format: "stamp tx ty tz qx qy qz qw", one line a pose, enough digits to give the pose back within 1e-9.
+/// TUM format: "stamp tx ty tz qx qy qz qw", one line a pose, with enough digits to restore the pose within 1e-9.
 [[nodiscard]] std::string to_tum_trajectory(const std::vector<StampedPose>& poses);
 
 }  // namespace scanknit

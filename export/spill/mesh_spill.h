@@ -1,4 +1,4 @@
-// MeshSpill: a mesh larger than memory, gathered part by part on disk, then written as PLY or STL.
+// MeshSpill: collects a mesh larger than memory on disk, part by part, then writes it as PLY or STL.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@
 
 namespace scanknit {
 
-/// Holds a part and a few megabytes in memory, whatever the mesh. No colours.
+/// Needs memory for one part and a few megabytes. No colours.
 class MeshSpill {
  public:
-  /// Needs as much room in `folder` as the mesh takes there in the end. Errors: kOutput.
+  /// Needs as much space in `folder` as the final mesh. Errors: kOutput.
   [[nodiscard]] static Result<MeshSpill> create(const std::filesystem::path& folder);
 
   /// Appends vertices, with normals in every part or in none, and triangles whose indices count from the first part's
-  /// first vertex; they may name vertices of any part, also of later ones. Errors: kOutput; kMesh for a position or
+  /// first vertex; they may use vertices of any part, also of later ones. Errors: kOutput; kMesh for a position or
   /// normal that is not finite.
   [[nodiscard]] Result<void> add(const Mesh& part);
 
@@ -31,19 +31,19 @@ class MeshSpill {
   [[nodiscard]] std::size_t triangles() const { return triangles_; }
   [[nodiscard]] const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
-  /// All or nothing, and the same bytes as write_mesh() gives for the whole mesh, of which it has the other arguments.
-  /// Errors: kBudget for a format that cannot be written part by part (GLB, OBJ); else those of write_mesh().
+  /// Writes, all or nothing, the same bytes as write_mesh() for the whole mesh; the other arguments are those of
+  /// write_mesh(). Errors: kBudget for a format that cannot be written part by part (GLB, OBJ); those of write_mesh().
   [[nodiscard]] Result<WrittenFile> write(const std::filesystem::path& path, const ExportConfig& config,
                                           UpAxis world_up, std::optional<double> file_unit_m = std::nullopt) const;
 
-  /// The mesh with vertices joined until there are at most `most_vertices` (a thousand or more): for pictures. Holds as
-  /// many in memory. Errors: kOutput; kMesh for an empty mesh, or a triangle that names a vertex that is not there.
+  /// For pictures: joins vertices until at most `most_vertices` (a thousand or more) are left, and needs memory for so
+  /// many. Errors: kOutput; kMesh for an empty mesh, or a triangle with a vertex that does not exist.
   [[nodiscard]] Result<Mesh> coarse(std::size_t most_vertices) const;
 
  private:
   MeshSpill(SpillFile vertex_file, SpillFile triangle_file);
 
-  SpillFile vertex_file_;    ///< position and, where there is one, normal of each vertex: floats
+  SpillFile vertex_file_;    ///< position and, if there is one, normal of each vertex, as floats
   SpillFile triangle_file_;  ///< Triangles
   std::size_t vertices_ = 0;
   std::size_t triangles_ = 0;

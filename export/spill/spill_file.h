@@ -1,4 +1,4 @@
-// SpillFile: bytes that do not fit into memory, on disk until they are read back.
+// SpillFile: keeps bytes that do not fit into memory on disk.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace scanknit {
 
-/// A file without a name: it is gone when the object, or the process, is. Errors are kOutput with the system's reason.
+/// A file without a name, which disappears with the object or the process. Errors are kOutput with the system's reason.
 class SpillFile {
  public:
-  /// In `folder`, which is made if it is not there; not in /tmp, which may live in memory.
+  /// Creates it in `folder`, which is made if necessary; not in /tmp, which may be in memory.
   [[nodiscard]] static Result<SpillFile> create(const std::filesystem::path& folder);
 
   SpillFile(SpillFile&& other) noexcept;
@@ -25,7 +25,8 @@ class SpillFile {
 
   [[nodiscard]] Result<void> append(std::span<const std::byte> bytes);
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  /// Fills `bytes` from `offset` on; they must have been appended. For several threads at once while nobody appends.
+  /// Reads `bytes` from `offset` on; these must have been appended. Several threads may read at once while none
+  /// appends.
   [[nodiscard]] Result<void> read(std::uint64_t offset, std::span<std::byte> bytes) const;
 
  private:

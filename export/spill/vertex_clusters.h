@@ -1,4 +1,4 @@
-// VertexClusters: a mesh of any size, coarsened as it comes by (Rossignac & Borrel 1993), to be looked at.
+// VertexClusters: simplifies a mesh of any size while it is streamed (Rossignac & Borrel 1993), for pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,25 +13,26 @@
 
 namespace scanknit {
 
-/// Cubes of one size; all vertices in a cube become one, their mean. First every vertex, then every triangle.
+/// All vertices in a cube become one, at their mean. Add all vertices first, then all triangles.
 class VertexClusters {
  public:
-  /// `bounds` holds every vertex; its longest side is `cubes` cubes long (> 0).
+  /// `bounds` contains all vertices; its longest side is `cubes` (> 0) cubes long.
   VertexClusters(const Eigen::AlignedBox3f& bounds, int cubes);
 
   /// `normal` may be zero.
   void add_vertex(const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
-  /// Its corners are vertices that were added. Kept if they lie in three cubes.
+  /// The corners must be vertices that were added. Keeps the triangle if they are in three different cubes.
   void add_triangle(const std::array<Eigen::Vector3f, 3>& corners);
 
   [[nodiscard]] std::size_t size() const { return clusters_.size(); }
 
-  /// The mesh: no triangle twice; with normals. In the same order for the same order of vertices and triangles.
+  /// The mesh, with normals and without duplicate triangles. Deterministic for the same order of vertices and
+  /// triangles.
   [[nodiscard]] Mesh take();
 
  private:
   struct Cluster {
-    Eigen::Vector3f sum_from_corner = Eigen::Vector3f::Zero();  ///< of positions, from the low corner of `bounds`
+    Eigen::Vector3f sum_from_corner = Eigen::Vector3f::Zero();  ///< of positions minus the low corner of `bounds`
     Eigen::Vector3f normal_sum = Eigen::Vector3f::Zero();
     float vertices = 0;
   };
@@ -41,7 +42,7 @@ class VertexClusters {
   float cubes_per_metre_;
   std::unordered_map<std::uint64_t, std::uint32_t> index_of_cube_;
   std::vector<Cluster> clusters_;
-  std::vector<Triangle> triangles_;  ///< beginning with their smallest corner
+  std::vector<Triangle> triangles_;  ///< each begins with its smallest corner
 };
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Packing: where each chart of an atlas lies in the texture.
+// Packs the charts of an atlas into the texture.
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@ struct AtlasPlace {
 };
 
 struct Packing {
-  int width = 0, height = 0;       ///< of the texture
-  std::vector<AtlasPlace> places;  ///< one a box, in their order
+  int width = 0, height = 0;       ///< size of the texture
+  std::vector<AtlasPlace> places;  ///< one for each box, in their order
 };
 
-/// Puts boxes, the highest first, where the skyline of those before is lowest. No two overlap, none is turned. As
-/// square as it comes out; sides are multiples of four. Nothing when they do not fit into `max_side` x `max_side`, a
-/// multiple of four.
+/// Places boxes, the highest first, where the skyline of the placed ones is lowest. Boxes do not overlap and are not
+/// rotated. The texture is about square; its sides are multiples of four. Nothing when the boxes do not fit into
+/// `max_side` x `max_side`, a multiple of four.
 [[nodiscard]] std::optional<Packing> pack_boxes(std::span<const AtlasBox> boxes, int max_side);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// PosedPicture: a frame's colour picture made ready for being asked what it shows of a point of the surface.
+// PosedPicture: a frame's colour picture, prepared to look up points of the surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,25 +14,25 @@ namespace scanknit {
 
 using LinearColour = std::array<float, 3>;  ///< linear light, 0..1
 
-/// One frame's colour, and what its depth picture says of what the colour camera sees.
+/// One frame's colour, and its depth from the colour camera's view.
 class PosedPicture {
  public:
-  /// The frame has colour, and outlives the view. `band`: as in fit_surface().
+  /// The frame has colour and outlives this object. `band`: as in fit_surface().
   PosedPicture(const Frame& frame, const Pose& T_world_camera, const FitBand& band);
 
   [[nodiscard]] const Pose& T_colour_world() const { return T_colour_world_; }
 
-  /// A bit for each way in which a point, or what faces as `normal`, is out of sight; what corners have in common is
-  /// true of the whole triangle.
+  /// One bit for each reason why a point with this normal is not visible. A reason that all corners share holds for the
+  /// whole triangle.
   [[nodiscard]] unsigned out_of_sight(const Eigen::Vector3f& p_colour, const Eigen::Vector3f& normal) const;
 
-  /// Where a point falls in the picture, and how well it is seen.
+  /// A point's position in the picture, and how well it is seen.
   struct Sight {
     float x, y;     ///< pixels of the colour picture
-    float quality;  ///< > 0: pixels of the picture to a unit of the surface's area, less towards borders and edges
+    float quality;  ///< > 0: pixels per unit of the surface's area, less near borders and edges
   };
-  /// Nothing where the picture does not show the point: it is outside, faces away, is hidden behind what the depth
-  /// picture shows, or lies beside a step of the depth. `normal` need not be unit. Both in the colour camera's frame.
+  /// Nothing if the picture does not show the point: it is outside, faces away, is hidden behind the depth picture's
+  /// surface, or is next to a depth step. `normal` need not be unit. Both in the colour camera's frame.
   [[nodiscard]] std::optional<Sight> look_at(const Eigen::Vector3f& p_colour, const Eigen::Vector3f& normal) const;
 
   /// Bilinear, in linear light.
@@ -51,7 +51,7 @@ class PosedPicture {
   NoiseModel noise_;
   Pose T_colour_world_;
   Image<float> depth_m_;       ///< seen from the colour camera; 0: unknown
-  Image<float> clearance_px_;  ///< to the nearest step or unknown depth
+  Image<float> clearance_px_;  ///< distance to the nearest step or unknown depth
 };
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Which texels a triangle covers: exact, so that neighbours neither overlap nor leave a crack.
+// Rasterises triangles exactly, so that neighbours neither overlap nor leave a gap.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// Fixed point: so many steps to a texel. Texel (x, y) has its centre at (x, y) * kTexelSteps.
+/// Fixed point: the steps in a texel. Texel (x, y) has its centre at (x, y) * kTexelSteps.
 inline constexpr std::int64_t kTexelSteps = 256;
 
 struct TexelPoint {
@@ -29,10 +29,9 @@ static_assert(kTexelSteps == 1 << 8);
   return (std::int64_t{b.x} - a.x) * (y - a.y) - (std::int64_t{b.y} - a.y) * (x - a.x);
 }
 
-/// Calls `visit(x, y, weights)` for every texel whose centre lies in the triangle, row by row; `weights` are those of
-/// the corners, their sum is 1. Of two triangles on either side of an edge, exactly one has the centres on it. The
-/// winding does not matter; a triangle without area has no texels. Stops, and answers false, when `visit` answers
-/// false.
+/// Calls `visit(x, y, weights)` for every texel whose centre is in the triangle, row by row; `weights` are those of the
+/// corners, with the sum 1. A centre on an edge belongs to exactly one of its two triangles. The winding does not
+/// matter; a triangle without area has no texels. Stops and returns false when `visit` returns false.
 template <typename Visit>
 bool for_each_texel(std::array<TexelPoint, 3> p, Visit&& visit) {
   std::int64_t area = texel_edge(p[0], p[1], p[2].x, p[2].y);
@@ -42,7 +41,8 @@ bool for_each_texel(std::array<TexelPoint, 3> p, Visit&& visit) {
     std::swap(p[1], p[2]);
     area = -area;
   }
-  // A centre on an edge counts when the edge runs up, or level to the left: its twin next door runs the other way.
+  // A centre on an edge belongs to the triangle whose edge goes up, or horizontally to the left: in the neighbour that
+  // edge goes the other way.
   const auto owns = [](const TexelPoint& a, const TexelPoint& b) { return b.y > a.y || (b.y == a.y && b.x < a.x); };
   const std::array<std::int64_t, 3> least = {owns(p[1], p[2]) ? 0 : 1, owns(p[2], p[0]) ? 0 : 1,
                                              owns(p[0], p[1]) ? 0 : 1};

@@ -1,4 +1,4 @@
-// How fine a texture need be.
+// Chooses the size of texels.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace scanknit {
 
-/// Three quarters of what a pixel covers of the surface, seen head-on from the nearest of these poses of the camera:
-/// median over the mesh. Nothing when no vertex is in any picture.
+/// Three quarters of the surface length that a pixel covers, head-on from the nearest of these camera poses; the median
+/// over the mesh. Nothing when no vertex is in any picture.
 [[nodiscard]] std::optional<double> fitting_texel_m(const Mesh& mesh, const CameraIntrinsics& camera,
                                                     std::span<const Pose> T_world_cameras);
 

@@ -1,4 +1,4 @@
-// TextureBaker: colours for the texels of an atlas, from the frames of a scan, one frame after another.
+// TextureBaker: computes the colours of an atlas's texels from the frames of a scan, one by one.
 #pragma once
 
 #include <array>
@@ -17,27 +17,27 @@
 namespace scanknit {
 
 struct BakedTexture {
-  ColourImage image;       ///< sRGB; what no triangle covers has the colour of the nearest texel
-  std::size_t texels = 0;  ///< that a triangle covers
-  double seen_share = 0;   ///< of those, that some frame saw
-  std::size_t frames = 0;  ///< that were added
+  ColourImage image;       ///< sRGB; pixels without a triangle have the colour of the nearest texel
+  std::size_t texels = 0;  ///< texels that a triangle covers
+  double seen_share = 0;   ///< share of those that a frame saw
+  std::size_t frames = 0;  ///< frames that were added
 };
 
-/// Keeps for each texel the few best sights of it. The mesh is in metres.
+/// Keeps the few best sights of each texel. The mesh is in metres.
 class TextureBaker {
  public:
   /// Both outlive it.
   TextureBaker(const Mesh& mesh, const TextureAtlas& atlas, const FitBand& band);
 
-  /// Memory for the sights of so many texels.
+  /// The memory for the sights of the atlas's texels.
   [[nodiscard]] static std::uint64_t memory_bytes(const TextureAtlas& atlas);
 
-  /// A frame with colour. Its exposure is brought to that of the mesh's colours. The same bits for any number of
-  /// threads; the order of frames matters only where sights are equally good.
+  /// Adds a frame with colour. Adapts its exposure to the mesh's colours. The same bits for any number of threads; the
+  /// order of frames matters only for equally good sights.
   void add(const Frame& frame, const Pose& T_world_camera);
 
-  /// The best sights mixed in linear light; where there are none, the colours of the mesh. A mesh
-  /// without colours has the colour of the nearest texel there.
+  /// Mixes the best sights in linear light. Texels without any sight get the colours of the mesh, or, if it has none,
+  /// the colour of the nearest texel.
   [[nodiscard]] BakedTexture bake() const;
 
  private:
@@ -46,7 +46,7 @@ class TextureBaker {
     std::array<float, kSights> quality{};                        ///< best first; 0: none
     std::array<std::array<std::uint16_t, 3>, kSights> colour{};  ///< linear, of 65535
   };
-  /// A vertex before the colour camera.
+  /// A vertex in the colour camera's frame.
   struct SeenVertex {
     Eigen::Vector3f p, normal;
     unsigned out_of_sight;
@@ -64,7 +64,7 @@ class TextureBaker {
   std::vector<std::size_t> first_texel_;  ///< of each triangle in `sights_`, and the end
   std::vector<Sights> sights_;
   std::vector<Eigen::Vector3f> normals_;  ///< of the mesh; need not be unit
-  std::vector<SeenVertex> seen_;          ///< of the mesh's vertices, by the frame at hand
+  std::vector<SeenVertex> seen_;          ///< of the mesh's vertices, for the current frame
   std::size_t frames_ = 0;
 };
 

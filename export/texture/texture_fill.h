@@ -1,4 +1,4 @@
-// The parts of a texture that nothing covers.
+// Fills the parts of a texture that no triangle covers.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace scanknit {
 
-/// Gives each pixel that is not covered (0) the colour of a nearest one that is, so that filters and smaller versions
-/// of the texture show no seams. Without any that is covered all stays as it is.
+/// Gives each uncovered pixel (0) the colour of a nearest covered one, so that filters and mipmaps show no seams. Does
+/// nothing if no pixel is covered.
 void fill_uncovered(const Image<std::uint8_t>& is_covered, ColourImage& image);
 
 }  // namespace scanknit

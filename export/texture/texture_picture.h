@@ -1,4 +1,4 @@
-// The picture of a texture that somebody else may have written.
+// Decodes a texture's picture, which may come from another program.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,8 @@
 
 namespace scanknit {
 
-/// A PNG or JPEG file, as sRGB; what is transparent has its colour all the same. Size and structure are checked before
-/// any memory is asked for, which is three bytes a pixel. Errors (kInput): neither of the two, cut short, corrupt, of
-/// more than `limits.max_image_pixels`.
+/// Decodes a PNG or JPEG file as sRGB; ignores transparency. Checks size and structure before it allocates three bytes
+/// for each pixel. Errors (kInput): neither format, truncated, corrupt, or more than `limits.max_image_pixels`.
 [[nodiscard]] Result<ColourImage> decode_texture(std::span<const std::byte> file, const Limits& limits);
 
 }  // namespace scanknit

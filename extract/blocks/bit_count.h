@@ -1,12 +1,11 @@
-// Counting bits without a function call: std::popcount makes one where the processor is not known to have the
-// instruction.
+// Counts bits without a function call: std::popcount makes one if the compiler's target does not have the instruction.
 #pragma once
 
 #include <cstdint>
 
 namespace scanknit {
 
-/// Number of bits that are set: sums of 2, 4, 8 neighbouring bits, then of all bytes in the highest one.
+/// The number of set bits: sums 2, 4, 8 neighbouring bits, then all bytes into the highest one.
 [[nodiscard]] constexpr unsigned count_bits(std::uint64_t bits) {
   bits -= (bits >> 1) & 0x5555555555555555u;
   bits = (bits & 0x3333333333333333u) + ((bits >> 2) & 0x3333333333333333u);

@@ -1,4 +1,4 @@
-// Blocks of 8 x 8 x 8 samples: their signs, the values around them, and BlockSource: where blocks come from.
+// Blocks of 8 x 8 x 8 samples: their signs, their values with a margin, and BlockSource, which provides them.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,9 @@
 
 namespace scanknit {
 
-inline constexpr int kBlockCells = 8;  ///< along each axis; also samples that a block owns
-/// Samples round a block that a ValueBlock shows: for gradients and for the cells of neighbouring blocks.
+inline constexpr int kBlockCells = 8;  ///< cells along each axis; also the samples that a block owns
+/// The range of a ValueBlock's samples. It is larger than the block, for gradients and for cells of neighbouring
+/// blocks.
 inline constexpr int kBlockFirst = -1;
 inline constexpr int kBlockLast = 9;
 inline constexpr int kValueBlockSide = kBlockLast - kBlockFirst + 1;  ///< 11 samples along each axis
@@ -29,7 +30,7 @@ inline constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
 /// One bit for each voxel (or cell, or grid edge) of a block: word x, bit 8 y + z.
 using VoxelBits = std::array<std::uint64_t, kBlockCells>;
 
-/// What topology needs of a block's 512 samples.
+/// The signs of a block's 512 samples: all that the topology depends on.
 struct BlockSigns {
   VoxelBits high{};     ///< observed and >= isovalue
   VoxelBits missing{};  ///< unobserved
@@ -37,8 +38,8 @@ struct BlockSigns {
   bool operator==(const BlockSigns&) const = default;
 };
 
-/// Samples at (x, y, z), each from -1 to 9 relative to the block's origin. Either a window on the source's own memory,
-/// or a copy in the buffer that each ValueBlock carries.
+/// Samples at (x, y, z), each from -1 to 9 relative to the block's origin. Either refers to the source's memory, or to
+/// a copy in its own buffer.
 class ValueBlock {
  public:
   ValueBlock() = default;
@@ -55,9 +56,9 @@ class ValueBlock {
     stride_y_ = stride_y;
   }
 
-  /// Copies what is shown to the buffer: all, or only the samples from 0 to 8, those of the block's own cells. Worth it
-  /// where most samples are read more than once: rows of a large array lie far apart in memory, often at the same
-  /// distance modulo a power of two, and would drive one another from the cache.
+  /// Copies the samples to the buffer: all, or only those from 0 to 8, which the block's own cells use. Useful if most
+  /// samples are read more than once: rows of a large array are far apart in memory, often at multiples of a power of
+  /// two, so that they would evict one another from the cache.
   void keep(bool only_own_cells) {
     if (origin_ == buffer_origin()) return;
     const int first = only_own_cells ? 0 : kBlockFirst;
@@ -70,7 +71,7 @@ class ValueBlock {
     show_buffer();
   }
 
-  /// Shows the buffer, whose samples are to be written through row().
+  /// Refers to the buffer, whose samples must then be written through row().
   void show_buffer() { show(buffer_origin(), kValueBlockSide * kValueBlockSide, kValueBlockSide); }
 
   /// The samples (x, y, -1) to (x, y, 9) of the buffer.
@@ -90,7 +91,7 @@ class ValueBlock {
   std::array<float, kValueBlockSamples> buffer_;  // not initialised: most blocks never need it
 };
 
-/// sRGB-encoded, 0 to 1; no_colour() where none was seen. The same samples as a ValueBlock.
+/// The colours of a ValueBlock's samples: sRGB-encoded, 0 to 1; no_colour() if no colour was seen.
 class ColourBlock {
  public:
   [[nodiscard]] const Eigen::Vector3f& at(const Eigen::Vector3i& p) const {
@@ -123,26 +124,27 @@ class ColourBlock {
   return a.y() != b.y() ? a.y() < b.y() : a.z() < b.z();
 }
 
-/// A volume as blocks. Observed samples lie in blocks of the list only. Calls from several threads are safe.
+/// A volume as blocks. Samples outside of the listed blocks are unobserved. Several threads may call it at once.
 class BlockSource {
  public:
   virtual ~BlockSource() = default;
 
   /// Index coordinates of each block's first voxel, multiples of 8, sorted by is_before.
   [[nodiscard]] virtual std::span<const Eigen::Vector3i> origins() const = 0;
-  /// Signs of the blocks from `first` on, one for each element of `signs`. `isovalue` as of float_isovalue().
+  /// Computes the signs of the blocks from `first` on, one for each element of `signs`. `isovalue`: from
+  /// float_isovalue().
   virtual void classify(std::size_t first, float isovalue, std::span<BlockSigns> signs) const = 0;
   virtual void load_values(std::size_t block, ValueBlock& values) const = 0;
   [[nodiscard]] virtual bool has_colours() const { return false; }
-  /// Only where has_colours().
+  /// May be called only if has_colours().
   virtual void load_colours(std::size_t /*block*/, ColourBlock& /*colours*/) const {}
 
   /// From index coordinates to the world, metres for a scan; invertible. May be anisotropic, turned and mirrored.
   [[nodiscard]] virtual const Eigen::Affine3d& T_world_index() const = 0;
 };
 
-/// Whether floats at `reach` from the world's origin are fine enough for a mesh with grid edges of `shortest_edge`: 8
-/// to 16 steps each, so that vertices keep apart and triangles keep an area.
+/// True if floats at the distance `reach` from the world's origin are fine enough for grid edges of `shortest_edge`: an
+/// edge then has at least 8 to 16 steps, so that vertices stay apart and triangles keep an area.
 [[nodiscard]] inline bool can_floats_resolve(double shortest_edge, double reach) {
   constexpr double kSteps = 8;
   return shortest_edge >= kSteps * reach * static_cast<double>(std::numeric_limits<float>::epsilon());
@@ -150,7 +152,7 @@ class BlockSource {
 inline constexpr const char* kTooFarForFloats =
     "it lies too far from the world's origin for 32-bit positions of its samples' spacing; move its origin nearer";
 
-/// Its index coordinates are left-handed in the world.
+/// True if the index coordinates are left-handed in the world.
 [[nodiscard]] inline bool is_mirrored(const BlockSource& source) {
   return source.T_world_index().linear().determinant() < 0;
 }

@@ -1,4 +1,4 @@
-// BlockTopology: which cells of a block meet the isosurface, and which grid edges carry vertices.
+// BlockTopology: finds the cells of a block that meet the isosurface, and the grid edges with vertices.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace scanknit {
 
-/// One bit for each grid edge that a block owns, that is whose low end is one of its voxels; [axis].
+/// One bit for each grid edge that a block owns: an edge whose low end is one of its voxels; [axis].
 using EdgeBits = std::array<VoxelBits, 3>;
 
 /// Swaps rows and columns of an 8 x 8 matrix of bits, one row a byte (Warren, Hacker's Delight, section 7-3).
@@ -26,7 +26,7 @@ constexpr std::uint64_t transposed(std::uint64_t m) {
   return m ^ t ^ (t << 28);
 }
 
-/// A cell is valid iff its eight corners are observed, active iff it is valid and has a High and a Low corner.
+/// A cell is valid if all eight corners are observed, and active if it also has both High and Low corners.
 class BlockTopology {
  public:
   BlockTopology(const ClassifiedBlocks& signs, const Neighbours& neighbours);
@@ -36,8 +36,8 @@ class BlockTopology {
   /// Grid edges from High to Low, or back, that at least one valid cell uses.
   [[nodiscard]] const EdgeBits& vertices() const { return vertices_; }
 
-  /// Those of `vertices()` that exactly two valid cells use, lying opposite each other across the edge: the surface
-  /// touches itself there, and each of the two cells gets a vertex of its own (is_second_fan).
+  /// The edges of `vertices()` that exactly two valid cells use, opposite each other across the edge: the surface
+  /// touches itself there, and each of the two cells gets its own vertex (is_second_fan).
   [[nodiscard]] const EdgeBits& pinched() const { return pinched_; }
 
   /// Calls visit(x, y, z, highs) for each active cell in order of x, y, z; `highs` is its CornerMask.
@@ -82,7 +82,7 @@ void BlockTopology::for_each_active_cell(const Visit& visit) const {
     if (cells == 0) continue;
     std::array<std::uint64_t, kBlockCells> rows;
     for (int y = 0; y < kBlockCells; ++y) rows[static_cast<std::size_t>(y)] = highs_of_row(x, y);
-    for (; cells != 0; cells &= cells - 1) {  // one loop, not one for each row: its end is hard to predict
+    for (; cells != 0; cells &= cells - 1) {  // one loop, because the ends of a loop for each row are hard to predict
       const int cell = std::countr_zero(cells);
       const int y = cell / kBlockCells;
       const int z = cell % kBlockCells;
@@ -91,8 +91,8 @@ void BlockTopology::for_each_active_cell(const Visit& visit) const {
   }
 }
 
-/// Of the four cells round a pinched edge two opposite ones are left; which of them a cell is follows from where the
-/// edge lies in it: the second is the cell in which the edge has 1 for the last of its two fixed coordinates.
+/// True for the second of the two opposite cells that use a pinched edge. `edge` is the edge's number in the cell: the
+/// second cell is the one in which the last of the edge's two fixed coordinates is 1.
 [[nodiscard]] constexpr bool is_second_fan(int edge) {
   return (edge % 4) >> 1 == 1;
 }

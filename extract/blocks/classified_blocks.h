@@ -19,11 +19,11 @@ class ClassifiedBlocks {
   [[nodiscard]] std::size_t size() const { return signs_.size(); }
   [[nodiscard]] const BlockSigns& operator[](std::size_t block) const { return signs_[block]; }
 
-  /// No sample of the block is unobserved.
+  /// True if all samples of the block are observed.
   [[nodiscard]] bool is_whole(std::size_t block) const { return kinds_[block] != Kind::kWithMissing; }
 
-  /// Neither the block's cells nor its grid edges meet the surface, because it and its seven neighbours towards +x, +y,
-  /// +z are all High or all Low.
+  /// True if neither the block's cells nor its grid edges meet the surface, because the block and its seven neighbours
+  /// towards +x, +y, +z are all High or all Low.
   [[nodiscard]] bool is_plain(const Neighbours& neighbours) const;
 
  private:

@@ -1,4 +1,4 @@
-// Vertices on the grid edges of one axis of a block, many at a time.
+// Computes many vertices on a block's grid edges of one axis at once.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,8 @@
 
 namespace scanknit {
 
-/// Grid edges along one axis that cross the isovalue, at most one for each of a block's voxels. Arrays of their own for
-/// each quantity, as vector instructions want them.
+/// Grid edges along one axis that cross the isovalue, at most one for each of a block's voxels. It has one array for
+/// each quantity, for vector instructions.
 class CrossingEdges {
  public:
   static constexpr std::size_t kMax = std::size_t{kBlockCells} * kBlockCells * kBlockCells;
@@ -41,18 +41,18 @@ class CrossingEdges {
   alignas(64) Column high_;
 };
 
-/// What the edges of a block have in common.
+/// The values that all edges of a block share.
 struct CrossingFrame {
   int axis;
   double isovalue;
-  double margin;           ///< least distance from either end, as a part of the edge; 0.5: the middle of the edge
+  double margin;           ///< least distance from either end, as a share of the edge; 0.5: the middle of the edge
   Eigen::Vector3d origin;  ///< of the block, in index coordinates
   const Eigen::Affine3d& T_world_index;
 };
 
-/// One point of the world for each edge: the zero of the linear interpolant, kept `margin` away from the ends. Chooses
-/// the widest instructions of the processor at run time; each operation is rounded as IEEE 754 says and none are fused,
-/// so all give the same bits, and the same as VertexSampler::on_edge.
+/// Computes one point in the world for each edge: the zero of the linear interpolant, at least `margin` away from the
+/// ends. Chooses the widest instructions of the processor at run time; each operation is rounded as IEEE 754 says and
+/// none are fused, so all give the same bits, and the same as VertexSampler::on_edge.
 void crossing_points(const CrossingEdges& edges, const CrossingFrame& frame, std::span<Eigen::Vector3f> p_world);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// DenseBlocks: an array of samples as blocks.
+// DenseBlocks: gives an array of samples as blocks.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,13 +11,12 @@
 
 namespace scanknit {
 
-/// Blocks whose z runs along i, the fastest axis in memory, and x along k: most are shown where they lie, without a
-/// copy. Keeps the view's samples alive no longer than the caller does.
+/// The blocks' z is i, the fastest axis in memory, and x is k, so that most blocks need no copy. The caller must keep
+/// the view's samples alive.
 class DenseBlocks final : public BlockSource {
  public:
-  /// `first_k`, a multiple of 8: the index of the first slice of the view; for volumes of which the view is a part.
-  /// kConfig: no sample along an axis, or more than 2^31 - 32; or a transform that cannot be inverted or leaves the
-  /// range of a float.
+  /// `first_k`, a multiple of 8: the index of the view's first slice, if the view is a part of a volume. kConfig: no
+  /// sample along an axis, or more than 2^31 - 32; a transform that cannot be inverted or exceeds the range of a float.
   [[nodiscard]] static Result<DenseBlocks> open(const DenseView& view, int first_k = 0);
 
   [[nodiscard]] std::span<const Eigen::Vector3i> origins() const override { return origins_; }
@@ -25,13 +24,13 @@ class DenseBlocks final : public BlockSource {
   void load_values(std::size_t block, ValueBlock& values) const override;
   [[nodiscard]] const Eigen::Affine3d& T_world_index() const override { return T_world_index_; }
 
-  /// Blocks of one layer of eight slices, the first layer being that of the view's first slice.
+  /// The number of blocks in a layer of eight slices; the first layer has the view's first slice.
   [[nodiscard]] std::size_t blocks_per_layer() const { return blocks_per_layer_; }
 
  private:
   DenseBlocks(const DenseView& view, int first_k);
   void classify_run(const Eigen::Vector3i& origin, float isovalue, std::span<BlockSigns> signs) const;
-  /// The sample at block coordinates; within the array.
+  /// The sample at block coordinates, which must be within the array.
   [[nodiscard]] const float* sample(int x, int y, int z) const {
     return view_.samples + z +
            static_cast<std::ptrdiff_t>(view_.dims.x()) *

@@ -26,14 +26,14 @@ class Neighbours {
   std::array<std::size_t, 27> blocks_{};
 };
 
-/// Finds neighbours in a sorted list. Blocks that differ in z only are next to each other in the list; nine such runs
-/// lie round a block, and a step to the next block of its run is a step in each of them.
+/// Finds neighbours in a sorted list. Blocks that differ only in z follow one another in the list. A block and its
+/// neighbours are in nine such runs, and a step to the next block in its run is a step in each of the nine.
 class NeighbourWalk {
  public:
   /// `origins` sorted by is_before; it must outlive the walk.
   explicit NeighbourWalk(std::span<const Eigen::Vector3i> origins) : origins_(origins) {}
 
-  /// Quick for blocks in ascending order, quickest for every block. The answer is good until the next question.
+  /// Fast for blocks in ascending order, fastest for all of them in turn. The result is valid until the next call.
   [[nodiscard]] const Neighbours& of(std::size_t block);
 
  private:
@@ -44,7 +44,7 @@ class NeighbourWalk {
   std::span<const Eigen::Vector3i> origins_;
   std::size_t block_ = kNoBlock;
   Neighbours found_;
-  std::array<std::size_t, 9> runs_{};  ///< the first block after those that were looked at
+  std::array<std::size_t, 9> runs_{};  ///< the next block of each run
 };
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// VdbBlocks: the leaves of an OpenVDB volume as blocks.
+// VdbBlocks: gives the leaves of an OpenVDB volume as blocks.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -11,16 +11,16 @@
 
 namespace scanknit {
 
-/// Keeps the view's grids alive no longer than the caller does. Active tiles (constant regions that OpenVDB stores as
-/// one value) are turned into leaves in a copy of the field.
+/// The caller must keep the view's grids alive. Converts active tiles (constant regions that OpenVDB stores as one
+/// value) to leaves in a copy of the field.
 class VdbBlocks final : public BlockSource {
  public:
-  /// kConfig: the transform is not linear and invertible, or the grids' transforms differ. kBudget: the
-  /// active tiles would unfold to more than 2^31 voxels. Throws what OpenVDB and the allocator throw.
+  /// kConfig: the transform is not linear and invertible, or the grids' transforms differ. kBudget: the active tiles
+  /// have more than 2^31 voxels. Throws what OpenVDB and the allocator throw.
   [[nodiscard]] static Result<VdbBlocks> open(const FieldView& view, double min_weight);
 
-  /// The same volume with a shorter list: those of `origins` (sorted by is_before) at which it has a leaf now. Sees the
-  /// samples of all leaves, as before. Takes time for the leaves asked about only.
+  /// The same volume with a shorter list of blocks: those of `origins` (sorted by is_before) that have a leaf now. It
+  /// still reads samples of all leaves. The time depends only on the number of `origins`.
   [[nodiscard]] VdbBlocks restricted_to(std::vector<Eigen::Vector3i> origins) const;
 
   [[nodiscard]] std::span<const Eigen::Vector3i> origins() const override { return origins_; }
@@ -34,7 +34,7 @@ class VdbBlocks final : public BlockSource {
   VdbBlocks(const FieldView& view, double min_weight, const Eigen::Affine3d& T_world_index);
 
   FieldView view_;
-  openvdb::FloatGrid::ConstPtr unfolded_;  // owns view_.field where it had active tiles
+  openvdb::FloatGrid::ConstPtr unfolded_;  // owns view_.field if it had active tiles
   float min_weight_;                       ///< the least weight above 0 that counts as observed
   Eigen::Affine3d T_world_index_;
   std::vector<Eigen::Vector3i> origins_;

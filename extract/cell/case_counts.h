@@ -1,4 +1,4 @@
-// CaseCounts: how often each configuration and sub-case was met.
+// CaseCounts: how often each configuration and sub-case occurred.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@ struct SubCase {
 };
 
 struct CaseCounts {
-  std::vector<SubCase> sub_cases;          ///< by configuration; all but those with a tunnel are there, met or not
+  std::vector<SubCase> sub_cases;          ///< by configuration; those with a tunnel only if they occurred
   std::size_t ambiguous_faces_joined = 0;  ///< the Highs are joined; a face of two cells counts twice
   std::size_t ambiguous_faces_separated = 0;
   std::size_t tunnels = 0;
   std::size_t skipped_cells = 0;       ///< cells with observed High and Low corners and an unobserved one
-  std::size_t components_removed = 0;  ///< by min_component_triangles
+  std::size_t components_removed = 0;  ///< removed because of min_component_triangles
 
-  /// Cells of one configuration, 0 to 14.
+  /// The number of cells of a configuration, 0 to 14.
   [[nodiscard]] std::size_t of_configuration(int configuration) const;
 };
 

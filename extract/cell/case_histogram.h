@@ -1,4 +1,4 @@
-// CaseHistogram: counts cells by how they are resolved, while they are marched through.
+// CaseHistogram: the counts during extraction, by how cells are resolved.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// CellTable: every way in which a cell can be resolved, triangulated once.
+// CellTable: the triangulations of all ways in which a cell can be resolved.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace scanknit {
 /// A row of the table: a case, the resolution of its ambiguous faces, and its tunnel.
 using CellEntry = std::uint16_t;
 
-/// Some 1,100 rows and 45 KB: small enough to stay in the cache, where tracing contours cell by cell would cost more
-/// than all the rest.
+/// About 1,100 rows and 45 KB, which stays in the cache. Tracing the contours of each cell would take longer than
+/// everything else.
 class CellTable {
  public:
-  /// Made at the first call; loops ask once.
+  /// Makes the table at the first call; call it outside of loops.
   [[nodiscard]] static const CellTable& get();
 
-  /// A case that the signs of its corners decide, or not.
+  /// A case, and whether the signs of its corners decide it.
   struct Simple {
     std::uint16_t first_triangle = 0;  ///< of those of a case that needs no values
     std::uint8_t triangle_count = 0;

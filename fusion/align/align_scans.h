@@ -1,4 +1,4 @@
-// Several scans of one thing, brought together.
+// Registers several scans of one object.
 #pragma once
 
 #include <cstddef>
@@ -15,24 +15,25 @@
 
 namespace scanknit {
 
-/// What is known beforehand.
+/// The poses that are known beforehand.
 struct AlignPriors {
   std::vector<std::optional<Pose>> T_world_scan;  ///< of each scan; empty: nothing is known
   /// T_from_to of pairs (from < to), by markers for example.
   std::map<std::pair<std::size_t, std::size_t>, Pose> T_from_to;
-  /// T_world_scan of the scan was stated to hold what the shape does not; poses of pairs always are. Empty: none is.
+  /// For each scan: T_world_scan may fix motions that the shape leaves open; poses of pairs always may. Empty: none
+  /// may.
   std::vector<bool> may_hold = {};
-  bool are_final = false;  ///< T_world_scan is taken as it is, of every scan: pairs are measured, nothing is moved
+  bool are_final = false;  ///< T_world_scan of every scan is final: pairs are measured, but no scan moves
 };
 
 /// Two scans, from < to.
 struct AlignedPair {
   std::size_t from = 0, to = 0;
-  Pose T_from_to = Pose::Identity();  ///< as measured; where the poses put it if the pair was refused
-  PairMeasure measure;                ///< at the final poses for a pair that counts, else at the best that was found
+  Pose T_from_to = Pose::Identity();  ///< as measured; from the poses if the pair was rejected
+  PairMeasure measure;                ///< at the final poses for a pair that counts, else at the best pose found
   PairJudgement judgement;
   std::string start;  ///< how it was found: "search", "prior", "others", "given"
-  double off_m = 0;   ///< how far the final poses are from what the pair itself says, at the scan's middle
+  double off_m = 0;   ///< distance of the final poses from the pair's own, at the scan's middle
 };
 
 struct Alignment {
@@ -42,14 +43,15 @@ struct Alignment {
   std::vector<AlignedPair> pairs;  ///< all of them, by (from, to)
 };
 
-/// `done` of `total` pairs. False ends the work: only the pairs that were compared are returned, and nothing is placed.
+/// Called with `done` of `total` pairs. False ends the work: the result has only the pairs compared so far, and no
+/// poses.
 using AlignProgress = std::function<bool(std::size_t done, std::size_t total)>;
 
-/// Every pair: coarse search (unless a prior fits), fine registration, and a judgement by overlap, residual, what is in
-/// the way, and how firmly the shape holds it; then all pairs that count in a pose graph. A pair that contradicts the
-/// others is refused; a pair that could slide is held by a prior that may hold; one that was refused, but has a place
-/// by the others, is looked at again there. The world is the first scan's frame, moved by its prior where it has one.
-/// The same bits for any number of threads.
+/// For every pair: coarse search (unless a prior fits), fine registration, and a verdict from overlap, residual,
+/// contradictions of free space, and how well the shape determines the motion. Then a pose graph of all pairs that
+/// count. Rejects pairs that contradict the others. If a pair could slide, a prior that may hold fixes it. Checks
+/// rejected pairs again at the poses that the other pairs give them. The world is the first scan's frame, moved by its
+/// prior if it has one. The same bits for any number of threads.
 [[nodiscard]] Alignment align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
                                     const AlignProgress& progress = {});
 

@@ -1,4 +1,4 @@
-// Whether two scans that were brought together belong there.
+// Decides whether the pose between two registered scans is right.
 #pragma once
 
 #include <string>
@@ -9,29 +9,29 @@
 
 namespace scanknit {
 
-/// One scan with all that pairs of scans are compared by.
+/// One scan with all data that the comparison of pairs needs.
 struct PreparedScan {
   const ScanModel* model;
   ScanLevel coarse, fine;
 };
 
 struct PairMeasure {
-  double overlap = 0;       ///< share of the scan with less area that meets the other one, 0 to 1
-  double residual_m = 0;    ///< root mean square distance along normals of what meets
-  double contradicted = 0;  ///< of what one scanner looked at, the share that the other scan has in its way, 0 to 1
-  double missing = 0;       ///< ... and the share that it should have seen, but saw nothing there
-  bool is_seen = false;     ///< one of the scans tells from where it was seen: only then is `contradicted` known
-  double against = 0;  ///< share of all points of a scan that is in the way or missing, the larger of the two, 0 to 1
+  double overlap = 0;         ///< share of the smaller scan's area that meets the other scan, 0 to 1
+  double residual_m = 0;      ///< root mean square distance along normals where they meet
+  double contradicted = 0;    ///< share of what one scanner saw that the other scan would hide, 0 to 1
+  double missing = 0;         ///< share that a scanner should have seen, but where it saw nothing
+  bool is_seen = false;       ///< the scanner's position is known for one of the scans; else `contradicted` is unknown
+  double against = 0;         ///< share of a scan's points that contradict the other, the larger one, 0 to 1
   double least_strength = 0;  ///< FineMatch's
-  bool is_held = false;       ///< what the shape does not hold, a prior does
+  bool is_held = false;       ///< a prior fixes the motions that the shape leaves open
 };
 
-/// At the scale of `level`: which of the levels is compared.
+/// Which level is compared.
 enum class CheckLevel { kCoarse, kFine };
 [[nodiscard]] PairMeasure measure_pair(const PreparedScan& a, const PreparedScan& b, const Pose& T_a_b,
                                        CheckLevel level);
 
-/// Below it two scans could slide along each other (PairMeasure::least_strength).
+/// Below this PairMeasure::least_strength, two scans could slide along each other.
 inline constexpr double kLeastStrength = 0.0015;
 
 enum class PairVerdict { kGood, kAcceptable, kUnacceptable };
@@ -44,10 +44,10 @@ struct PairJudgement {
   std::string reason;  ///< empty when good
 };
 
-/// `spacing_m`: of the fine level, which distances are judged by.
+/// `spacing_m`: of the fine level, the scale of all distances.
 [[nodiscard]] PairJudgement judge_pair(const PairMeasure& measure, double spacing_m);
 
-/// One number to choose between poses of a pair by; larger is better.
+/// A score to choose between poses of a pair; larger is better.
 [[nodiscard]] double score_of(const PairMeasure& measure, double spacing_m);
 
 }  // namespace scanknit

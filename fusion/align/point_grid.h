@@ -1,4 +1,4 @@
-// PointGrid: the nearest of many points within a radius.
+// PointGrid: finds the nearest point within a radius.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace scanknit {
 
-/// Points sorted into cubes as large as the radius. The points must outlive it, and be finite.
+/// Sorts points into cubes as large as the radius. The points must outlive it, and be finite.
 class PointGrid {
  public:
   PointGrid(std::span<const Eigen::Vector3f> points, float radius);
@@ -52,7 +52,8 @@ class PointGrid {
     std::uint32_t first = 0, count = 0;
   };
 
-  /// Counted from 1 at the lowest point; all -1 for a point that is farther than the radius from all.
+  /// The cube's indices, from 1 at the lowest point; all -1 for a point that is farther than the radius from all
+  /// points.
   [[nodiscard]] std::array<std::int64_t, 3> cube_of(const Eigen::Vector3f& p) const;
   [[nodiscard]] static std::uint64_t key_of(const std::array<std::int64_t, 3>& cube) {
     return static_cast<std::uint64_t>(cube[0]) << 42 | static_cast<std::uint64_t>(cube[1]) << 21 |

@@ -1,4 +1,4 @@
-// ScanModel: one scan as registration reads it.
+// ScanModel: one scan in the form that registration uses.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +14,15 @@
 
 namespace scanknit {
 
-/// Points of a surface with unit normals out of it.
+/// Points of a surface with outward unit normals.
 struct OrientedPoints {
   std::vector<Eigen::Vector3f> points_m;
   std::vector<Eigen::Vector3f> normals;
-  std::vector<std::uint8_t> is_rim;  ///< the surface ends there: what is nearest to it may be missing
+  std::vector<std::uint8_t> is_rim;  ///< the surface ends there, so the nearest point may be missing
   [[nodiscard]] std::size_t size() const { return points_m.size(); }
 };
 
-/// Something that was looked at from one place, and what is free space by that.
+/// A view from one position, which shows what is free space.
 struct ModelSight {
   RangeView view;
   Pose T_scan_view = Pose::Identity();
@@ -32,27 +32,27 @@ struct ModelSight {
 struct ScanModel {
   std::string name;
   OrientedPoints all;
-  double spacing_m = 0;            ///< between neighbouring points, about
-  std::vector<ModelSight> sights;  ///< empty: nobody knows from where it was seen
+  double spacing_m = 0;            ///< approximate distance of neighbouring points
+  std::vector<ModelSight> sights;  ///< empty: the scanner's position is unknown
 };
 
-/// Of a range scan: the points of its surface. `sights` has its view.
+/// The model of a range scan: the points of its surface. `sights` has its view.
 [[nodiscard]] ScanModel model_of(const RangeScan& scan, const RangeSurface& surface);
 
-/// Of a mesh: its vertices, with the normals that they have, else those of the triangles.
+/// The model of a mesh: its vertices, with their normals, else with those of the triangles.
 [[nodiscard]] ScanModel model_of(const Mesh& mesh, std::string name);
 
-/// How finely scans are looked at: the same for all that are compared.
+/// The sampling of scans: the same for all scans that are compared.
 struct AlignScale {
-  double coarse_m = 0;  ///< between points for finding where a scan belongs
-  double fine_m = 0;    ///< ... and for placing it exactly
+  double coarse_m = 0;  ///< spacing of points for the coarse search
+  double fine_m = 0;    ///< spacing of points for fine registration
 };
 
-/// By the size of the scans (the smallest one counts) and the spacing of their points. Zero without points.
+/// Chooses the scale from the size of the smallest scan and the spacing of points. Zero without points.
 [[nodiscard]] AlignScale choose_scale(const std::vector<ScanModel>& models);
 
-/// One point for each cube of `cell_m` and each of six directions of the normal: their mean. The same order whatever
-/// the number of threads.
+/// Keeps one mean point for each cube of `cell_m` and each of six directions of the normal. The order is the same for
+/// any number of threads.
 [[nodiscard]] OrientedPoints thin_out(const OrientedPoints& points, double cell_m);
 
 }  // namespace scanknit

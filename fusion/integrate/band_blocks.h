@@ -1,4 +1,4 @@
-// Which blocks of 8^3 voxels a frame concerns.
+// Finds the blocks of 8^3 voxels that a frame updates.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -13,7 +13,8 @@
 
 namespace scanknit {
 
-/// Where cubes of samples are seen; every pixel beside a sample's projection, clipped to the picture.
+/// Projects cubes of samples into the picture: the rectangle of all pixels next to a sample's projection, clipped to
+/// the picture.
 class SampleProjector {
  public:
   SampleProjector(const CameraIntrinsics& intrinsics, const Pose& T_world_camera, double voxel_size_m)
@@ -25,7 +26,7 @@ class SampleProjector {
   };
   /// Nothing when no sample is in front of the camera.
   [[nodiscard]] std::optional<View> view(const openvdb::Coord& origin, int side) const;
-  /// Of the eight halves of a cube, of which each has `side` samples along an edge; see CubeViews.
+  /// The views of the eight octants of a cube; each has `side` samples along an edge; see CubeViews.
   [[nodiscard]] std::array<std::optional<View>, 8> views(const openvdb::Coord& origin, int side) const;
 
  private:
@@ -40,12 +41,12 @@ class SampleProjector {
 
 struct BandBlock {
   openvdb::Coord origin;
-  float far_m;  ///< behind this z the frame says nothing of it
+  float far_m;  ///< the frame has no observation of the block behind this z
 };
 
 /// All blocks, in Morton order, whose cube of samples meets the truncation band of some pixel, and few others: an
-/// octree over the camera's frustum, cut where the pyramid of bands shows nothing. No ray is walked; no block is
-/// missed. The frame must be indexable.
+/// octree over the camera's frustum, pruned where the pyramid of bands is empty. It follows no rays and misses no
+/// block. The frame must be indexable.
 [[nodiscard]] std::vector<BandBlock> find_band_blocks(const Observation& observation, const Pose& T_world_camera,
                                                       double voxel_size_m);
 

@@ -11,10 +11,10 @@
 
 namespace scanknit {
 
-/// Counts the blocks that a set of frames would need, without the voxels: for refusing a volume before fusing it.
+/// Counts the blocks that a set of frames needs, without allocating voxels, to refuse a volume before fusing it.
 class BlockCounter {
  public:
-  /// Counting stops beyond `max_bytes`.
+  /// Stops counting beyond `max_bytes`.
   BlockCounter(const FusionConfig& config, std::size_t max_bytes);
   void add(const Frame& frame, const Pose& T_world_camera);
   [[nodiscard]] std::size_t blocks() const;

@@ -1,4 +1,4 @@
-// CubeProjector: cubes of the volume as a camera sees them.
+// CubeProjector: projects cubes of the volume into a camera.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -12,14 +12,14 @@
 
 namespace scanknit {
 
-/// A cube in the picture. The pixel coordinates mean nothing where it reaches behind the camera.
+/// A cube in the picture. The pixel coordinates are undefined if the cube reaches behind the camera.
 struct CubeView {
-  float x0, y0, x1, y1;  ///< the smallest rectangle round its corners, and a hundredth of a pixel for rounding
+  float x0, y0, x1, y1;  ///< the bounding rectangle of its corners, plus a hundredth of a pixel for rounding
   float near_m, far_m;   ///< its z-range
   [[nodiscard]] bool reaches_behind(float z_m) const { return near_m <= z_m; }
 };
 
-/// As CubeView, of the eight halves of a cube: child 1 is the next along x, 2 along y, 4 along z.
+/// The CubeViews of the eight octants of a cube: bit 0 of the index is x, bit 1 is y, bit 2 is z.
 struct CubeViews {
   using Numbers = Eigen::Array<float, 8, 1>;
   Numbers x0, y0, x1, y1, near_m, far_m;
@@ -61,13 +61,13 @@ class CubeProjector {
     return view;
   }
 
-  /// Is all of the cube that lies before the camera beside the picture, on one side of it? Also where the cube reaches
-  /// behind the camera.
+  /// True if the part of the cube in front of the camera is entirely on one side of the picture. Also valid for cubes
+  /// that reach behind the camera.
   [[nodiscard]] bool is_beside(const openvdb::Coord& low, float offset, float edge, int width, int height) const {
     const Eigen::Vector3f first = in_camera(low, offset);
     const Corners x = fx_ * (edge * x_ + first.x()), y = fy_ * (edge * y_ + first.y()), z = edge * z_ + first.z();
     const auto last = [](int size) { return static_cast<float>(size - 1); };
-    // u >= 0 where x + cx z >= 0, for any z before the camera; each side a pixel further out.
+    // u >= 0 where x + cx z >= 0, for any z in front of the camera; each side is moved out by a pixel.
     return (x + (cx_ + 1) * z < 0).all() || (x + (cx_ - last(width) - 1) * z > 0).all() ||
            (y + (cy_ + 1) * z < 0).all() || (y + (cy_ - last(height) - 1) * z > 0).all();
   }
@@ -117,7 +117,7 @@ class CubeProjector {
   static constexpr float kSlack = 0.01f;
   Eigen::Vector3d eye_;  ///< voxels
   Eigen::Matrix3f R_;    ///< R_camera_world, and voxels to metres
-  Corners x_, y_, z_;    ///< of a cube of one voxel, from its lowest
+  Corners x_, y_, z_;    ///< corners of a cube of one voxel, from its lowest corner
   float least_z_, greatest_z_;
   float fx_, fy_, cx_, cy_;
 };

@@ -1,4 +1,4 @@
-// DepthPyramid: does any pixel of a rectangle show something in a range of z?
+// DepthPyramid: tests whether any pixel of a rectangle has a range that meets a given range of z.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,8 @@
 
 namespace scanknit {
 
-/// Level 0 holds one range a pixel; every further level the hull of 2 x 2 ranges of the one below, up to 1 x 1.
+/// Level 0 has one range for each pixel; every further level has the hulls of 2 x 2 ranges of the level below, up to 1
+/// x 1.
 class DepthPyramid {
  public:
   DepthPyramid() = default;
@@ -16,11 +17,11 @@ class DepthPyramid {
   /// The hull of all pixels; empty when no pixel has a range.
   [[nodiscard]] DepthRange hull() const { return levels_.empty() ? DepthRange{} : levels_.back().at(0, 0); }
 
-  /// True if a range in `rect` (clipped to the picture) meets `range`. May be true without cause: it looks at a few
-  /// hulls only. Never false without cause.
+  /// True if a range in `rect` (clipped to the picture) meets `range`. Conservative: may be true although none does,
+  /// because it tests only a few hulls; false is always right.
   [[nodiscard]] bool may_meet(const PixelRect& rect, const DepthRange& range) const;
 
-  /// As may_meet, with fewer mistakes: pixel by pixel if `rect` is no larger than 16 x 16, else by small hulls.
+  /// Like may_meet(), but more exact: tests pixel by pixel if `rect` is at most 16 x 16, else by small hulls.
   [[nodiscard]] DepthRanges::Sight look(const PixelRect& rect, const DepthRange& range) const;
 
  private:

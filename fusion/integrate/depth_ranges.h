@@ -18,14 +18,14 @@ struct DepthRange {
   [[nodiscard]] bool meets(const DepthRange& other) const { return near_m <= other.far_m && far_m >= other.near_m; }
 };
 
-/// One range a pixel, in two planes. Behind the end of each row lie empty ranges, for vectors that reach beyond it.
+/// One range for each pixel, in two planes. Empty ranges follow each row, for vectors that reach beyond its end.
 class DepthRanges {
  public:
   static constexpr int kPadding = kPixelGroup;
 
   DepthRanges() = default;
   DepthRanges(int width, int height);  ///< all empty
-  /// For ranges that are all written before one is read: only those behind the rows' ends are filled in.
+  /// For ranges that are all written before they are read: fills in only those behind the rows' ends.
   [[nodiscard]] static DepthRanges uninitialised(int width, int height);
 
   [[nodiscard]] int width() const { return width_; }
@@ -44,7 +44,7 @@ class DepthRanges {
   [[nodiscard]] bool meets(const PixelRect& rect, const DepthRange& range) const;
   struct Sight {
     bool meets = false;
-    float far_m = DepthRange{}.far_m;  ///< no range reaches farther
+    float far_m = DepthRange{}.far_m;  ///< the farthest end of all ranges
   };
   [[nodiscard]] Sight look(const PixelRect& rect, const DepthRange& range) const;
 

@@ -1,4 +1,4 @@
-// Observation: one frame as integration reads it.
+// Observation: one frame in the form that integration uses.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +17,20 @@ class Observation {
  public:
   Observation(const Frame& frame, const FusionConfig& config);
 
-  /// What each pixel says; not beyond this object's life.
+  /// The observation of each pixel; valid during the lifetime of this object.
   [[nodiscard]] const Image<PixelPlane>& planes() const { return planes_; }
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
   /// Per pixel, the z-range in which the truncation band lies along its ray.
   [[nodiscard]] const DepthPyramid& bands() const { return bands_; }
 
-  /// Per pixel, the z up to which its ray certainly passes free space only: in front of the band of every pixel within
-  /// two of it, and of the noise. 0 beside a pixel without a return, which may hide anything: rims are often lost.
-  /// Empty without carving.
+  /// For each pixel, the z up to which its ray certainly passes only free space: in front of the band, and of the
+  /// noise, of every pixel within two pixels. 0 next to a pixel without a return, which may hide a surface: rims often
+  /// have no return. Empty without carving.
   [[nodiscard]] const Image<float>& clear_m() const { return clear_m_; }
 
-  /// The frame's colours, which must not outlive this; without pixels if it has none. `number`: the frame's.
+  /// The frame's colours, valid during the lifetime of this object; without pixels if it has none. `number`: the
+  /// frame's number.
   [[nodiscard]] ColourView colours(std::uint32_t number) const;
 
  private:

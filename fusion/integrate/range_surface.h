@@ -1,4 +1,4 @@
-// RangeSurface: the surface that a range scan shows, as far as neighbours in its grid lie on it.
+// RangeSurface: the surface of a range scan, made of neighbours in its grid.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace scanknit {
 
-/// Steps in depth are cut: neighbours farther from each other than a few sample spacings lie on two surfaces, and
-/// nobody knows what is between. All pictures are as large as the scan's grid.
+/// It is cut at depth steps: neighbours farther apart than a few sample spacings belong to two surfaces, and the space
+/// between is unknown. All pictures are as large as the scan's grid.
 struct RangeSurface {
   std::vector<Triangle> triangles;  ///< of cells x + width y, counter-clockwise seen from the scanner
   Image<Eigen::Vector3f> normals;   ///< unit, towards the scanner; zero where no triangle meets the point
   Image<std::uint8_t> inset;        ///< steps to the surface's rim, at most kDeepest; 0: no triangle meets the point
-  double spacing_m = 0;             ///< between neighbours, median
-  double noise_m = 0;               ///< standard deviation across the surface, estimated; curvature is part of it
+  double spacing_m = 0;             ///< median distance of neighbours
+  double noise_m = 0;               ///< estimated standard deviation across the surface; includes curvature
 
   static constexpr std::uint8_t kDeepest = 4;
 };

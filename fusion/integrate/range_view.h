@@ -1,4 +1,4 @@
-// RangeView: a range scan as integration and tests of free space read it.
+// RangeView: a range scan in the form that integration and tests of free space use.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,16 +14,16 @@
 
 namespace scanknit {
 
-/// A picture of the scan's surface along its lines of sight, regular in u and v whatever the grid was: triangles are
-/// drawn, the nearer one where two overlap. What lies between pixels is at the nearest pixel's plane.
+/// A picture of the scan's surface along its lines of sight, regular in u and v for any grid. The triangles are drawn
+/// into it; where two overlap, the nearer one counts. Between pixels, the nearest pixel's plane counts.
 class RangeView {
  public:
-  /// What is seen along one line.
+  /// The surface along one line.
   struct Pixel {
     Eigen::Vector3f point = Eigen::Vector3f::Zero();   ///< on the surface, the scan's frame
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the scanner
     float range_m = 0;                                 ///< of SightLines
-    float slope = 0;                                   ///< cosine of the angle of incidence; 0: nothing is seen
+    float slope = 0;                                   ///< cosine of the angle of incidence; 0: no surface
     float inset = 0;                                   ///< steps to the surface's rim, from 0 to 1 for kDeepest
     ColourCode colour = 0;                             ///< 0: none
   };
@@ -33,7 +33,7 @@ class RangeView {
   [[nodiscard]] const SightLines& sight() const { return sight_; }
   [[nodiscard]] const Image<Pixel>& pixels() const { return pixels_; }
 
-  /// The pixel nearest to a line; null outside of the picture, or where nothing is seen.
+  /// The pixel nearest to a line; null outside of the picture, or if it has no surface.
   [[nodiscard]] const Pixel* at(const SightLines::Sight& sight) const {
     const auto place = place_of(sight);
     if (!place) return nullptr;
@@ -41,22 +41,24 @@ class RangeView {
     return pixel.slope > 0 ? &pixel : nullptr;
   }
 
-  /// The surface before or behind `p` (the scan's frame), and how far before it: positive in free space.
+  /// The surface in front of or behind `p` (the scan's frame), and the distance of `p` in front of it: positive in free
+  /// space.
   struct Front {
     const Pixel* pixel;
     float distance_m;  ///< to the pixel's plane
     float before_m;    ///< along the line
   };
-  /// Nothing where nothing is seen along the line.
+  /// Nothing if there is no surface along the line.
   [[nodiscard]] std::optional<Front> front_of(const Eigen::Vector3d& p) const;
 
-  /// True where lines of sight all round the one to `p`, kEmptyPixels to each side, met nothing at all, though `p` is
-  /// not farther away than other things that are seen. A surface there that faces the scanner would have been seen,
-  /// most likely. Lines that met nothing are where the others of their row in the grid say.
+  /// True if all lines of sight within kEmptyPixels of the one to `p` met nothing, although `p` is not farther away
+  /// than other surfaces. Most likely, a surface at `p` that faces the scanner would have been seen. The directions of
+  /// lines that met nothing come from the other lines of their row in the grid.
   [[nodiscard]] bool sees_nothing_round(const Eigen::Vector3d& p) const;
   static constexpr int kEmptyPixels = 3;
 
-  /// The least `before_m` of the pixels within one of it; nothing where one of them sees nothing: rims tell little.
+  /// The least `before_m` of the pixels within one pixel; nothing if one of them has no surface, because rims are
+  /// unreliable.
   [[nodiscard]] std::optional<float> surely_before(const Eigen::Vector3d& p) const;
 
  private:
@@ -70,10 +72,10 @@ class RangeView {
 
   SightLines sight_;
   Image<Pixel> pixels_;
-  Image<std::uint8_t> is_empty_;  ///< as `pixels_`: a line was there that met nothing
+  Image<std::uint8_t> is_empty_;  ///< for each of `pixels_`: a line there met nothing
   double first_u_ = 0, first_v_ = 0, step_u_ = 1, step_v_ = 1;
-  float farthest_m_ = 0;     ///< range of what is seen
-  bool goes_round_ = false;  ///< the picture's last column has the first one beside it
+  float farthest_m_ = 0;     ///< largest range of the surface
+  bool goes_round_ = false;  ///< the picture's last column is next to the first one
 };
 
 }  // namespace scanknit

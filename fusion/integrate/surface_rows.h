@@ -26,13 +26,14 @@ struct Rays {
   }
 };
 
-/// Two pixels of one surface differ by sqrt(2) sigma; one that is off by three times that shows another surface.
+/// Two pixels of one surface differ by sqrt(2) sigma; if they differ by more than three times that, they show different
+/// surfaces.
 inline constexpr float kSameSurfaceSigmas = 4.25f;
 
-/// Where a surface is seen at a more grazing angle its offset says little of its depth.
+/// At more grazing angles, a surface's offset determines its depth badly.
 inline constexpr float kMinSmoothedSlope = 0.1f;
 
-/// In front of a slanted surface the band is longer along the ray than across it, up to this slope.
+/// The band of a slanted surface is longer along the ray than across it, up to this slope.
 inline constexpr float kMinBandSlope = 0.25f;
 
 /// Whole rows of one width; pixel x of a row at [x].
@@ -48,15 +49,15 @@ struct DepthRows {
 void smooth_row(const DepthRows& rows, int y, const Rays& rays, const FloatNoise& noise, float* z_m,
                 Eigen::Vector3f* normals);
 
-/// How planes become observations.
+/// The parameters that turn planes into observations.
 struct Band {
   float least_m;  ///< half-width of the truncation band
   float sigmas;   ///< and in standard deviations of the noise
   FloatNoise noise;
-  float best_variance;  ///< of the noise at its least: such an observation, seen at a right angle, has the weight 1
+  float best_variance;  ///< least variance of the noise: an observation with it, at a right angle, has the weight 1
 };
 
-/// Fills row y of both: the z-range of the truncation band along each ray, and what integration reads.
+/// Fills row y of both: the z-range of the truncation band along each ray, and the planes for integration.
 void band_row(std::span<const float> z_m, const Eigen::Vector3f* normals, int y, const Rays& rays, const Band& band,
               DepthRanges& ranges, PixelPlane* planes);
 

@@ -18,11 +18,11 @@ struct Feature {
   Eigen::Vector3f p_camera;
 };
 
-/// ORB features (Rublee et al. 2011) where there is depth. None without colour.
+/// ORB features (Rublee et al. 2011) at pixels with depth. None without colour.
 [[nodiscard]] std::vector<Feature> find_features(const SurfaceLevel& picture);
 
-/// T_from_to by the features that both pictures have: P3P in RANSAC, the same draws in every run. Nothing unless at
-/// least a dozen agree.
+/// T_from_to from the common features of both pictures: P3P in RANSAC, with the same draws in every run. Nothing unless
+/// at least a dozen agree.
 [[nodiscard]] std::optional<Pose> match_features(const std::vector<Feature>& from, const std::vector<Feature>& to,
                                                  const CameraIntrinsics& to_camera);
 

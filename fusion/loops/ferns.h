@@ -1,4 +1,4 @@
-// Random ferns: a short code of a picture by which key frames are compared.
+// Random ferns: a short code of a picture, to compare key frames.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@ using FernCode = std::vector<std::uint8_t>;
 inline constexpr std::uint8_t kUnseen = 255;
 
 /// Glocker, Shotton, Criminisi & Izadi 2015, "Real-Time RGB-D Camera Relocalization via Randomized Ferns for Keyframe
-/// Encoding". Each fern asks one pixel whether its depth and its intensity are above thresholds. Pixels and thresholds
-/// are the same in every run.
+/// Encoding". Each fern tests whether depth and intensity of one pixel are above thresholds. Pixels and thresholds are
+/// the same in every run.
 class Ferns {
  public:
-  /// Depth thresholds spread round `typical_depth_m`.
+  /// Spreads the depth thresholds round `typical_depth_m`.
   explicit Ferns(double typical_depth_m);
 
   [[nodiscard]] FernCode encode(const SurfaceLevel& picture) const;
 
  private:
   struct Fern {
-    float x, y;  ///< place in the picture, 0 to 1
+    float x, y;  ///< position in the picture, 0 to 1
     float depth_m, intensity;
   };
   std::vector<Fern> ferns_;
 };
 
-/// The share of ferns that differ, of those that both pictures see; 1 when they hardly have any in common.
+/// The share of differing ferns among those that both pictures have; 1 when they have hardly any in common.
 [[nodiscard]] double dissimilarity(const FernCode& a, const FernCode& b);
 
 }  // namespace scanknit

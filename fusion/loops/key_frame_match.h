@@ -1,4 +1,4 @@
-// The motion between two key frames, if they show the same place.
+// Finds the motion between two key frames, if they show the same place.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@ namespace scanknit {
 
 struct KeyFrameMatch {
   Pose T_a_b = Pose::Identity();
-  Matrix6d information = Matrix6d::Zero();  ///< as PoseEdge's
-  double overlap = 0;                       ///< the smaller of the two ways
-  double inlier_share = 0;                  ///< also
-  double contradicted_share = 0;            ///< the larger
-  double colour_agreement = 0;              ///< the smaller
+  Matrix6d information = Matrix6d::Zero();  ///< like PoseEdge::information
+  double overlap = 0;                       ///< the smaller value of both directions
+  double inlier_share = 0;                  ///< likewise
+  double contradicted_share = 0;            ///< the larger value
+  double colour_agreement = 0;              ///< the smaller value
 };
 
-/// The share of b's points that would lie in a's picture if b were at T_a_b.
+/// The share of b's points that fall into a's picture if b is at T_a_b.
 [[nodiscard]] double expected_overlap(const KeyFrame& a, const KeyFrame& b, const Pose& T_a_b);
 
-/// Whether the scene must hold the camera in all directions.
+/// Whether the scene must determine the motion in all directions.
 enum class Hold { kAllDirections, kAny };
 
-/// Registers b with a from the best of `T_a_b_guesses`, and a with b from where that leads. Nothing unless both fit
-/// well and lead to the same place, and the scene holds the camera as it must.
+/// Registers b with a from the best of `T_a_b_guesses`, and a with b from that result. Nothing unless both fit well and
+/// agree, and the scene determines the motion as `hold` requires.
 [[nodiscard]] std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
                                                             const std::vector<Pose>& T_a_b_guesses,
                                                             const NoiseModel& noise, Hold hold = Hold::kAllDirections);

@@ -1,4 +1,4 @@
-// KeyFrames: frames of a walk that stand for their neighbours, kept as registration reads them.
+// KeyFrames: frames of a walk that represent their neighbours, kept in the form that registration uses.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace scanknit {
 
-/// How far a camera has come.
+/// The length of the camera's path so far.
 struct Way {
   double walked_m = 0, turned_rad = 0;
   int gaps = 0;  ///< times that tracking was lost
@@ -23,8 +23,8 @@ struct Way {
 struct KeyFrame {
   std::size_t frame;    ///< index of the frame among those that were fused
   Pose T_world_camera;  ///< as tracked
-  Way way;              ///< until here
-  double depth_m;       ///< typical, of what it sees
+  Way way;              ///< path up to this frame
+  double depth_m;       ///< typical depth of the picture
   SurfacePyramid seen;
   std::vector<Feature> features;
   FernCode code;
@@ -32,17 +32,17 @@ struct KeyFrame {
 
 class KeyFrames {
  public:
-  /// At most `most` are held: of a longer walk every other one is let go, and fewer are taken. A key frame of 640 x 480
-  /// pixels takes about 3 MB.
+  /// Keeps at most `most` key frames: for a longer walk it drops every other one and takes fewer from then on. A key
+  /// frame of 640 x 480 pixels takes about 3 MB.
   explicit KeyFrames(const NoiseModel& noise, std::size_t most = 200) : noise_(noise), most_(most) {}
 
-  /// A frame that was fused, in order. `follows_gap`: tracking was lost since the last one.
+  /// Adds a frame that was fused, in order. `follows_gap`: tracking was lost since the last one.
   void add(const Frame& frame, const Pose& T_world_camera, bool follows_gap);
 
   [[nodiscard]] const std::vector<KeyFrame>& kept() const { return kept_; }
 
-  /// Other poses for the frames from `first` on, one for each of `T_first_frames` in the first one's axes; those that
-  /// come after them are taken along.
+  /// Replaces the poses of the frames from `first` on by `T_first_frames`, in the first one's axes; moves all later
+  /// frames along with the last of them.
   void replace(std::size_t first, const std::vector<Pose>& T_first_frames);
 
   /// Poses of all frames that were added.
@@ -54,7 +54,7 @@ class KeyFrames {
 
   NoiseModel noise_;
   std::size_t most_;
-  double spacing_ = 1;  ///< grows when the walk is long
+  double spacing_ = 1;  ///< grows with a long walk
   Way way_;
   std::optional<Ferns> ferns_;
   std::vector<KeyFrame> kept_;

@@ -1,4 +1,4 @@
-// Loop closure: where a walk came back to, and the poses that follow from it.
+// Loop closure: finds the places that a walk came back to, and corrects the poses.
 #pragma once
 
 #include <cstddef>
@@ -14,36 +14,37 @@ namespace scanknit {
 /// Two frames that were found to show the same place.
 struct Loop {
   std::size_t from, to;      ///< indices among the frames that were fused
-  double shift_m = 0;        ///< how far apart tracking had put what both see
-  double overlap = 0;        ///< of the two pictures
-  double inlier_share = 0;   ///< of the points in both
-  std::string refused = {};  ///< why it was not believed; empty when it was
+  double shift_m = 0;        ///< distance of the common surface in both frames, at the tracked poses
+  double overlap = 0;        ///< overlap of the two pictures
+  double inlier_share = 0;   ///< share of the common points
+  std::string refused = {};  ///< why the loop was rejected; empty when it was accepted
 };
 
-/// Frames from `first` to `last`, both included.
+/// Frames from `first` to `last`, inclusive.
 struct FrameRange {
   std::size_t first = 0, last = 0;
 };
 
 struct LoopClosure {
-  /// Where the tracker seems to have been pulled: two frames alone say something else of the motion between them than
-  /// the volume did, which happens when it comes upon what it saw long ago and the walk has drifted. In order.
+  /// Ranges in which old parts of the volume seem to have pulled the tracker: the motion between two frames, registered
+  /// with each other, differs from the tracked one. This happens when a drifted walk meets a part that it saw long ago.
+  /// In order.
   std::vector<FrameRange> pulled;
-  std::vector<Loop> loops;            ///< believed or refused
+  std::vector<Loop> loops;            ///< accepted and rejected loops
   std::vector<Pose> T_world_cameras;  ///< of all frames that were fused; as tracked, unless `is_corrected`
-  bool is_corrected = false;          ///< there was drift to distribute
-  double drift_m = 0;                 ///< of the loops that are believed, the largest shift
+  bool is_corrected = false;          ///< the poses were corrected for drift
+  double drift_m = 0;                 ///< the largest shift of all accepted loops
 
   [[nodiscard]] bool has_come_back() const { return !loops.empty(); }
 };
 
-/// Looks for pairs of key frames that show the same place though the walk between them is long: by where tracking has
-/// them, and by shared features. Both are registered with each other. A loop is believed when the motion fits both
-/// ways, when the walk could have drifted so far, and when another loop nearby agrees (a cycle of the two closes); a
-/// wrong loop is worse than none. Where one is, key frames are registered with their neighbours as well, and all of
-/// it is distributed over the walk by a pose graph (pose_graph.h), twice, since more places overlap after the first
-/// time. Where that moves nothing that a key frame sees by more than `tolerance_m`, the poses stay as they are. The
-/// same bits for any number of threads.
+/// Finds pairs of key frames that show the same place although the walk between them is long, by their tracked poses
+/// and by common features, and registers each pair. Accepts a loop when the motion fits in both directions, when the
+/// walk can have drifted so far, and when another loop nearby agrees (a cycle of the two closes): a wrong loop is worse
+/// than none. If there is one, registers key frames with their neighbours as well, and distributes the drift over the
+/// walk by a pose graph (pose_graph.h); does both twice, because more places overlap after the first time. Keeps the
+/// poses if no point that a key frame sees would move by more than `tolerance_m`. The same bits for any number of
+/// threads.
 [[nodiscard]] LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// Pose graph: poses that agree as well as they can with what was measured between them.
+// Pose graph: finds the poses that agree best with measured motions between them.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@ struct PoseEdge {
   /// Inverse covariance of T_from_to^-1 * (T_from_to as it truly is): translation (m), then rotation (rad). Symmetric,
   /// positive semidefinite.
   Matrix6d information = Matrix6d::Identity();
-  bool may_be_wrong = false;  ///< a loop: it loses its weight when it contradicts all the others
+  bool may_be_wrong = false;  ///< a loop: it loses its weight if it contradicts the others
 };
 
 struct PoseGraphResult {
-  std::vector<double> sigmas;   ///< of each edge: how far the poses are from what was measured, in standard deviations
-  std::vector<double> weights;  ///< of each edge in the last round: 1 for what cannot be wrong, 0 for what is
+  std::vector<double> sigmas;   ///< for each edge: distance of the poses from the measurement, in standard deviations
+  std::vector<double> weights;  ///< for each edge in the last round: from 1 (cannot be wrong) to 0 (wrong)
   int iterations = 0;
   bool has_converged = false;
 };
@@ -29,12 +29,12 @@ struct PoseGraphResult {
 /// Distance of an edge from poses, in standard deviations: the root of its squared Mahalanobis distance.
 [[nodiscard]] double edge_sigmas(const PoseEdge& edge, const Pose& T_world_from, const Pose& T_world_to);
 
-/// Moves all poses but the first so that the sum of squared distances to the edges becomes least: Levenberg-Marquardt
+/// Moves all poses except the first to minimise the sum of squared distances to the edges: Levenberg-Marquardt
 /// (Grisetti, Kuemmerle, Stachniss & Burgard 2010, "A Tutorial on Graph-Based SLAM") with a sparse Cholesky
-/// factorisation. Edges that may be wrong are weighed as by Geman & McClure (1987), by graduated non-convexity (Yang,
-/// Antonante, Tzoumas & Carlone 2020): they all count in the beginning, and those farther than `loss_sigmas` do not in
-/// the end. Nodes that no edge reaches stay. One thread, the same bits every time. SCANKNIT_CHECKs that edges name
-/// nodes.
+/// factorisation. Weights edges that may be wrong by the loss of Geman & McClure (1987), with graduated non-convexity
+/// (Yang, Antonante, Tzoumas & Carlone 2020): all of them count at first, and those farther than `loss_sigmas` do not
+/// count in the end. Nodes without an edge do not move. One thread, the same bits every time. SCANKNIT_CHECKs that
+/// edges refer to existing nodes.
 [[nodiscard]] PoseGraphResult optimise_poses(std::vector<Pose>& T_world_nodes, const std::vector<PoseEdge>& edges,
                                              double loss_sigmas = 4);
 

@@ -1,4 +1,4 @@
-// Relocaliser: places that were seen before, for finding the camera again.
+// Relocaliser: finds the camera again by places that were seen before.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,23 @@ namespace scanknit {
 
 class Relocaliser {
  public:
-  /// Keeps the frame as a key frame unless it looks like one that is kept.
+  /// Keeps the frame as a key frame unless it looks like an existing one.
   void learn(const SurfacePyramid& frame, const Pose& T_world_camera);
 
   [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
   [[nodiscard]] std::size_t key_frames_with_features() const;
 
-  /// Poses of the key frames that look most like `frame`, the most alike first.
+  /// Poses of the key frames that look most like `frame`, the most similar first.
   [[nodiscard]] std::vector<Pose> similar_poses(const SurfacePyramid& frame) const;
 
-  /// Poses by features shared with the key frames that look most like it: slower, and finds views from elsewhere.
+  /// Poses from common features with the most similar key frames: slower, but also finds views from other positions.
   [[nodiscard]] std::vector<Pose> matched_poses(const SurfacePyramid& frame) const;
 
  private:
   struct KeyFrame {
     FernCode code;
     Pose T_world_camera;
-    std::vector<Feature> features;  ///< none where those of a view from near are known
+    std::vector<Feature> features;  ///< none if a near view's features are kept
   };
   [[nodiscard]] bool has_features_near(const Pose& T_world_camera, double depth_m) const;
   [[nodiscard]] std::vector<const KeyFrame*> most_alike(const SurfacePyramid& frame, std::size_t count,

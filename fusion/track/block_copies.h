@@ -1,4 +1,4 @@
-// BlockCopies: the samples of some blocks side by side, where vector instructions find them.
+// BlockCopies: copies of some blocks' samples in one array, for vector instructions.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace scanknit {
 
-/// A table from blocks to copies of their samples. A newer block may take an older one's slot, which hides the older
-/// copy; where it lies stays the same until clear().
+/// A table from blocks to copies of their samples. A newer block may replace an older one in its slot, so that the
+/// older copy is no longer found; copies keep their place until clear().
 template <typename T>
 class BlockCopies {
  public:
-  static constexpr int kSlotBits = 4;           ///< of an axis
-  static constexpr int kKeyBits = 10;           ///< of an axis
+  static constexpr int kSlotBits = 4;           ///< for each axis
+  static constexpr int kKeyBits = 10;           ///< for each axis
   static constexpr std::int32_t kNoBlock = -1;  ///< no key
-  static constexpr std::int32_t kEmpty = 0;     ///< where the samples of a block that is not in the volume begin
+  static constexpr std::int32_t kEmpty = 0;     ///< start of the samples for blocks that are not in the volume
 
   /// The samples of a block that is not in the volume.
   explicit BlockCopies(const T& none)
@@ -27,7 +27,7 @@ class BlockCopies {
     copies_.front().samples.fill(none);
   }
 
-  /// Forgets all blocks.
+  /// Removes all blocks.
   void clear() {
     for (const std::int32_t slot : used_slots_) keys_[static_cast<std::size_t>(slot)] = kNoBlock;
     used_slots_.clear();
@@ -35,7 +35,7 @@ class BlockCopies {
   }
 
   /// keys()[slot_of(block)] is key_of(block) if the table has that block; its samples are then copied to samples() +
-  /// starts()[slot_of(block)]. Blocks 2^14 blocks apart along an axis are not told apart; see kFarthestBlocks.
+  /// starts()[slot_of(block)]. Blocks 2^14 blocks apart along an axis have the same key; see kFarthestBlocks.
   [[nodiscard]] const std::int32_t* keys() const { return keys_.data(); }
   [[nodiscard]] const std::int32_t* starts() const { return starts_.data(); }
   [[nodiscard]] const T* samples() const { return copies_.front().samples.data(); }
@@ -47,14 +47,14 @@ class BlockCopies {
   [[nodiscard]] bool contains(const openvdb::Coord& sample) const {
     return keys_[static_cast<std::size_t>(slot_of(sample))] == key_of(sample);
   }
-  /// Of a block that it contains.
+  /// The start of the samples of a block that the table has.
   [[nodiscard]] std::int32_t start_of(const openvdb::Coord& sample) const {
     return starts_[static_cast<std::size_t>(slot_of(sample))];
   }
 
-  /// Enters the block round a sample, which is not in the volume.
+  /// Adds the block of a sample; that block is not in the volume.
   std::int32_t add_empty(const openvdb::Coord& sample) { return enter(sample, kEmpty); }
-  /// Enters the block round a sample; returns where its samples begin: the caller fills them in.
+  /// Adds the block of a sample and returns the start of its samples, which the caller must fill in.
   std::int32_t add(const openvdb::Coord& sample) {
     copies_.emplace_back();
     return enter(sample, static_cast<std::int32_t>((copies_.size() - 1) * TsdfLeaf::SIZE));
@@ -63,7 +63,7 @@ class BlockCopies {
 
  private:
   struct Copy {
-    Copy() {}  // the samples are filled in later
+    Copy() {}  // uninitialised: the samples are filled in later
     alignas(64) std::array<T, TsdfLeaf::SIZE> samples;
   };
   static_assert(sizeof(Copy) == TsdfLeaf::SIZE * sizeof(T), "samples lie side by side");
@@ -86,7 +86,7 @@ class BlockCopies {
   std::vector<Copy> copies_;
 };
 
-/// What a tile's rays read of the volume.
+/// The parts of the volume that a tile's rays read.
 class TileSamples {
  public:
   explicit TileSamples(const BlockIndex& index);
@@ -97,9 +97,9 @@ class TileSamples {
   [[nodiscard]] const BlockCopies<float>& distances() const { return distances_; }
   [[nodiscard]] const BlockCopies<std::uint32_t>& colours() const { return colours_; }
 
-  /// Copies a block's distances anew; returns where they begin.
+  /// Copies a block's distances again; returns where they begin.
   std::int32_t add_distances(BlockIndex::Number number);
-  /// Where the distances, or colours, of the block that holds a sample begin; copied now if they were not before.
+  /// The start of the distances, or colours, of the block of a sample; copies them if necessary.
   std::int32_t distances_round(const openvdb::Coord& sample);
   std::int32_t colours_round(const openvdb::Coord& sample);
 
@@ -109,7 +109,7 @@ class TileSamples {
   const BlockIndex& index_;
   BlockCopies<float> distances_;
   BlockCopies<std::uint32_t> colours_;
-  std::vector<BlockIndex::Number> copied_;  ///< block by block, whose distances these are
+  std::vector<BlockIndex::Number> copied_;  ///< the blocks of the copied distances, in order
 };
 
 }  // namespace scanknit

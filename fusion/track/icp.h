@@ -1,4 +1,4 @@
-// Registration of a depth frame with a view of the model: projective point-to-plane ICP with a photometric term.
+// Registers a depth frame with a view of the model: projective point-to-plane ICP with a photometric term.
 #pragma once
 
 #include "core/noise_model.h"
@@ -10,7 +10,7 @@ namespace scanknit {
 
 struct IcpConfig {
   NoiseModel noise;
-  double intensity_sigma = 0.05;  ///< of a difference of intensity between frame and model; 0: depth alone
+  double intensity_sigma = 0.05;  ///< of the difference of intensity between frame and model; 0: use only depth
   int first_level = 2;            ///< begin at this level; 2 is the coarsest
   int last_level = 0;             ///< and end at this one
 };
@@ -18,22 +18,22 @@ struct IcpConfig {
 struct IcpResult {
   Pose T_model_frame = Pose::Identity();  ///< p_model_camera = T_model_frame * p_frame_camera
   std::size_t points = 0;                 ///< of the frame, at the last level
-  double overlap = 0;                     ///< of the points, the share before which the model has a surface
-  double inlier_share = 0;  ///< of those, the share within 3 sigma of the model's plane, alike in place and normal
-  double contradicted_share = 0;  ///< of those, the share that the model has in quite another depth
+  double overlap = 0;                     ///< share of the points at which the model has a surface
+  double inlier_share = 0;  ///< share of those within 3 sigma of the model's plane, with similar position and normal
+  double contradicted_share = 0;  ///< share of those at which the model has a very different depth
   double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
-  double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 where none is
-  double support = 0;             ///< what the pairs weigh, colour included, a point: for comparing starts
-  /// How well each direction of motion is held, ascending: 1 is the whole of the points. Translation in metres and
-  /// rotation times the mean depth have one unit here.
+  double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 without such pairs
+  double support = 0;             ///< weight of the pairs for each point, with colour: to compare starts
+  /// How well the pairs determine each direction of motion, ascending: 1 if all points do. Translation in metres and
+  /// rotation times the mean depth have the same unit here.
   Vector6d strengths = Vector6d::Zero();
-  int weak_directions = 0;  ///< those too weak: the result does not move along them
+  int weak_directions = 0;  ///< number of directions that are too weak: the result does not move along them
   /// J^T J of the residuals in sigma, by translation (m) and rotation (rad) about `centre`, both in the model's camera;
   /// 0 along directions that are too weak. Points count as if their errors were independent, which they are not.
   Matrix6d information = Matrix6d::Zero();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   /// The same for an edge of a pose graph: of a motion (m, rad) of the frame in its own axes, T_model_frame * motion,
-  /// where 1 / m^2 is a translation that is held by all points. Divided by the variance of a plane's distance (m^2) it
+  /// where 1 / m^2 is a translation that all points determine. Divided by the variance of a plane's distance (m^2) it
   /// is the inverse covariance.
   Matrix6d shape = Matrix6d::Zero();
 
@@ -44,9 +44,10 @@ struct IcpResult {
 
 /// Moves the frame onto the model, from `T_model_frame`. Pairs by projection (Blais & Levine 1995), distances to planes
 /// (Chen & Medioni 1991), Tukey's weights on residuals in sigma(z), narrowing from level to level; Gauss-Newton with
-/// the 6 x 6 system in double. Directions that the scene does not hold are found by the eigenvalues and left as they
-/// were (Zhang, Kaess & Singh 2016, "On degeneracy of optimization-based state estimation problems"). The same bits for
-/// any number of threads and instruction set. Never fails: without pairs the pose is the one given, and `overlap` 0.
+/// the 6 x 6 system in double. Finds directions that the scene does not determine by the eigenvalues, and does not move
+/// along them (Zhang, Kaess & Singh 2016, "On degeneracy of optimization-based state estimation problems"). The same
+/// bits for any number of threads and instruction set. Never fails: without pairs it returns the given pose, with
+/// `overlap` 0.
 [[nodiscard]] IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& model,
                                        const Pose& T_model_frame, const IcpConfig& config);
 

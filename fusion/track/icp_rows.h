@@ -1,4 +1,4 @@
-// One row of a frame against a model view: the inner loop of registration.
+// Compares one row of a frame with a model view: the inner loop of registration.
 #pragma once
 
 #include <array>
@@ -9,17 +9,17 @@
 
 namespace scanknit {
 
-/// What counts as a pair, and how much.
+/// Which points make a pair, and with which weight.
 struct PairGate {
   float distance_m = 0;            ///< pairs farther apart than this ...
-  float distance_per_m = 0;        ///< ... and this share of their depth are none
+  float distance_per_m = 0;        ///< ... plus this share of their depth are not used
   float min_cosine = 0;            ///< between the normals
-  float tukey_sigmas = 0;          ///< a residual beyond this many sigma weighs nothing (Beaton & Tukey 1974)
+  float tukey_sigmas = 0;          ///< a residual beyond this many sigma has weight 0 (Beaton & Tukey 1974)
   float contradiction_m = 0;       ///< depths that differ by more than this ...
-  float contradiction_sigmas = 0;  ///< ... and so many sigma cannot be the same surface
+  float contradiction_sigmas = 0;  ///< ... plus so many sigma cannot be of the same surface
   float inlier_sigmas = 0;         ///< a residual within is an inlier
-  float intensity_sigma = 0;       ///< standard deviation of intensity; 0: colour is not looked at
-  float intensity_offset = 0;      ///< the frame is so much brighter than the model
+  float intensity_sigma = 0;       ///< standard deviation of intensity; 0: colour is not used
+  float intensity_offset = 0;      ///< brightness of the frame minus that of the model
 };
 
 /// Sums over pairs. Rows of J: the derivative of a residual in units of its sigma, by the motion of the frame's points
@@ -30,12 +30,12 @@ struct PairSums {
   double information = 0;     ///< of distances: sum of weight / sigma^2
   double weights = 0;         ///< of distances
   double squares = 0;         ///< weighted, of distances in sigma
-  double contradictions = 0;  ///< of those seen: the depths differ by more than noise and edges explain
+  double contradictions = 0;  ///< pairs whose depths differ by more than noise and edges explain
   double coloured = 0;        ///< pairs whose intensity is compared
   double colour_weights = 0;
   double colour_offset = 0;  ///< weighted sum of (frame - model), before intensity_offset
   double points = 0;         ///< of the frame
-  double seen = 0;           ///< of those, before the view's picture where it shows a surface
+  double seen = 0;           ///< points that project to a surface in the view
   double inliers = 0;        ///< of those
 
   PairSums& operator+=(const PairSums& other);

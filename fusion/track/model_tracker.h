@@ -26,18 +26,18 @@ class ModelTracker {
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
 
  private:
-  /// The last frame whose pose was found, or is gone on from.
+  /// The last frame whose pose is known, or good enough to continue from.
   struct Known {
     Pose T_world_camera;
     std::int64_t timestamp_ns;
-    double depth_m;  ///< typical, of what it saw
+    double depth_m;  ///< typical depth of the frame
   };
-  /// A pose, and how well the frame fits the volume there.
+  /// A pose, and how well the frame fits the volume at it.
   struct Fit {
     Pose T_world_camera = Pose::Identity();
     IcpResult icp;
   };
-  /// A place that was recognised, and how many frames in a row have fitted there.
+  /// A recognised place, and the number of frames in a row that fitted there.
   struct Recognised {
     Pose T_world_camera;
     int views;
@@ -79,18 +79,18 @@ class ModelTracker {
 
   PosePrior prior_;
   std::optional<Known> last_;
-  std::optional<Pose> T_before_last_;  ///< how the camera moved between the last two frames, if both are known
-  std::int64_t interval_ns_ = 0;       ///< between the last two frames of which that was known
+  std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
+  std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
   bool is_lost_ = false;
-  int unsure_frames_ = 0;  ///< the last ones, whose poses were good enough to go on from, not to be fused
+  int unsure_frames_ = 0;  ///< last frames whose poses were good enough to continue from, but not to fuse
   std::optional<Recognised> recognised_;
-  Quality newest_;          ///< of the same frame as last_
-  Quality usual_;           ///< of frames that are ok, a slow average ...
-  int usual_frames_ = 0;    ///< ... of so many
-  double noise_scale_ = 1;  ///< how much noisier the camera is than the configuration says
+  Quality newest_;          ///< of the frame last_
+  Quality usual_;           ///< slow average over frames that are ok ...
+  int usual_frames_ = 0;    ///< ... the number of them
+  double noise_scale_ = 1;  ///< the camera's noise, as a multiple of the configured one
   Relocaliser places_;
 
-  // While a frame is tracked.
+  // Set while a frame is tracked.
   const TsdfVolume* volume_ = nullptr;
   NoiseModel noise_;
   std::chrono::nanoseconds raycast_time_{};

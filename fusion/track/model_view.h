@@ -1,4 +1,4 @@
-// ModelView: what a camera would see of the volume.
+// ModelView: a camera's view of the volume.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace scanknit {
 
-/// Pictures of one size, that of `intrinsics`. A pixel without a surface has depth 0, normal zero and no intensity.
+/// All pictures have the size of `intrinsics`. A pixel without a surface has depth 0, normal zero and no intensity.
 struct ModelView {
   CameraIntrinsics intrinsics;
   Pose T_world_camera = Pose::Identity();

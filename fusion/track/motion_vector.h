@@ -11,7 +11,7 @@ namespace scanknit {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// By how much it turns, radians.
+/// The angle of its rotation, radians.
 [[nodiscard]] inline double angle_of(const Pose& motion) {
   return Eigen::AngleAxisd(motion.linear()).angle();
 }

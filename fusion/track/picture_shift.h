@@ -1,4 +1,4 @@
-// How far a picture has moved: a start for registration after a quick turn.
+// Finds the shift between two pictures: a start for registration after a quick turn.
 #pragma once
 
 #include "core/pose.h"
@@ -6,9 +6,9 @@
 
 namespace scanknit {
 
-/// The turn of the camera, as T_model_frame, by which the frame's depth and intensity look most like the model's: the
-/// best shift of the picture up to a seventh of its size, at the coarsest level. Identity when no shift is better than
-/// none.
+/// The rotation of the camera, as T_model_frame, with which the frame's depth and intensity are most similar to the
+/// model's: from the best shift of the picture, up to a seventh of its size, at the coarsest level. Identity if no
+/// shift is better than none.
 [[nodiscard]] Pose turn_by_shift(const SurfacePyramid& frame, const SurfacePyramid& model);
 
 }  // namespace scanknit

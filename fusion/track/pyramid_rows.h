@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// A row of planes, one number after the other; see SurfaceLevel.
+/// A row of planes, as one array for each number; see SurfaceLevel.
 template <typename Number>
 struct PlaneRow {
   Number* z_m;
@@ -16,8 +16,8 @@ struct PlaneRow {
   Number* intensity;  ///< null: unknown everywhere
 };
 
-/// Pixel x of row y of `coarse` becomes the mean plane of those of the pixels 2 x and 2 x + 1 of two finer rows, 2 y
-/// and 2 y + 1, that lie on the nearest surface. `width` pixels; a multiple of kPixelGroup is read and written.
+/// Sets pixel x of row y of `coarse` to the mean plane of those of the pixels 2 x and 2 x + 1 of two finer rows, 2 y
+/// and 2 y + 1, that are on the nearest surface. `width` pixels; reads and writes a multiple of kPixelGroup.
 void shrink_rows(const PlaneRow<const float>& upper, const PlaneRow<const float>& lower, const Rays& fine_rays,
                  const Rays& coarse_rays, const FloatNoise& noise, int width, int y, const PlaneRow<float>& coarse);
 

@@ -1,4 +1,4 @@
-// Tracker: where each frame was taken, by what it shows of the volume.
+// Tracker: finds the camera's pose by registering each frame with the volume.
 #pragma once
 
 #include <chrono>
@@ -16,9 +16,9 @@ class TsdfVolume;
 
 enum class TrackState {
   kOk,         ///< the pose is known
-  kWeak,       ///< the pose is usable, but some of it is held by little
-  kLost,       ///< the pose is not known: such a frame must not be fused
-  kRecovered,  ///< known again, after it was not
+  kWeak,       ///< the pose is usable, but parts of it are determined badly
+  kLost,       ///< the pose is unknown: the frame must not be fused
+  kRecovered,  ///< the pose is known again, after it was lost
 };
 
 /// "ok", "weak", "lost", "recovered".
@@ -27,23 +27,23 @@ enum class TrackState {
 struct TrackResult {
   TrackState state = TrackState::kLost;
   std::string reason = {};                  ///< why not ok, in a few words of docs/report.md; empty when ok
-  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: where it was last known, or seems to be
-  std::size_t points = 0;                   ///< of the frame, that were compared with the model
-  double overlap = 0;                       ///< share of them before which the model has a surface
-  double inlier_share = 0;                  ///< of those, the share that agrees with it
-  double contradicted_share = 0;            ///< of those, the share that the model has in quite another depth
-  double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 where none is
+  Pose T_world_camera = Pose::Identity();   ///< of a lost frame: the last known pose, or a guess
+  std::size_t points = 0;                   ///< points of the frame that were compared with the model
+  double overlap = 0;                       ///< share of them at which the model has a surface
+  double inlier_share = 0;                  ///< share of those that agrees with it
+  double contradicted_share = 0;            ///< share of those at which the model has a very different depth
+  double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
-  int weak_directions = 0;                  ///< of the six, those in which the scene does not hold the camera
-  std::chrono::nanoseconds raycast_time{};  ///< of the time it took, what was spent on looking at the volume
+  int weak_directions = 0;                  ///< how many of the six the scene does not determine
+  std::chrono::nanoseconds raycast_time{};  ///< the part of the time that raycasting took
 
   [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }
 };
 
-/// What the tracker makes of poses that a recording has.
+/// How the tracker uses the poses of a recording.
 enum class PosePrior {
-  kIgnore,  ///< only the first frame's pose is taken, so that the world is the recording's
-  kRefine,  ///< each is where registration starts; a large correction must fit well
+  kIgnore,  ///< use only the first frame's pose, so that the world is the recording's
+  kRefine,  ///< start registration from each; a large correction must fit well
 };
 
 /// Finds the poses of frames, one after the other.
@@ -56,7 +56,8 @@ class Tracker {
 
   /// Finds the frame's pose in the world of `volume`, which holds the frames fused so far. Frames come in their order;
   /// `frame` is filtered and has normals. The first frame's pose is the recording's, or the world's origin. A frame
-  /// whose pose is not believed is lost: that is a state, no error, and later frames are found again by what they see.
+  /// whose pose is not accepted is lost: this is a state, not an error, and relocalisation finds the pose of later
+  /// frames.
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
 
  private:

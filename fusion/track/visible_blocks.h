@@ -1,4 +1,4 @@
-// Which blocks of the volume may hold a surface that a camera sees, nearest first.
+// Finds the blocks of the volume that may have a surface visible to a camera, nearest first.
 #pragma once
 
 #include <vector>
@@ -12,15 +12,16 @@ namespace scanknit {
 
 struct VisibleBlock {
   BlockIndex::Number number;
-  PixelRect pixels;  ///< within the picture; every pixel whose ray passes the block
+  PixelRect pixels;  ///< all pixels of the picture whose ray may pass the block
 };
 
-/// No camera sees farther: the sum over the axes, in blocks. 256 m of voxels of 4 mm.
+/// The farthest visible block: the sum of distances along the axes, in blocks. 256 m for voxels of 4 mm.
 inline constexpr int kFarthestBlocks = 8000;
 
-/// Blocks with matter that are not all free space, at least partly `nearest_m` before the camera. A ray leaves a block
-/// through one of its faces, away from the camera's own block along each axis: in the order of the sum of these
-/// distances, counted in blocks, every ray meets its blocks front to back. Blocks of one sum share no ray.
+/// Blocks with matter that are not all free space and are at least partly more than `nearest_m` in front of the camera.
+/// The order is the sum of the distances from the camera's block along the three axes, in blocks. Every ray leaves a
+/// block away from the camera's block, so it meets its blocks in this order, front to back. Blocks with the same sum
+/// share no ray.
 [[nodiscard]] std::vector<VisibleBlock> visible_blocks(const BlockIndex& index, const CameraIntrinsics& intrinsics,
                                                        const Pose& T_world_camera, double voxel_size_m,
                                                        float nearest_m);

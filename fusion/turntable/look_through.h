@@ -1,4 +1,4 @@
-// LookThrough: what other frames look through was not there when they were taken, and does not belong to the object.
+// LookThrough: removes points that other frames see through, since these do not belong to the object.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,18 @@
 
 namespace scanknit {
 
-/// A hand, or anything that does not turn with the table: a point of it that one frame sees is gone for the others,
-/// whose depth there lies behind it.
+/// Removes a hand, or anything else that does not turn with the table: where one frame sees a point of it, the other
+/// frames see something farther away.
 class LookThrough {
  public:
   LookThrough(const TurntableAxis& axis, const NoiseModel& noise) : axis_(axis), noise_(noise) {}
 
-  /// A frame with what stands behind the object in it, to compare others with: some forty, from all of a recording.
+  /// Adds a frame with the background behind the object, to compare other frames with: about forty, from the whole
+  /// recording.
   void add_witness(DepthImage depth_m, const CameraIntrinsics& camera, double angle_rad);
   [[nodiscard]] std::size_t witnesses() const { return witnesses_.size(); }
 
-  /// Depth at points that more witnesses look through than see becomes 0. Returns how many pixels that were. The same
+  /// Sets depth to 0 at points that more witnesses see through than see. Returns the number of such pixels. The same
   /// for any number of threads.
   std::size_t remove_from(DepthImage& depth_m, const CameraIntrinsics& camera, double angle_rad) const;
 

@@ -1,4 +1,4 @@
-// A part of a depth picture: where there is something in it, and the frame that a smaller camera would have taken.
+// Finds the part of depth pictures that has depth, and crops frames to it.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,19 @@
 
 namespace scanknit {
 
-/// Pixels from (x0, y0) to (x1, y1), both included.
+/// Pixels from (x0, y0) to (x1, y1), inclusive.
 struct PixelRect {
   int x0, y0, x1, y1;
 };
 
-/// Where any of the pictures, all of one size, has depth, and a little around; nothing when none has.
+/// The rectangle in which any of the pictures, all of the same size, has depth, with a margin; nothing when none has.
 [[nodiscard]] std::optional<PixelRect> rect_of(const std::vector<DepthImage>& pictures_m);
 
-/// Of all pixels that have depth; 0 when none has.
+/// The median of all pixels with depth; 0 when there are none.
 [[nodiscard]] double median_depth_m(const std::vector<DepthImage>& pictures_m);
 
-/// Keeps the depth pixels of `rect`, which lies within the picture. Colour has its own camera and stays.
+/// Keeps only the depth pixels of `rect`, which must be within the picture. Colour has its own camera and does not
+/// change.
 void crop_frame(Frame& frame, const PixelRect& rect);
 
 }  // namespace scanknit

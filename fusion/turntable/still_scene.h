@@ -1,4 +1,4 @@
-// StillScene: what does not move before a camera that stands still, pixel by pixel.
+// StillScene: the depth of everything that does not move in front of a fixed camera, for each pixel.
 #pragma once
 
 #include <cstddef>
@@ -12,22 +12,22 @@ namespace scanknit {
 
 class StillScene {
  public:
-  /// Nothing stands still.
+  /// An empty scene: nothing stands still.
   StillScene() = default;
 
-  /// From depth pictures of one size, spread over a whole recording. A pixel is still where most of what it saw lies at
-  /// one depth; or where a tenth of it lies at one depth far behind all the rest: something passed in front of it.
-  /// Where hardly a pixel is still the camera moved, and nothing is. Holes and noise do no harm. Where something else
-  /// than the usual comes by much more rarely than elsewhere, it is a hand, or a passer-by. The same for any number of
-  /// threads.
+  /// Learns from depth pictures of the same size, spread over a whole recording. A pixel is still if most of its
+  /// readings have the same depth, or if a tenth of them have the same depth far behind all others: then something
+  /// passed in front of it. If hardly any pixel is still, the camera moved, and no pixel counts as still. Holes and
+  /// noise do no harm. If other depths occur much more rarely at a pixel than elsewhere, they are a hand or a
+  /// passer-by. The same for any number of threads.
   [[nodiscard]] static StillScene learn(const std::vector<DepthImage>& samples, const NoiseModel& noise);
 
   [[nodiscard]] bool empty() const { return depth_m_.empty(); }
-  /// 0: not known to be still. Without pixels if empty().
+  /// Depth of still pixels; 0: not still. Without pixels if empty().
   [[nodiscard]] const DepthImage& depth_m() const { return depth_m_; }
 
-  /// Depth of what stands still, or lies behind it, becomes 0; so do pixels where rarely anything comes by, and lone
-  /// ones that remain. `depth_m` has the samples' size, or nothing is done.
+  /// Sets depth to 0 for everything that stands still or is behind it, for pixels where something else rarely passes,
+  /// and for isolated pixels that remain. Does nothing unless `depth_m` has the samples' size.
   void remove_from(DepthImage& depth_m) const;
 
  private:

@@ -1,4 +1,4 @@
-// TurntablePairs: what the frames of a turntable say of each other, measured by registration.
+// TurntablePairs: measures the motions between frames of a turntable by registration.
 #pragma once
 
 #include <cstddef>
@@ -13,31 +13,30 @@ namespace scanknit {
 
 class TurntablePairs {
  public:
-  /// `start` says where each frame roughly is. Frames every few degrees are key frames and are kept, about a hundred at
-  /// most.
+  /// `start` has approximate angles of all frames. Keeps a key frame every few degrees, about a hundred at most.
   TurntablePairs(const TurntableMotion& start, const NoiseModel& noise);
 
-  /// Frame number `frame` of the motion, in ascending order; some may be left out. Registered with the key frames
-  /// before and after it; a key frame with three before it.
+  /// Adds frame number `frame` of the motion. Numbers must ascend; some may be missing. Registers the frame with the
+  /// key frames before and after it, and a key frame with the three before it.
   void add(std::size_t frame, SurfacePyramid seen);
 
-  /// After the last frame: key frames that come by the same place of the turn again are registered with each other,
-  /// which closes it.
+  /// To be called after the last frame: registers key frames at the same place of different turns with each other,
+  /// which closes the turn.
   void close();
 
-  /// Key frames an eighth to half a turn apart, as far as they see the same, from where `motion` has them. Only within
-  /// one of the `parts`, one number a frame: between them it does not know where they are.
+  /// Registers key frames that are an eighth to half a turn apart by `motion`, if they see the same surface. Only
+  /// within each of the `parts` (one number for each frame), because the motion between parts is unknown.
   void join_across(const TurntableMotion& motion, const std::vector<std::size_t>& parts);
 
   [[nodiscard]] const std::vector<TurntableEdge>& edges() const { return edges_; }
-  /// Takes back pairs, one flag each.
+  /// Removes pairs; one flag for each pair.
   void forget(const std::vector<bool>& is_forgotten);
 
-  /// Share of the key frames that fit the one before; 1 of a single one.
+  /// The share of key frames that fit the one before; 1 for a single key frame.
   [[nodiscard]] double share_in_sequence() const;
   [[nodiscard]] std::size_t key_frames() const { return keys_.size(); }
   [[nodiscard]] std::size_t loops() const { return loops_; }    ///< pairs found by close()
-  [[nodiscard]] std::size_t across() const { return across_; }  ///< and by join_across()
+  [[nodiscard]] std::size_t across() const { return across_; }  ///< pairs found by join_across()
 
  private:
   struct View {
@@ -54,7 +53,7 @@ class TurntablePairs {
   NoiseModel noise_;
   double spacing_rad_, usual_step_rad_;
   std::vector<View> keys_;
-  std::vector<View> pending_;  ///< since the last key frame
+  std::vector<View> pending_;  ///< frames since the last key frame
   std::vector<TurntableEdge> edges_;
   std::size_t loops_ = 0, across_ = 0;
   std::size_t in_sequence_ = 0;  ///< key frames that fit the one before

@@ -1,4 +1,4 @@
-// BlockIndex: from a block's origin to its leaves, without a walk through three trees.
+// BlockIndex: finds a block's leaves by its origin, without a search in three trees.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -21,47 +21,47 @@ using WeightLeaf = WeightCodeGrid::TreeType::LeafNodeType;
 using ColourLeaf = ColourCodeGrid::TreeType::LeafNodeType;
 static_assert(TsdfLeaf::DIM == kBlockEdgeVoxels && TsdfLeaf::SIZE == kBlockVoxels);
 
-/// A leaf of colours has memory for them from the first one on. Before, it reads as zeros; buffer().data() gives it
-/// that memory, as accessors do that read it.
+/// True when the leaf has memory for colours. It gets the memory with its first colour and reads as zeros before.
+/// buffer().data(), and accessors that read the leaf, allocate that memory.
 [[nodiscard]] inline bool has_own_colours(const ColourLeaf& leaf) {
   return !leaf.buffer().empty();
 }
-/// 512 codes; for reading, and without giving it memory.
+/// The leaf's 512 codes, for reading; does not allocate memory.
 [[nodiscard]] const ColourCode* colours_of(const ColourLeaf& leaf);
 
-/// The leaves of one block of 8^3 voxels, owned by their trees; they stay where they are until a tree is pruned.
+/// The leaves of one block of 8^3 voxels, owned by their trees; they keep their addresses until a tree is pruned.
 struct VolumeBlock {
   openvdb::Coord origin;
   TsdfLeaf* tsdf = nullptr;
   WeightLeaf* weight = nullptr;
   ColourLeaf* colour = nullptr;
-  std::uint32_t last_frame = 0;  ///< that updated it
+  std::uint32_t last_frame = 0;  ///< the frame that updated it last
   bool is_free = false;          ///< every voxel is known to be free space
-  bool has_matter = false;       ///< some voxel was behind a surface, once
-  bool has_changed = false;      ///< since somebody last asked
+  bool has_matter = false;       ///< some voxel has been behind a surface
+  bool has_changed = false;      ///< since the last take_changed_blocks()
 };
 
-/// Blocks in the order in which they were added. A table has their regions, each of which has its blocks by place: who
-/// asks for one block after the other finds most in the cache.
+/// Blocks in the order in which they were added. A hash table has their regions, and each region has its blocks by
+/// position, so that successive look-ups of near blocks mostly hit the cache.
 class BlockIndex {
  public:
   using Number = std::uint32_t;
   static constexpr Number kNone = ~Number{0};
 
-  /// Blocks within a cube of 8^3 blocks, for asking about many at once.
-  static constexpr int kRegionBlocks = 8;   ///< along an edge
-  static constexpr int kRegionVoxels = 64;  ///< likewise
+  /// The blocks in a cube of 8^3 blocks, to look up many at once.
+  static constexpr int kRegionBlocks = 8;   ///< blocks along an edge
+  static constexpr int kRegionVoxels = 64;  ///< voxels along an edge
   struct Region {
     explicit Region(const openvdb::Coord& lowest);
 
     openvdb::Coord origin;
     std::vector<Number> blocks;
-    std::array<Number, kRegionBlocks * kRegionBlocks * kRegionBlocks> numbers;  ///< by place; kNone: not in the volume
+    std::array<Number, kRegionBlocks * kRegionBlocks * kRegionBlocks> numbers;  ///< kNone: not in the volume
   };
 
   /// The number of the block at `origin`, or kNone.
   [[nodiscard]] Number find(const openvdb::Coord& origin) const;
-  /// `block.origin` is not in it yet.
+  /// Adds a block whose origin the index does not have yet.
   void add(const VolumeBlock& block);
 
   [[nodiscard]] std::span<VolumeBlock> blocks() { return blocks_; }
@@ -75,7 +75,7 @@ class BlockIndex {
 
   std::vector<VolumeBlock> blocks_;
   std::vector<std::unique_ptr<Region>> regions_;
-  std::vector<Number> slots_;  ///< of regions: open addressing with linear probing, at most half full
+  std::vector<Number> slots_;  ///< hash table of regions: open addressing with linear probing, at most half full
 };
 
 }  // namespace scanknit

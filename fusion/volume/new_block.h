@@ -1,4 +1,4 @@
-// NewBlock: a block that is not in the volume yet.
+// NewBlock: a block before it is added to the volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -22,7 +22,7 @@ struct NewBlock {
 
   [[nodiscard]] bool has_leaves() const { return tsdf != nullptr; }
 
-  /// To another place, while its voxels are unknown. It has leaves.
+  /// Moves it to another origin. It must have leaves, whose voxels are all unknown.
   void move_to(const openvdb::Coord& origin) {
     tsdf->setOrigin(origin);
     weight->setOrigin(origin);
@@ -33,7 +33,7 @@ struct NewBlock {
   std::unique_ptr<TsdfLeaf> tsdf;
   std::unique_ptr<WeightLeaf> weight;
   std::unique_ptr<ColourLeaf> colour;
-  VolumeBlock block;  ///< with these leaves
+  VolumeBlock block;  ///< refers to these leaves
 };
 
 }  // namespace scanknit

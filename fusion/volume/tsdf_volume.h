@@ -1,4 +1,4 @@
-// TsdfVolume: the live volume, OpenVDB grids of one transform and one topology.
+// TsdfVolume: the live volume: OpenVDB grids with the same transform and topology.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -22,11 +22,11 @@ class BlockIndex;
 class VolumeMemory;
 struct NewBlock;
 
-/// What is known of one sample.
+/// The values of one sample.
 struct Voxel {
   float tsdf_m = 0;            ///< see TsdfVolume
   float weight = 0;            ///< 0: unknown
-  std::optional<Rgb8> colour;  ///< nothing: none was seen
+  std::optional<Rgb8> colour;  ///< nothing: no colour was seen
 };
 
 /// Three grids named "tsdf", "weight", "colour", a sample AT index (i, j, k), world = voxel_size * index, allocated in
@@ -34,8 +34,8 @@ struct Voxel {
 ///   weight  sum of the observations' weights; 0 = unknown (never seen), > 0 = observed
 ///   tsdf    mean signed distance, metres, positive in free space; background +truncation
 ///   colour  mean sRGB-encoded colour
-/// Ten bytes: weight and colour are codes (core/voxel_codes.h). A voxel is active iff its weight is > 0. Free space is
-/// weight > 0 with tsdf at +truncation.
+/// Ten bytes: weight and colour are codes (core/voxel_codes.h). A voxel is active if its weight is > 0, else inactive.
+/// Free space has weight > 0 and tsdf = +truncation.
 class TsdfVolume {
  public:
   /// Errors (kConfig): a voxel size or truncation that is not positive and finite; a budget that is too small for any
@@ -50,21 +50,21 @@ class TsdfVolume {
   [[nodiscard]] const openvdb::FloatGrid& tsdf() const { return *tsdf_; }
   [[nodiscard]] const WeightCodeGrid& weight() const { return *weight_; }
   [[nodiscard]] const ColourCodeGrid& colour() const { return *colour_; }
-  /// For extract_surface() and others that read it. The grids stay the volume's.
+  /// A view for extract_surface() and others that read the volume, which keeps its grids.
   [[nodiscard]] FieldView field_view() const;
-  /// For looking at a few; a walk through three trees.
+  /// Reads one voxel by a search in three trees; for few voxels only.
   [[nodiscard]] Voxel voxel(const openvdb::Coord& index) const;
 
   [[nodiscard]] std::size_t blocks() const;         ///< leaves of 8^3 voxels
   [[nodiscard]] std::size_t active_voxels() const;  ///< observed voxels
   [[nodiscard]] std::size_t memory_bytes() const;   ///< of the blocks and the trees above them
 
-  /// True once integrate() had to leave out blocks because of the budget.
+  /// True after integrate() could not add blocks because of the budget.
   bool is_budget_reached = false;
-  std::uint32_t frames = 0;  ///< integrated
+  std::uint32_t frames = 0;  ///< number of integrated frames
 
   /// Writes the three grids, all or nothing, in stock types that any OpenVDB program opens: weights as floats, colours
-  /// as three floats from 0 to 1, negative where none was seen. Errors: kOutput.
+  /// as three floats from 0 to 1, negative if no colour was seen. Errors: kOutput.
   [[nodiscard]] Result<void> save(const std::filesystem::path& path) const;
 
   // For what changes a volume block by block: integrate() and the like. The types are the library's own.
@@ -72,14 +72,13 @@ class TsdfVolume {
   [[nodiscard]] const BlockIndex& index() const { return *index_; }
   [[nodiscard]] BlockIndex& index() { return *index_; }
   [[nodiscard]] const VolumeMemory& memory() const { return *memory_; }
-  /// For new blocks, within fusion.memory_budget.
+  /// The budget for new blocks, within fusion.memory_budget.
   [[nodiscard]] BlockBudget block_budget() const;
-  /// `added` has leaves, and the volume has no block there. The leaves are the volume's from now on.
+  /// Adds a block with leaves at a place without one. The volume takes the leaves.
   void add_block(NewBlock added);
-  /// A block of the volume has memory for its colours now, and had none before. May be called by several threads at
-  /// once.
+  /// Counts the memory for the colours of a block that had none before. Several threads may call this at once.
   void count_colours_of_a_block();
-  /// The origins of the blocks that changed since the last call, for meshing these alone.
+  /// The origins of the blocks that changed since the last call, so that only these are meshed again.
   [[nodiscard]] std::vector<openvdb::Coord> take_changed_blocks();
 
  private:
@@ -92,18 +91,19 @@ class TsdfVolume {
   std::unique_ptr<VolumeMemory> memory_;
 };
 
-/// A volume read from a .vdb: ours, or any file with a FloatGrid.
+/// A volume from a .vdb file of ScanKnit, or from any other with a FloatGrid.
 struct LoadedVolume {
   openvdb::FloatGrid::Ptr field;    ///< "tsdf" if there is one, else the only (or first) FloatGrid
   openvdb::FloatGrid::Ptr weight;   ///< "weight" or null
   openvdb::Vec3SGrid::Ptr colour;   ///< "colour" or null
-  bool is_signed_distance = false;  ///< ours, or of grid class level set
+  bool is_signed_distance = false;  ///< a file of ScanKnit, or a grid of class level set
 
-  /// For extract_surface() and others that read it. The grids stay the volume's.
+  /// A view for extract_surface() and others that read the volume, which keeps its grids.
   [[nodiscard]] FieldView field_view() const;
 };
 
-/// Errors (kInput): not there, not a VDB file, damaged, no FloatGrid in it (the message lists the grids that are).
+/// Errors (kInput): the file does not exist, is no VDB file, is damaged, or has no FloatGrid (the message lists its
+/// grids).
 [[nodiscard]] Result<LoadedVolume> load_volume(const std::filesystem::path& path);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// VolumeMemory: what the blocks of a volume take, counted as they come. BlockBudget: which more there is room for.
+// VolumeMemory: counts the memory of a volume's blocks. BlockBudget: decides which blocks may be added.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -10,18 +10,19 @@
 
 namespace scanknit {
 
-/// Leaves, the inner nodes of the three trees above them, and entries in the index. Inner nodes are large, 0.8 MiB for
-/// a cube of 4096^3 voxels, eight of which meet at the origin: a small scan needs as much for them as for its voxels.
+/// Counts leaves, the inner nodes of the three trees above them, and entries in the index. Inner nodes are large: 0.8
+/// MiB for a cube of 4096^3 voxels. Eight such cubes meet at the origin, so that a small scan needs as much memory for
+/// them as for its voxels.
 class VolumeMemory {
  public:
   [[nodiscard]] std::size_t bytes() const;
-  /// When every block has colours: a budget must have room for them.
+  /// The memory if every block had colours, for which a budget must have room.
   [[nodiscard]] std::size_t most_bytes() const;
-  /// With one more block of 8^3 voxels.
+  /// The same with one more block of 8^3 voxels.
   [[nodiscard]] std::size_t most_bytes_with(const openvdb::Coord& origin) const;
-  /// The block at `origin` is not in it yet. Without colours.
+  /// Adds the block at `origin`, which was not counted yet, without colours.
   void add(const openvdb::Coord& origin);
-  /// A block has colours now. May be called by several threads at once.
+  /// Adds the colours of a block. Several threads may call this at once.
   void add_colours() { std::atomic_ref(coloured_).fetch_add(1, std::memory_order_relaxed); }
 
  private:
@@ -30,15 +31,15 @@ class VolumeMemory {
   std::unordered_set<openvdb::Coord> lower_nodes_, upper_nodes_;
 };
 
-/// Says for which new blocks there is room within a budget, and counts them as if each had colours.
+/// Decides which new blocks fit within a budget, and counts each as if it had colours.
 class BlockBudget {
  public:
-  /// `memory`: of the blocks that the volume has.
+  /// `memory`: of the volume's blocks.
   BlockBudget(VolumeMemory memory, std::size_t max_bytes) : memory_(std::move(memory)), max_bytes_(max_bytes) {}
 
-  /// True if there is room for one more block, at `origin`: it is counted from now on.
+  /// True if there is room for one more block, at `origin`; then counts it.
   [[nodiscard]] bool admits(const openvdb::Coord& origin);
-  /// True once a block was not admitted. A block that needs fewer nodes of the trees may be, afterwards.
+  /// True after a block was not admitted. A later block that needs fewer tree nodes may still be admitted.
   [[nodiscard]] bool is_reached() const { return is_reached_; }
 
  private:

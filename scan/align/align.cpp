@@ -17,7 +17,7 @@
 namespace scanknit {
 namespace {
 
-/// Two digits of the spacing of the coarsest scan: finer voxels show nothing more.
+/// The point spacing of the coarsest scan, rounded to two digits: finer voxels show no more detail.
 double voxel_size_for(const AlignInputs& inputs) {
   double spacing = 0;
   for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
@@ -53,7 +53,8 @@ class AlignRun {
     if (auto known = find_priors(); !known) return known;
     alignment_ = session_.timed("align", [&] { return compare(); });
     if (session_.is_stopped()) return stopped_while("pairs of scans were compared");
-    if (auto told = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !told) return told;
+    if (auto described = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !described)
+      return described;
     warn(priors_.are_final ? given_pose_warnings(inputs_, alignment_) : prior_warnings(inputs_, priors_, alignment_));
     if (auto placed = check_placed(); !placed) return placed;
     return write();
@@ -77,7 +78,7 @@ class AlignRun {
     return request_.points ? check_writable(*request_.points) : Result<void>();
   }
 
-  /// Where the scans are, as far as it is known, and the world that they are in.
+  /// Finds the poses that are known before registration, and names the world that they are in.
   [[nodiscard]] Result<void> find_priors() {
     warn(unit_warnings(inputs_));
     std::vector<std::string> warnings;
@@ -111,7 +112,7 @@ class AlignRun {
     });
   }
 
-  /// Where the preview goes, too: with one file as output there are no pictures.
+  /// The folder of the preview; nothing when the output is one file, because then no pictures are written.
   [[nodiscard]] std::optional<std::filesystem::path> picture_folder() const {
     if (!job_.files.preview) return std::nullopt;
     return job_.files.preview->parent_path();

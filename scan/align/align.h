@@ -1,4 +1,4 @@
-// align_and_mesh: several scans of one thing, brought together and meshed as one.
+// align_and_mesh: registers several scans of one object and makes one mesh of them.
 #pragma once
 
 #include <filesystem>
@@ -12,25 +12,25 @@
 
 namespace scanknit {
 
-/// What is known of where the scans are, beside what their files say.
+/// What the user knows of the scans' poses, in addition to the poses in their files.
 struct KnownPlaces {
   std::optional<std::filesystem::path> initial = {};  ///< poses: lines of SCAN tx ty tz qx qy qz qw
   std::optional<std::filesystem::path> markers = {};  ///< lines of SCAN MARKER x y z
-  bool wants_refinement = false;                      ///< poses that the files carry are a beginning, not the end
+  bool wants_refinement = false;                      ///< true: refine the poses of the files
 };
 
 /// What is to be aligned.
 struct AlignRequest {
   std::vector<std::filesystem::path> inputs;  ///< range scans, recordings, meshes, point clouds, .conf
   KnownPlaces known;
-  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: all points, each scan in its place
+  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: the points of all scans, in one frame
   /// True: the voxel size of the job counts. False: range scans are fused in voxels as large as their points' spacing.
   bool has_voxel_size = true;
 };
 
-/// Reads all inputs, finds the place of each, and fuses range scans and recordings into one mesh. Meshes and point
-/// clouds are brought to their places only. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when a
-/// scan has no place beside the first, or it was stopped; kMesh.
+/// Reads all inputs, finds the pose of each, and fuses range scans and recordings into one mesh. Meshes and point
+/// clouds only get a pose; they are not fused. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when no
+/// pose was found for a scan, or when the alignment was stopped; kMesh.
 [[nodiscard]] ScanResult align_and_mesh(const ScanJob& job, const AlignRequest& request, ScanObserver& observer,
                                         std::stop_token stop = {});
 

@@ -23,11 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Frames of a recording that tell of free space, and how wide their pictures are for that.
+/// So many frames of a recording serve to measure free space, each reduced to about this width in pixels.
 constexpr std::size_t kSightFrames = 10;
 constexpr int kSightWidth = 160;
 
-/// A frame as a scan from one centre, every few pixels.
+/// A range scan from one centre, with every few pixels of the frame.
 RangeScan coarse_scan_of(const Frame& frame) {
   const int stride = std::max(1, frame.depth_m.width() / kSightWidth);
   RangeScan scan;
@@ -153,7 +153,7 @@ class InputLoader {
     return {};
   }
 
-  /// Fused by itself first: the model is the surface, the sights are some of its frames.
+  /// Fuses the recording by itself first: its surface becomes the model, some of its frames become the model's sights.
   [[nodiscard]] Result<void> load_recording(const fs::path& path) {
     auto source = open_recording(path, config_.acquire);
     if (!source) return source.error();
@@ -200,7 +200,7 @@ class InputLoader {
     }
     const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
-    if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface comes of it", input.path.string()};
+    if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface was extracted from it", input.path.string()};
     ScanModel model = model_of(surface->mesh, input.name);
     model.sights = std::move(sights);
     loaded_.frames.read += intake.counts().read;

@@ -1,4 +1,4 @@
-// What `align` brings together: each input with its model for registration, and what is fused in the end.
+// The inputs of `align`: each with its model for registration, and with what is fused in the end.
 #pragma once
 
 #include <filesystem>
@@ -24,39 +24,39 @@ enum class AlignKind { kRange, kRecording, kMesh, kCloud };
 [[nodiscard]] const char* to_string(AlignKind kind);
 
 struct AlignInput {
-  std::string name;            ///< of the file, for people
-  std::filesystem::path path;  ///< that was read
+  std::string name;            ///< of the file, for messages
+  std::filesystem::path path;  ///< the file that was read
   AlignKind kind = AlignKind::kRange;
   UpAxis world_up = UpAxis::kY;
   std::optional<Pose> T_world_scan = {};  ///< from a file that says where its scans are (.conf, PTX)
   double noise_m = 0;                     ///< of a range scan
-  PosesBySequence T_scan_camera = {};     ///< of a recording's frames that were fused
+  PosesBySequence T_scan_camera = {};     ///< of the frames of a recording that were fused
   std::vector<Rgb8> colours = {};         ///< of `model.all`; empty: none
-  /// Its grids or frames can be fused; meshes and point clouds are brought to their place only.
+  /// True when its grids or frames can be fused. Meshes and point clouds only get a pose.
   [[nodiscard]] bool is_fusable() const { return kind == AlignKind::kRange || kind == AlignKind::kRecording; }
 };
 
-/// Inputs and models, both of one length.
+/// Inputs and their models; both lists have the same length.
 struct AlignInputs {
   std::vector<AlignInput> inputs;
   std::vector<ScanModel> models;
-  std::string world = "the frame of scan 1";  ///< in which the poses are, for people
+  std::string world = "the frame of scan 1";  ///< the frame of the poses, for messages
   FrameCounts frames;                         ///< of recordings; a range scan counts as a frame
 };
 
-/// Reads everything. A recording is fused for its model, as scan_recording() would. A scan that a .conf names but that
-/// is not there is warned of. `inputs` has what was read, also after an error. Errors (kInput): unreadable, or nothing
-/// at all.
+/// Reads all inputs. Fuses each recording as scan_recording() does, to get its model. Warns of each scan that a .conf
+/// names and that does not exist. `inputs` has what was read, also after an error. Errors (kInput): a file is
+/// unreadable, or there is nothing to read.
 [[nodiscard]] Result<void> load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
                                              ScanSession& session, AlignInputs& inputs);
 
-/// Scans are named by their number, from 1, or by their file. What says nothing or contradicts itself is told in
-/// `warnings`. Errors (kInput): a line that is none of a pose, a scan that is not there.
+/// A scan is named by its number, from 1, or by its file. `warnings` gets a text for each entry that is useless or that
+/// contradicts another. Errors (kInput): a line that is not a pose, a scan that does not exist.
 [[nodiscard]] Result<AlignPriors> load_align_priors(const KnownPlaces& known, const AlignInputs& inputs,
                                                     const Limits& limits, std::vector<std::string>& warnings);
 
-/// Poses a kilometre and more from the origin (georeferenced ones) are moved near it, all by the same whole number of
-/// hundreds of metres: positions of a mesh are 32-bit. Returns what was taken from them, or zero.
+/// Moves poses that are a kilometre or more from the origin (georeferenced ones) near it, all by the same multiple of
+/// 100 m: positions of a mesh are 32-bit floats. Returns the shift that was subtracted from them, or zero.
 [[nodiscard]] Eigen::Vector3d move_near_origin(AlignPriors& priors);
 
 }  // namespace scanknit

@@ -19,9 +19,9 @@ namespace {
 
 constexpr Rgb8 kOrange{230, 120, 30};
 constexpr Rgb8 kBlue{40, 110, 210};
-constexpr std::size_t kMostDots = 60'000;  // of a scan in a picture
+constexpr std::size_t kMostDots = 60'000;  // for each scan in a picture
 
-/// A small triangle at each point, across its normal.
+/// Adds a small triangle at each point, perpendicular to its normal.
 void add_dots(const ScanModel& model, const Pose& T, double size_m, Rgb8 colour, Mesh& picture) {
   const OrientedPoints dots = thin_out(model.all, size_m);
   const std::size_t every = std::max<std::size_t>(1, dots.size() / kMostDots);
@@ -41,7 +41,7 @@ void add_dots(const ScanModel& model, const Pose& T, double size_m, Rgb8 colour,
   }
 }
 
-/// In the first scan's frame as its own file stands upright.
+/// Draws the picture in the first scan's frame; up is as that scan's file says.
 Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment, const AlignedPair& pair,
                            const std::filesystem::path& path) {
   const bool is_placed = alignment.is_placed[pair.from] && alignment.is_placed[pair.to];

@@ -1,4 +1,4 @@
-// What comes of scans that were brought together: numbers, pictures, points, and a mesh.
+// The output of an alignment: numbers, pictures, points, and a mesh.
 #pragma once
 
 #include <cstddef>
@@ -19,23 +19,23 @@ struct AlignedScans {
   const Alignment& alignment;
 };
 
-/// Tells of scans and pairs in `result`; with a folder, each pair becomes a picture in it. Errors: kOutput.
+/// Describes scans and pairs in `result`. With a folder, writes one picture of each pair into it. Errors: kOutput.
 [[nodiscard]] Result<void> describe_alignment(const AlignedScans& scans,
                                               const std::optional<std::filesystem::path>& picture_folder,
                                               ScanSession& session, std::optional<AlignmentResult>& result);
 
-/// All points, each scan in its place. Errors: kOutput.
+/// Writes the points of all scans, in one frame. Errors: kOutput.
 [[nodiscard]] Result<void> write_aligned_points(const AlignedScans& scans, const std::filesystem::path& path,
                                                 ScanSession& session);
 
-/// Range scans and recordings in their places become one volume and its mesh.
+/// Fuses the aligned range scans and recordings into one volume and makes its mesh.
 class AlignedFusion {
  public:
   /// All references outlive it.
   AlignedFusion(const AlignedScans& scans, const ScanJob& job, ScanSession& session, ScanResult& result);
 
-  /// Fuses, and writes all files of the job. `result` tells of it, also after an error. Errors: kTooLittle when it was
-  /// interrupted before anything was fused; the recordings'; kMesh; kOutput.
+  /// Fuses, and writes all files of the job. Fills `result`, also after an error. Errors: kTooLittle when a stop came
+  /// before anything was fused; those of the recordings; kMesh; kOutput.
   [[nodiscard]] Result<void> run();
 
  private:

@@ -21,7 +21,7 @@ Error broken(const fs::path& path, const TextLine& line, const std::string& what
   return {ErrorCode::kInput, fmt::format("line {}: {}", line.number, what), path.string()};
 }
 
-/// By number, from 1, or by the name of the file.
+/// The scan with this number, from 1, or with this file name.
 std::optional<std::size_t> scan_named(std::string_view word, const AlignInputs& inputs) {
   for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
     if (inputs.inputs[i].name == word || inputs.inputs[i].path.string() == word) return i;
@@ -85,8 +85,8 @@ Result<void> read_initial(const fs::path& path, const AlignInputs& inputs, const
                                    [](const auto& pose) { return pose.has_value(); });
   if (known < 2) {
     warnings.push_back(
-        fmt::format("--initial {} says nothing: it has poses of {} scans; it takes two to tell where one "
-                    "lies to the other",
+        fmt::format("--initial {} has no effect: it has poses of {} scans, and the motion between scans "
+                    "needs two",
                     path.string(), known));
   }
   return {};
@@ -114,15 +114,15 @@ Result<std::vector<Markers>> read_markers(const fs::path& path, const AlignInput
   return markers;
 }
 
-/// What the markers of two scans say.
+/// The motion between two scans, from their common markers.
 struct MarkerMotion {
   std::size_t common = 0;
   bool is_in_line = false;
   Pose T_from_to = Pose::Identity();
-  double residual_m = 0;  ///< root mean square of what remains
+  double residual_m = 0;  ///< root mean square of the distances between markers after the motion
 };
 
-/// The rigid motion that brings markers together (Umeyama 1991).
+/// The rigid motion that fits the markers best (Umeyama 1991).
 MarkerMotion motion_by(const Markers& from, const Markers& to) {
   Eigen::Matrix3Xd in_from(3, 0);
   Eigen::Matrix3Xd in_to(3, 0);
@@ -152,7 +152,7 @@ MarkerMotion motion_by(const Markers& from, const Markers& to) {
   return motion;
 }
 
-/// Nothing, or why the markers of a pair do not help.
+/// Why the markers of a pair are useless; empty when they are useful.
 std::string fault_of(const MarkerMotion& motion, double most_residual_m) {
   if (motion.common < kFewestMarkers) {
     return fmt::format("have {} in common; it takes {}", motion.common, kFewestMarkers);
@@ -187,7 +187,7 @@ void add_marker_motions(const std::vector<Markers>& markers, const AlignInputs& 
   }
   if (!has_common) {
     warnings.push_back(
-        "--markers says nothing: no marker has the same name in two scans; expected lines of SCAN MARKER "
+        "--markers has no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
         "x y z");
   }
 }
@@ -213,7 +213,7 @@ Result<AlignPriors> load_align_priors(const KnownPlaces& known, const AlignInput
 }
 
 Eigen::Vector3d move_near_origin(AlignPriors& priors) {
-  constexpr double kFar_m = 1000;  // 32-bit floats end at a 16th of a millimetre there
+  constexpr double kFar_m = 1000;  // 32-bit floats have steps of a 16th of a millimetre there
   constexpr double kStep_m = 100;
   const auto known = std::find_if(priors.T_world_scan.begin(), priors.T_world_scan.end(),
                                   [](const auto& pose) { return pose.has_value(); });

@@ -10,9 +10,9 @@ namespace scanknit {
 namespace {
 
 constexpr double kLarge_m = 100;        // more is seldom scanned without a unit in the file
-constexpr double kUnitRatio = 200;      // of sizes: more than scans of one thing differ by
-constexpr double kLeastOverlap = 0.12;  // a pair that shares less is told by what is against it
-constexpr double kMostAgainst = 0.03;   // of all points: more than noise and outlines
+constexpr double kUnitRatio = 200;      // of sizes: scans of one object do not differ by so much
+constexpr double kLeastOverlap = 0.12;  // below it, a pair is judged by its contradictions, not by its fit
+constexpr double kMostAgainst = 0.03;   // of all points: more than noise and outlines cause
 constexpr double kFarSpacings = 4;      // coarse spacings, which are a fortieth of the size each
 
 double width_m(const ScanModel& model) {
@@ -35,7 +35,7 @@ std::string names_of(const AlignInputs& inputs, std::size_t from, std::size_t to
   return fmt::format("{} ({}) and {} ({})", from + 1, inputs.inputs[from].name, to + 1, inputs.inputs[to].name);
 }
 
-/// How far the scan is moved between two poses, at its middle and by its turn.
+/// How far the scan moves from one pose to the other: the shift of its middle plus its rotation times its half width.
 double distance_m(const Pose& x, const Pose& y, const ScanModel& model) {
   const Pose between = x.inverse() * y;
   const Eigen::Vector3d middle = middle_of(model);
@@ -96,7 +96,7 @@ std::vector<std::string> given_pose_warnings(const AlignInputs& inputs, const Al
   for (std::size_t i = 0; i < is_borne_out.size() && is_borne_out.size() > 1; ++i) {
     if (is_borne_out[i]) continue;
     warnings.push_back(
-        fmt::format("nothing bears out the given pose of {} ({}): no other scan fits it there; look at the "
+        fmt::format("no other scan confirms the given pose of {} ({}): none fits it there; look at the "
                     "pictures of its pairs, or let --refine look for its place",
                     i + 1, inputs.inputs[i].name));
   }

@@ -1,4 +1,4 @@
-// What people should know of scans, priors and poses before they believe a result of `align`.
+// Warnings of scans, priors and poses that make a result of `align` doubtful.
 #pragma once
 
 #include <string>
@@ -8,13 +8,14 @@
 
 namespace scanknit {
 
-/// Scans that are larger than a building, or of sizes a thousandfold apart: millimetres that are taken for metres.
+/// Warns of scans that are larger than a building, and of scans whose sizes differ as much as millimetres and metres
+/// do: the unit of one may be wrong.
 [[nodiscard]] std::vector<std::string> unit_warnings(const AlignInputs& inputs);
 
-/// Pairs that the files' poses put together wrongly, and scans whose place no other scan bears out.
+/// Warns of pairs that do not fit at the poses of the files, and of scans whose pose no other scan confirms.
 [[nodiscard]] std::vector<std::string> given_pose_warnings(const AlignInputs& inputs, const Alignment& alignment);
 
-/// Priors that are farther from what fits than a tenth of the scans' size, or contradict each other so far.
+/// Warns of priors that are more than a tenth of the scans' size from the poses that fit, or from each other.
 [[nodiscard]] std::vector<std::string> prior_warnings(const AlignInputs& inputs, const AlignPriors& priors,
                                                       const Alignment& alignment);
 

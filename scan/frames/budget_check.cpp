@@ -26,11 +26,11 @@ constexpr std::size_t kSampleFrames = 20;
 
 struct Selection {
   std::size_t of = 0;     ///< frames of the recording
-  bool is_whole = false;  ///< all of them are looked at
+  bool is_whole = false;  ///< true: all frames were selected
 };
 
-/// Some frames, evenly from the recording, filtered as the run will filter them: what they need depends on it by half.
-/// `visit` has each with its pose, and returns false when it has seen enough.
+/// Reads some frames, evenly spread over the recording, and filters them as the run will: filters change the memory
+/// that frames need by up to a half. Calls `visit` with each frame and its pose, until it returns false.
 Selection visit_samples(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop,
                         const std::function<bool(Frame)>& visit) {
   Selection selection;
@@ -45,15 +45,15 @@ Selection visit_samples(const std::filesystem::path& recording, const ScanConfig
   if (!source) return selection;
 
   (void)for_each_frame(**source, stop, [&](Frame& frame) -> Result<Reading> {
-    if (!frame.T_world_camera) return Reading::kGoOn;
-    frame.colour.reset();  // only depth is asked for
+    if (!frame.T_world_camera) return Reading::kContinue;
+    frame.colour.reset();  // only depth is needed
     filter_frame(frame, config.acquire, config.fusion.noise);
-    return visit(std::move(frame)) ? Reading::kGoOn : Reading::kEnough;
+    return visit(std::move(frame)) ? Reading::kContinue : Reading::kStop;
   });
   return selection;
 }
 
-/// One frame at a time: most recordings fit, and twenty frames with their normals are 100 MB.
+/// Reads one frame at a time: most recordings fit, and twenty frames with their normals take 100 MB.
 bool fits_by_count(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
   BlockCounter counter(config.fusion, config.fusion.memory_budget_mib << 20);
   visit_samples(recording, config, stop, [&](const Frame& frame) {
@@ -68,7 +68,8 @@ struct Sample {
   Selection selection;
 };
 
-/// By counting the blocks that the frames may touch: fast, and a fifth too many, as some of them are never observed.
+/// Counts the blocks that the frames may touch. Fast, but about a fifth too high: some of these blocks are never
+/// observed.
 bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
   BlockCounter counter(fusion, max_bytes);
   for (const Frame& frame : frames) {
@@ -78,7 +79,7 @@ bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion,
   return true;
 }
 
-/// By fusing the frames within the budget.
+/// Fuses the frames and sees whether they stay within the budget.
 bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
   auto volume = TsdfVolume::create(fusion);
   if (!volume) return false;
@@ -89,8 +90,8 @@ bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion,
   return volume->memory().most_bytes() <= max_bytes;
 }
 
-/// Large blocks are few, so that a trial is as fast as the count; and the count is far off, since bands that are wide
-/// touch blocks far away, whose inner nodes are counted and never kept.
+/// For large voxels a trial is as fast as the count, because there are few blocks. The count is far too high there:
+/// wide bands touch distant blocks, whose inner nodes are counted but never kept.
 bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t spare_mib) {
   constexpr double kLarge_m = 0.01;
   const std::size_t max_bytes = (fusion.memory_budget_mib - spare_mib) << 20;
@@ -98,7 +99,7 @@ bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::siz
          (fusion.voxel_size_m >= kLarge_m && fits_by_trial(frames, fusion, max_bytes));
 }
 
-/// From 0.5 mm to 10 cm, each at most a fifth above the one before.
+/// Voxel sizes from 0.5 mm to 10 cm, each at most a fifth above the one before.
 std::vector<double> round_sizes_mm() {
   constexpr int kDigits[] = {10, 12, 14, 16, 18, 20, 22, 25, 28, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90};
   std::vector<double> sizes_mm;
@@ -111,7 +112,7 @@ std::vector<double> round_sizes_mm() {
   return sizes_mm;
 }
 
-/// The finest round size that fits: in steps of four up to one that does, then through those between.
+/// The finest round size that fits. Tries every fourth size until one fits, then the sizes that it skipped last.
 std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, const FusionConfig& fusion,
                                              std::size_t spare_mib) {
   constexpr std::size_t kStep = 4;
@@ -132,7 +133,8 @@ std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, c
   return std::nullopt;
 }
 
-/// What to do next: a size that fits with an eighth of room for the frames that were not looked at, else just so.
+/// The advice of the error message: a size that fits with an eighth of the budget to spare for frames that were not
+/// sampled; else one that just fits.
 std::string advice(const Sample& sample, const FusionConfig& fusion) {
   auto size_mm =
       finest_fitting_size_mm(sample.frames, fusion, sample.selection.is_whole ? 0 : fusion.memory_budget_mib / 8);
@@ -155,7 +157,7 @@ Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
   if (fits_by_count(recording, config, stop)) return {};
-  Sample sample;  // kept, for several sizes are tried
+  Sample sample;  // kept, because several sizes are tried on it
   sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
     sample.frames.push_back(std::move(frame));
     return true;

@@ -1,4 +1,4 @@
-// Would the volume fit into memory? Asked before the first frame is fused.
+// Checks, before the first frame is fused, whether the volume will fit into memory.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace scanknit {
 
-/// Looks at about twenty frames of the recording, evenly spread, and counts the blocks they need. Errors (kBudget) when
-/// that is beyond fusion.memory_budget; the message names a voxel size that would fit, at most about a fifth coarser
-/// than the finest, and says when it does not know all frames. Recordings that cannot be read pass: fusing them tells
-/// why. Of the frames it looks at no volume is missed that is too large, and below 1 cm one may be refused that needs
-/// four fifths of the budget. A long recording, of which it looks at few, can still reach the budget later.
-/// Poses that are yet to be tracked say nothing of the extent: such recordings pass.
+/// Reads about twenty frames of the recording, evenly spread, and counts the blocks that they need. Errors (kBudget)
+/// when these exceed fusion.memory_budget; the message names a voxel size that would fit, at most about a fifth coarser
+/// than the finest, and says when it was found from some of the frames only. For the frames that it reads, it never
+/// passes a volume that is too large; below 1 cm it may refuse one that needs four fifths of the budget. A long
+/// recording, of which it reads few frames, can still reach the budget later. Recordings that cannot be read pass:
+/// fusing them gives the error. Recordings whose poses must be tracked pass too: their extent is not known yet.
 [[nodiscard]] Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses,
                                         const ScanConfig& config, std::stop_token stop);
 

@@ -1,4 +1,4 @@
-// DepthSamples: some depth frames of a scan, evenly taken however long it becomes, to compare the mesh with.
+// DepthSamples: some depth frames of a scan, to compare the mesh with; evenly spread, however long the scan is.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@ namespace scanknit {
 
 class DepthSamples {
  public:
-  /// A frame that was fused, filtered as it was fused. Every one is kept until there are 48; then every second of them
-  /// is let go, and so on. Pictures are thinned out to at most 320 columns.
+  /// Takes a frame as it was filtered and fused. Keeps every frame until there are 48; then drops every second one and
+  /// keeps every second frame from then on, and so on. Thins pictures out to at most 320 columns.
   void add(const Frame& frame);
   void clear();
 
-  /// Those that the trajectory has a pose for. Refers to the samples' pictures.
+  /// The samples that have a pose in the trajectory. The result refers to the pictures of this object.
   [[nodiscard]] std::vector<PosedDepth> posed(const Trajectory& trajectory) const;
 
  private:

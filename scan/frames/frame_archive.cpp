@@ -14,7 +14,7 @@ Result<void> for_each_frame(FrameSource& source, const std::stop_token& stop,
     if (frame == nullptr) continue;
     const auto reading = visit(*frame);
     if (!reading) return reading.error();
-    if (*reading == Reading::kEnough) return {};
+    if (*reading == Reading::kStop) return {};
   }
 }
 

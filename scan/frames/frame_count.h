@@ -1,4 +1,4 @@
-// How many frames of a recording are asked for.
+// How many frames of a recording are selected.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// Frames that from, to and every select.
+/// The number of frames that `from`, `to` and `every` select.
 [[nodiscard]] inline std::size_t selected_frames(const RecordingInfo& info, const AcquireConfig& config) {
   if (info.frames == 0 || config.from >= info.frames || config.to < config.from) return 0;
   const std::size_t last = std::min(config.to, info.frames - 1);

@@ -82,7 +82,7 @@ std::optional<Frame> FrameIntake::next() {
   if (!event) return std::nullopt;
   const auto* dropped = std::get_if<FrameDropped>(&*event);
   const std::uint64_t sequence = sequence_of(*event);
-  if (dropped != nullptr && sequence < taken_from_) {  // a scanner's pictures that gave way are told of late
+  if (dropped != nullptr && sequence < taken_from_) {  // discarded pictures of a scanner are reported late
     leave_out(to_string(dropped->reason));
     return std::nullopt;
   }
@@ -101,7 +101,7 @@ std::optional<Frame> FrameIntake::next() {
 }
 
 std::optional<DropReason> FrameIntake::trouble() const {
-  constexpr std::size_t kFew = 3;  // single frames may well be missing
+  constexpr std::size_t kFew = 3;  // one or two missing frames are normal
   return unusable_ >= kFew ? std::optional(last_drop_) : std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// FrameIntake: the usable frames of a source one by one, with a count of all that happens on the way.
+// FrameIntake: gives the usable frames of a source one by one, and counts all frames.
 #pragma once
 
 #include <chrono>
@@ -22,47 +22,48 @@ class FrameIntake {
  public:
   struct Options {
     std::stop_token stop = {};  ///< ends the frames
-    FrameCounts counted = {};   ///< frames that count already, of a scan whose other frames this source has once more
+    FrameCounts counted = {};   ///< counts to start with: frames of the same scan that this source does not have
   };
 
   /// All references outlive it.
   FrameIntake(FrameSource& source, const AcquireConfig& config, ScanSession& session, Options options);
 
-  /// The next frame that has depth and a pose, or is to be tracked. Nothing when it had to be dropped, which is
-  /// counted; when none has come for a twentieth of a second; and when it is over.
+  /// The next frame that has depth, and a pose unless poses are tracked. Nothing when the frame had to be dropped (it
+  /// is counted), when none has come for a twentieth of a second, and when is_over().
   [[nodiscard]] std::optional<Frame> next();
 
-  /// No more frames: the source has ended or failed, was stopped, or finish() was called.
+  /// True when no more frames come: the source has ended, failed or been stopped, or finish() was called.
   [[nodiscard]] bool is_over() const { return is_over_; }
 
-  /// Why the last frames could not be used, when there were a few in a row.
+  /// Why the last frames could not be used; nothing unless there were a few in a row.
   [[nodiscard]] std::optional<DropReason> trouble() const;
 
-  /// A person wants no more frames.
+  /// Ends the frames, because the user asked for it.
   void finish();
 
-  /// What became of the frame that next() gave.
+  /// Counts the frame that next() gave, by what `added` says of it.
   void count(const Frame& frame, const Reconstruction::Added& added);
 
-  /// The next frame, usable or not, is left out, counted as dropped for `reason`, one word. It is given to be looked at
-  /// if it has pictures.
+  /// Skips the next frame, usable or not, and counts it as dropped for `reason`, one word. Returns it for display if it
+  /// has pictures.
   std::optional<Frame> pass_over(const char* reason);
 
-  /// All that was fused or lost counts as dropped ("reset").
+  /// Counts all frames that were fused or lost as dropped ("reset").
   void start_over();
 
-  /// The frames were fused again, not all of them, or more; the others count as lost.
+  /// Sets the number of fused frames after they were fused again; the others count as lost.
   void recount(std::size_t fused);
 
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
   [[nodiscard]] const RecordingInfo& info() const { return source_.info(); }
 
-  /// The frames that came, usable or not, but for those that were passed over or came before start_over().
+  /// The frames that came, usable or not, except those that were skipped by pass_over() or came before start_over().
   [[nodiscard]] const SequenceRanges& taken() const { return taken_; }
-  /// The counts of the others.
+  /// The counts of frames that are not in taken().
   [[nodiscard]] const FrameCounts& left_out() const { return left_out_; }
 
-  /// After the last frame: warns of what was dropped. Errors: the source's own; kInput when not one frame was fused.
+  /// To be called after the last frame: warns of dropped frames. Errors: those of the source; kInput when no frame was
+  /// fused.
   [[nodiscard]] Result<void> conclude();
 
  private:
@@ -78,14 +79,14 @@ class FrameIntake {
   std::stop_token stop_;
   std::size_t expected_;
   FrameCounts counts_;
-  std::chrono::steady_clock::duration waited_{};  ///< for the next frame, so far
-  std::size_t unusable_ = 0;                      ///< frames in a row
+  std::chrono::steady_clock::duration waited_{};  ///< time spent waiting for the next frame so far
+  std::size_t unusable_ = 0;                      ///< number of unusable frames in a row
   DropReason last_drop_ = DropReason::kUnreadable;
   bool is_over_ = false, is_finished_ = false;
   std::optional<Error> error_;
   SequenceRanges taken_;
-  std::uint64_t newest_ = 0;      ///< sequence number that has come
-  std::uint64_t taken_from_ = 0;  ///< since frames were left out
+  std::uint64_t newest_ = 0;      ///< highest sequence number that has come
+  std::uint64_t taken_from_ = 0;  ///< frames before this sequence number are left out
   FrameCounts left_out_;
 };
 

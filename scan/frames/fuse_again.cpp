@@ -13,12 +13,12 @@ Result<std::size_t> fuse_again(FrameSource& source, const FramesToFuse& frames, 
   if (wanted == 0) return fused;
   const auto read = for_each_frame(source, session.stop(), [&](Frame& frame) -> Result<Reading> {
     const auto pose = frames.T_world_camera.find(frame.sequence);
-    if (pose == frames.T_world_camera.end()) return Reading::kGoOn;
+    if (pose == frames.T_world_camera.end()) return Reading::kContinue;
     if (frames.edit) frames.edit(frame);
     filter_frame(frame, config.acquire, config.fusion.noise);
     if (const auto done = integrate(frame, pose->second, volume); !done) return done.error();
     session.progress("fusing again", ++fused, wanted);
-    return fused < wanted ? Reading::kGoOn : Reading::kEnough;
+    return fused < wanted ? Reading::kContinue : Reading::kStop;
   });
   if (!read) return read.error();
   return fused;

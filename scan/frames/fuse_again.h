@@ -1,4 +1,4 @@
-// Fusing frames a second time, at poses that are known better than when they first came.
+// Fuses frames a second time, at better poses.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@ namespace scanknit {
 
 struct FramesToFuse {
   const PosesBySequence& T_world_camera;
-  /// Changes a frame before it is filtered and fused, for example by clearing pixels.
+  /// Changes a frame before it is filtered and fused, for example clears pixels.
   std::function<void(Frame&)> edit = {};
 };
 
-/// Reads `source` and fuses each frame that has a pose into `volume`; others are passed over. Returns how many were
-/// fused; fewer after a stop request. Errors: the source's; integrate()'s.
+/// Reads `source` and fuses each frame that has a pose into `volume`; skips the others. Returns how many were fused;
+/// fewer after a stop request. Errors: those of the source and of integrate().
 [[nodiscard]] Result<std::size_t> fuse_again(FrameSource& source, const FramesToFuse& frames, const ScanConfig& config,
                                              TsdfVolume& volume, ScanSession& session);
 

@@ -8,7 +8,7 @@
 
 namespace scanknit {
 
-/// The frames of `source` whose sequence numbers are wanted; it ends after the last of them.
+/// The frames of `source` whose sequence numbers are selected; ends after the last of them.
 class OnlyFrames final : public FrameSource {
  public:
   OnlyFrames(std::unique_ptr<FrameSource> source, SequenceRanges wanted);

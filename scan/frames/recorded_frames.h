@@ -12,11 +12,12 @@
 
 namespace scanknit {
 
-/// Every `every`-th of the job's frames, those of `only` alone unless it is null. Errors: open_recording().
+/// Opens every `every`-th of the job's frames; only those of `only`, unless it is null. Errors: those of
+/// open_recording().
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const SequenceRanges* only = nullptr,
                                                                std::size_t every = 1);
 
-/// Reads them again from the recording. `job` and `only` outlive it.
+/// Reads these frames again from the recording. `job` and `only` outlive the archive.
 [[nodiscard]] FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only = nullptr);
 
 }  // namespace scanknit

@@ -9,20 +9,21 @@ namespace scanknit {
 
 class SequenceRanges {
  public:
-  /// Also what lies between it and those that were added since the last cut(). It is after all from before that.
+  /// Adds this number, and all numbers between it and those added since the last cut(). It must be greater than all
+  /// numbers that were added before that cut().
   void add(std::uint64_t sequence);
 
-  /// What comes next is not joined to what is there.
+  /// The next number begins a new range.
   void cut() { is_cut_ = true; }
 
   void clear();
 
   [[nodiscard]] bool contains(std::uint64_t sequence) const;
 
-  /// None is `sequence` or after it; also when there are none at all.
+  /// True when all numbers are less than `sequence`, and when there are none.
   [[nodiscard]] bool end_before(std::uint64_t sequence) const;
 
-  /// Sequence numbers, whether or not there is a frame for each.
+  /// The count of sequence numbers, whether or not there is a frame for each.
   [[nodiscard]] std::size_t size() const;
 
  private:

@@ -9,13 +9,13 @@
 namespace scanknit {
 namespace {
 
-/// Speed of the point one metre before the camera, metres per frame number: between the frame before and the frame
-/// after, which lie farther apart where frames are missing.
+/// Speed of the point one metre in front of the camera, in metres per frame number. Measured from the frame before to
+/// the frame after; these are farther apart where frames are missing.
 double speed_m(const Trajectory& frames, std::size_t i) {
   const Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ();
   const PosedFrame& before = frames[i == 0 ? 0 : i - 1];
   const PosedFrame& after = frames[std::min(i + 1, frames.size() - 1)];
-  if (before.sequence == after.sequence) return 0;  // there is but one
+  if (before.sequence == after.sequence) return 0;  // there is only one frame
   const double moved_m = (after.T_world_camera * ahead - before.T_world_camera * ahead).norm();
   return moved_m / static_cast<double>(after.sequence - before.sequence);
 }

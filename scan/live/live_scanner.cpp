@@ -18,7 +18,7 @@ void leave_out_colour(std::vector<StreamProfile>& streams) {
   std::erase_if(streams, [](const StreamProfile& stream) { return stream.kind == StreamKind::kColour; });
 }
 
-/// Colour of a camera that is nobody knows where does not fit the depth: it is not used unless the user says so.
+/// If the pose of the colour camera is unknown, colour does not fit depth: it is not used unless the user asks for it.
 void choose_colour(LiveScanner& scanner, ScannerColour wanted, ScanSession& session) {
   const bool has_colour = scanner.streams.size() > 1;
   if (!has_colour || scanner.calibration.colour_unknown.empty()) return;
@@ -32,7 +32,7 @@ void choose_colour(LiveScanner& scanner, ScannerColour wanted, ScanSession& sess
   leave_out_colour(scanner.streams);
 }
 
-/// Intrinsics of another size would make every picture useless, which is better known before the scan than after it.
+/// Refuses intrinsics of another picture size before the scan: with them every picture would be useless.
 Result<void> check_size(const LiveScanner& scanner) {
   const StreamProfile& depth = scanner.streams.front();
   const CameraIntrinsics& camera = scanner.calibration.depth.intrinsics;
@@ -47,7 +47,7 @@ Result<void> check_size(const LiveScanner& scanner) {
 Result<void> check_depth_camera(const LiveScanner& scanner, Calibration need, ScanSession& session) {
   const std::string& why = scanner.calibration.depth_unknown;
   if (why.empty()) return {};
-  if (need == Calibration::kNeeded) {
+  if (need == Calibration::kRequired) {
     return Error{ErrorCode::kDevice, why + ". Give the depth camera's intrinsics as acquire.intrinsics",
                  scanner.device->info().name};
   }
@@ -63,7 +63,7 @@ void apply(const ScannerSettings& settings, DeviceSource& device, ScanSession& s
       session.warn(WarningCode::kScanner, fmt::format("{} has no effect: {}", key, done.error().text()));
     }
   };
-  set("acquire.preset", DeviceControl::kPreset, settings.preset);  // first: it changes the others
+  set("acquire.preset", DeviceControl::kPreset, settings.preset);  // first, because it changes the others
   set("acquire.emitter", DeviceControl::kEmitter, settings.emitter);
   set("acquire.laser_power", DeviceControl::kLaserPower, settings.laser_power_mw);
 }

@@ -1,4 +1,4 @@
-// A scanner for live scans and recordings: found, opened, and what it shall send chosen.
+// Finds a scanner for a live scan or a recording, opens it, and chooses its streams.
 #pragma once
 
 #include <cstddef>
@@ -15,21 +15,22 @@
 
 namespace scanknit {
 
-/// Whether the depth camera must be known.
-enum class Calibration { kNeeded, kWelcome };
+/// Whether the depth camera's calibration must be known.
+enum class Calibration { kRequired, kOptional };
 
-/// Errors: kUsage, kDevice (absent, forbidden, in use; without a known calibration when that is needed).
-/// A setting that the camera does not have is warned of, no more. `stop` ends the waiting for it.
+/// Errors: kUsage, kDevice (absent, no permission, in use; unknown calibration when it is required). Only warns of a
+/// setting that the camera does not have. `stop` ends the wait for the scanner.
 [[nodiscard]] Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig& config,
                                                Calibration need, const std::stop_token& stop, ScanSession& session);
 
-/// The limits of the request; what happens to the scanner becomes a warning of `session`, which outlives the source.
+/// Options with the limits of the request. Events of the scanner become warnings of `session`, which outlives the
+/// source.
 [[nodiscard]] LiveOptions live_options(const ScannerRequest& request, PoseMode poses, ScanSession& session);
 
-/// By their names in the report.
+/// The losses by their names in the report.
 [[nodiscard]] std::map<std::string, std::uint64_t> named(const LossCounters& losses);
 
-/// Warns of what was lost, if anything was.
+/// Warns of lost pictures, if there are any.
 void warn_of_losses(const LossCounters& losses, ScanSession& session);
 
 }  // namespace scanknit

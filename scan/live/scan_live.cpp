@@ -1,4 +1,4 @@
-// A live scan: the frames come from a scanner, and a recording is made beside them.
+// A live scan: the frames come from a scanner, and are recorded at the same time.
 #include <fmt/format.h>
 
 #include <memory>
@@ -19,17 +19,17 @@
 namespace scanknit {
 namespace {
 
-/// The scanner gave up: that is told together with what came of the frames until then.
+/// The error after the scanner failed: it also says what became of the frames until then.
 Error failed_scan(const Error& failure, const Result<void>& meshed) {
   if (meshed) {
     return {ErrorCode::kDevice, fmt::format("{}; what was scanned until then has been meshed", failure.message)};
   }
-  // Without a picture there is nothing else to blame.
+  // Without a usable frame, the scanner's failure is the cause.
   const ErrorCode code = meshed.error().code == ErrorCode::kInput ? ErrorCode::kDevice : meshed.error().code;
   return {code, fmt::format("{}; of what was scanned until then: {}", failure.message, meshed.error().text())};
 }
 
-/// Stages of a second pass that the frames themselves do not go through.
+/// The times of those stages of a second pass that do not work on single frames.
 StageTimesByName times_after_frames(const StageTimesByName& times) {
   StageTimesByName chosen;
   for (const char* stage : {"refine", "fuse_again", "extract", "finish", "export", "texture", "write"}) {
@@ -77,7 +77,7 @@ class LiveScan {
   }
 
   [[nodiscard]] Result<void> start() {
-    auto scanner = open_scanner(request_.scanner, job_.config, Calibration::kNeeded, stop_, session_);
+    auto scanner = open_scanner(request_.scanner, job_.config, Calibration::kRequired, stop_, session_);
     if (!scanner) return scanner.error();
     result_.input = scanner->device->info().uri;
     if (auto opened = open_recorder(scanner->calibration); !opened) return opened;
@@ -106,7 +106,7 @@ class LiveScan {
     return {};
   }
 
-  /// The frames as they come. Ctrl-C ends them; what comes after them goes on.
+  /// Scans the frames as they come. Ctrl-C ends the frames; the steps after them still run.
   [[nodiscard]] Result<void> scan_frames() {
     const FrameArchive archive = is_recording_ ? FrameArchive([this](std::size_t every) {
       finish_recording();
@@ -117,9 +117,7 @@ class LiveScan {
                                                : FrameArchive();
     const auto refiner = loop_refiner(job_.config, source_->info().poses, archive, session_);
     const PassInput input{
-        .source = *source_, .archive = archive, .stop = stop_, .comes_by_itself = true, .losses = [this] {
-          return losses();
-        }};
+        .source = *source_, .archive = archive, .stop = stop_, .is_paced = true, .losses = [this] { return losses(); }};
     ScanPass pass(job_, input, *refiner, session_);
     const Result<void> scanned = pass.run();
     finish_recording();
@@ -133,8 +131,8 @@ class LiveScan {
     return scanned;
   }
 
-  /// The mesh of the scan is safe on disk; that of the refined turntable takes its place. A second Ctrl-C leaves it
-  /// there.
+  /// The mesh of the tracked frames is already on disk; the mesh of the refined turntable replaces it. A second Ctrl-C
+  /// keeps the first mesh.
   [[nodiscard]] Result<void> scan_turntable(const Result<void>& meshed) {
     if (!job_.config.turntable.is_enabled || job_.config.acquire.poses == PoseMode::kStill) return meshed;
     if (!has_recording_) {
@@ -151,7 +149,7 @@ class LiveScan {
     return meshed;
   }
 
-  /// A second pass, over the recording. False: it is no turntable, and the result is that of the first pass.
+  /// Makes a second pass, over the recording. False: it is no turntable, and the result stays that of the first pass.
   [[nodiscard]] Result<bool> scan_recorded_turntable() {
     ScanJob recorded = job_;
     recorded.input = *request_.recording;
@@ -173,7 +171,7 @@ class LiveScan {
     turntable.describe(result_);
     if (turntable.is_refined()) {
       session_.begin_mesh();
-      result_.loops.reset();  // of the first pass, whose poses are gone
+      result_.loops.reset();  // they belong to the first pass, whose poses were replaced
     }
     result_.warnings = session.warnings();
     add_times(times_after_frames(session.times()), result_.stages);
@@ -196,12 +194,12 @@ class LiveScan {
 
   const ScanJob& job_;
   const LiveScanRequest& request_;
-  std::stop_token stop_;  ///< of the frames
+  std::stop_token stop_;  ///< ends the frames
   ScanSession session_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<LiveSource> source_;
-  bool is_recording_ = false;   ///< the recorder takes pictures
-  bool has_recording_ = false;  ///< there is a file, with pictures in it
+  bool is_recording_ = false;   ///< the recorder is still writing pictures
+  bool has_recording_ = false;  ///< there is a recording, with pictures in it
   bool has_warned_of_recorder_ = false;
   SequenceRanges taken_;
   FrameCounts left_out_;

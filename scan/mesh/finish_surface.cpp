@@ -24,7 +24,7 @@ using Figures = std::map<std::string, double>;
 constexpr double kSquareMillimetres = 1e6;  // a square metre
 constexpr double kMillimetres = 1e3;
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kGroundVoxels = 2;  // of tolerance for what lies on the ground, and of clearance above it
+constexpr double kGroundVoxels = 2;  // voxels: the tolerance of points on the ground, and the clearance above it
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::AlignedBox3d crop_box(const CropLimits& limits) {
@@ -42,9 +42,9 @@ Eigen::AlignedBox3d bounds_of(const Mesh& mesh) {
   return box;
 }
 
-/// The volume's samples within the box; nothing when the volume's axes are turned against the world's.
+/// The volume's samples within the box; nothing when the axes of volume and world are not parallel.
 std::optional<openvdb::CoordBBox> samples_within(const Eigen::AlignedBox3d& box, const openvdb::FloatGrid& field) {
-  constexpr double kFarthest = 1e9;  // a box may have no end
+  constexpr double kFarthest = 1e9;  // the box may be unbounded
   constexpr double kAcross = 1e-6;   // of a voxel
   const openvdb::Vec3d origin = field.indexToWorld(openvdb::Vec3d(0, 0, 0));
   openvdb::CoordBBox samples;
@@ -65,7 +65,7 @@ std::optional<openvdb::CoordBBox> samples_within(const Eigen::AlignedBox3d& box,
   return samples;
 }
 
-/// Outside of a box positive.
+/// Signed distance to the box, positive outside.
 double beyond_m(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
   return std::max((box.min() - p).maxCoeff(), (p - box.max()).maxCoeff());
 }
@@ -116,7 +116,7 @@ class SurfaceFinisher {
     session_.warn_of_mesh(WarningCode::kFinishStep, fmt::format("finish: {} was not done: {}", step, reason));
   }
 
-  /// Then `step`, which was to be done, is told of as not done.
+  /// When a stop is requested, notes `step` as not done.
   [[nodiscard]] bool is_stopped(const char* step) {
     if (!stop_.stop_requested()) return false;
     refuse(step, "interrupted; the mesh is as the steps before left it");
@@ -182,7 +182,7 @@ class SurfaceFinisher {
     }
   }
 
-  /// Of what is cut off by the ground, metres; positive below.
+  /// Signed distance to the ground's cut, metres; positive below, where matter is cut away.
   [[nodiscard]] double below_ground_m(const Eigen::Vector3d& p) const {
     return ground_ && wish_.ground != GroundWish::kKeep ? clearance_m_ - ground_->height_m(p) : -kInfinity;
   }
@@ -196,7 +196,7 @@ class SurfaceFinisher {
         clearance_m_ * kMillimetres, wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn it" : "");
   }
 
-  /// The view of a volume without the ground takes the place of the one with it, if anything is left.
+  /// Replaces the view by one of a volume without the ground, unless nothing would be left.
   [[nodiscard]] Result<void> cut_ground(FieldView& view, Surface& surface) {
     if (!ground_) return {};
     Figures figures = {{"plane_area_mm2", ground_->area_m2 * kSquareMillimetres},
@@ -230,14 +230,14 @@ class SurfaceFinisher {
     request.band_voxels = config_.fusion.truncation_voxels;
     request.is_outside_free = wish_.watertight == Watertight::kFull;
     request.memory_bytes = static_cast<std::size_t>(config_.fusion.memory_budget_mib) << 20;
-    Mesh pieces = open;  // what will be left out need not be within the box
+    Mesh pieces = open;  // the box need not hold pieces that will be removed
     (void)remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m, pieces);
     request.surface = bounds_of(pieces);
     if (!request.is_outside_free) return request;
     const bool is_cut = ground_ && wish_.ground != GroundWish::kKeep;
     if (!is_cut && !view.region) return request;
     Eigen::AlignedBox3d box = crop_box(wish_.crop);
-    if (view.region) {  // also that of the live view
+    if (view.region) {  // the region may be the live view's crop box
       const openvdb::Vec3d low = view.field->indexToWorld(view.region->min());
       const openvdb::Vec3d high = view.field->indexToWorld(view.region->max());
       box = Eigen::AlignedBox3d(Eigen::Vector3d(low.x(), low.y(), low.z()),
@@ -250,7 +250,7 @@ class SurfaceFinisher {
   [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
     if (wish_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
     const bool is_full = wish_.watertight == Watertight::kFull;
-    // What is cut away is cut by a plane, for which the distances below it are needed.
+    // The ground is cut by a plane. Extraction needs the distances below that plane.
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
     const auto closed = session_.timed("finish", [&] { return close_volume(source, request); });
@@ -350,12 +350,12 @@ class SurfaceFinisher {
   double metres_per_unit_;
   ScanSession& session_;
   MeshResult& result_;
-  std::stop_token stop_;  ///< never asked to, where it was before
+  std::stop_token stop_;  ///< empty when the stop was requested before the finishing
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;
-  openvdb::FloatGrid::Ptr without_ground_;  ///< seen by the view
-  std::optional<FieldView> seen_;           ///< the view before that
-  PiecesRemoved left_out_;                  ///< of the mesh before it was closed; scans are in metres
+  openvdb::FloatGrid::Ptr without_ground_;  ///< the view refers to it
+  std::optional<FieldView> seen_;           ///< the view before the ground was cut
+  PiecesRemoved left_out_;                  ///< what closing left out of the mesh; metres, as only scans are closed
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From a volume to the surface that is written: extraction, and what `finish:` asks for before and after it.
+// From a volume to the surface that is written: extraction, and the steps of `finish:` before and after it.
 #pragma once
 
 #include <stop_token>
@@ -16,21 +16,21 @@ namespace scanknit {
 
 struct FinishRequest {
   const ScanConfig& config;
-  UpAxis world_up;             ///< the way up unless export.world_up says otherwise
+  UpAxis world_up;             ///< the up axis unless export.world_up gives another
   double metres_per_unit = 1;  ///< of the surface's coordinates
-  /// When it is asked for in the meantime, the remaining steps are not done, with that for their reason; a stop before
-  /// is how a scan ends, and changes nothing.
+  /// A stop request during the call skips the remaining steps, which get it as their reason. A request before the call
+  /// has no effect: it is the normal end of a scan.
   std::stop_token stop = {};
 };
 
 struct FinishedSurface {
   Surface surface;
-  Pose T_mesh_world = Pose::Identity();  ///< from the volume's world to where the mesh stands
+  Pose T_mesh_world = Pose::Identity();  ///< from the volume's world to the mesh's coordinates
 };
 
-/// Extracts the surface of a volume and finishes it; without `finish:` it is extract_surface(). A step that cannot be
-/// done is left out, with the reason in `result.finish` and as a warning: a scan is never lost. Errors:
-/// extract_surface()'s; kConfig for steps that make no sense together or for this volume.
+/// Extracts the surface of a volume and finishes it; without `finish:` the same as extract_surface(). Skips a step that
+/// cannot be done, and gives the reason in `result.finish` and as a warning, so that a scan is never lost. Errors:
+/// those of extract_surface(); kConfig for steps that exclude each other or do not apply to this volume.
 [[nodiscard]] Result<FinishedSurface> finished_surface(const FieldView& view, const FinishRequest& request,
                                                        ScanSession& session, MeshResult& result);
 
@@ -39,7 +39,7 @@ struct FinishedSurface {
 [[nodiscard]] Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session,
                                                     MeshResult& result);
 
-/// kConfig if anything is to be finished: a streamed mesh never is in memory as a whole.
+/// kConfig if `config` asks for any step: a streamed mesh is never in memory as a whole.
 [[nodiscard]] Result<void> refuse_to_finish_streamed(const FinishConfig& config);
 
 }  // namespace scanknit

@@ -13,7 +13,7 @@ namespace {
 /// The samples within the box.
 openvdb::CoordBBox index_box(const Eigen::AlignedBox3d& box, double voxel_size_m) {
   const auto index = [&](double metres, double (*round)(double)) {
-    constexpr double kFarthest = 1e9;  // a box may reach far beyond any volume
+    constexpr double kFarthest = 1e9;  // the box may reach far beyond any volume
     return static_cast<int>(std::clamp(round(metres / voxel_size_m), -kFarthest, kFarthest));
   };
   const auto first = [&](int axis) { return index(box.min()[axis], std::ceil); };
@@ -54,7 +54,7 @@ Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& req
   result.isovalue = request.job.config.extract.isovalue;
   auto meshed = surface_of(scan.volume(), request, session, result);
   if (!meshed) return meshed.error();
-  // Seen from where the scanner stood half way through the scan.
+  // The preview's viewpoint: where the scanner was half way through the scan.
   const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
   MeshFrame frame{request.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
   frame.depths = scan.depth_samples();

@@ -11,9 +11,9 @@
 
 namespace scanknit {
 
-/// What becomes of a crop box that holds nothing of the mesh.
+/// What to do when no part of the mesh is within the crop box.
 enum class EmptyCrop {
-  kRefused,  ///< an error: the box can still be changed
+  kRefused,  ///< an error: the user can still change the box
   kIgnored,  ///< the whole mesh is written, with a warning: a scan is never lost
 };
 
@@ -25,8 +25,8 @@ struct MeshRequest {
   std::stop_token stop = {};  ///< see FinishRequest
 };
 
-/// `result` tells as much as was found out, also after an error. Errors: kTooLittle before the first frame; kMesh where
-/// there is no surface; kOutput.
+/// Fills `result` as far as it came, also after an error. Errors: kTooLittle before the first frame; kMesh when there
+/// is no surface; kOutput.
 [[nodiscard]] Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& request,
                                             ScanSession& session, MeshResult& result);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kHolesInResult = 20;
 
-/// `unit_m`: of the mesh's coordinates.
+/// `unit_m`: metres per unit of the mesh's coordinates.
 HolesResult describe_holes(const Mesh& mesh, const MeshCheck& check, double unit_m) {
   HolesResult holes;
   if (check.boundary_edges == 0) return holes;
@@ -73,7 +73,7 @@ class SurfaceWriter {
     return session_.timed("write", [&] { return write_png(picture, path); });
   }
 
-  /// What the preview is for colour, these are for the depth frames.
+  /// Writes error.png and coverage.png: views like the preview, coloured by how well the mesh fits the depth frames.
   [[nodiscard]] Result<void> write_maps(const SurfaceFit& fit) {
     const auto error =
         session_.timed("export", [&] { return draw_error_map(mesh_, fit, up_, frame_.T_world_scanner); });

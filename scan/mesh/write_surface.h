@@ -1,4 +1,4 @@
-// From a surface to mesh files and pictures.
+// Writes a surface to mesh files and pictures.
 #pragma once
 
 #include <optional>
@@ -15,23 +15,23 @@
 
 namespace scanknit {
 
-/// kMesh, with what most often is the reason.
+/// kMesh, with the most likely reason.
 [[nodiscard]] Error empty_mesh_error(const ScanJob& job);
 
 /// What a mesh's coordinates mean.
 struct MeshFrame {
   UpAxis world_up;
-  std::optional<Pose> T_world_scanner;  ///< of a frame in the middle of the scan: from where a person would look
+  std::optional<Pose> T_world_scanner;  ///< pose of a frame in the middle of the scan: the viewpoint of pictures
   std::optional<double> file_unit_m;    ///< metres per unit of a volume file's own coordinates; nothing: a scan, metres
-  std::vector<PosedDepth> depths = {};  ///< some of the frames that it was made of
+  std::vector<PosedDepth> depths = {};  ///< some of the frames that the mesh was made of
 };
 
-/// Checks the surface and writes the job's mesh files, then its pictures. `result` tells as much as was found out, also
-/// after an error. Errors: kMesh where the surface is empty; kOutput.
+/// Checks the surface and writes the job's mesh files, then its pictures. Fills `result` as far as it came, also after
+/// an error. Errors: kMesh when the surface is empty; kOutput.
 [[nodiscard]] Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const ScanJob& job,
                                          ScanSession& session, MeshResult& result);
 
-/// Warns where the decider's meshes have holes by design.
+/// Warns if the meshes of the chosen decider have holes by design.
 void warn_of_holes(const ExtractConfig& config, ScanSession& session);
 
 }  // namespace scanknit

@@ -19,9 +19,9 @@
 namespace scanknit {
 namespace {
 
-constexpr std::size_t kMostFrames = 256;  // that are baked: more cost time and show little more
+constexpr std::size_t kMostFrames = 256;  // frames that are baked: more take time and add little
 constexpr int kJpegQuality = 92;
-constexpr double kVisibleVoxels = 2;  // between a frame's depth and the mesh, where its noise is less
+constexpr double kVisibleVoxels = 2;  // largest distance of a frame's depth from the mesh, or more by its noise
 
 class TextureMaker {
  public:
@@ -88,10 +88,10 @@ class TextureMaker {
     std::size_t done = 0;
     const auto read = for_each_frame(source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
       const auto pose = poses_.find(frame.sequence);
-      if (pose == poses_.end()) return Reading::kGoOn;
+      if (pose == poses_.end()) return Reading::kContinue;
       if (frame.colour) baker.add(frame, pose->second);
       session_.progress("baking the texture", ++done, poses_.size());
-      return done < poses_.size() ? Reading::kGoOn : Reading::kEnough;
+      return done < poses_.size() ? Reading::kContinue : Reading::kStop;
     });
     if (!read) return read.error();
     if (session_.is_stopped()) return Error{ErrorCode::kInput, "it was interrupted"};
@@ -131,7 +131,7 @@ Result<void> write_textured(const WrittenMesh& written, const ScanJob& job, cons
   };
   const auto files = glb_files(job);
   if (files.empty()) {
-    result->refused = "only GLB can hold it, and none is written";  // warned of before the work
+    result->refused = "only GLB can hold it, and none is written";  // the user was warned before the work
     return {};
   }
   if (session.is_stopped()) return refuse({ErrorCode::kInput, "it was interrupted"});

@@ -1,4 +1,4 @@
-// A baked texture in the GLB: the colour frames of the scan are read once more.
+// Bakes a texture for the GLB: reads the colour frames of the scan once more.
 #pragma once
 
 #include <optional>
@@ -14,20 +14,20 @@
 
 namespace scanknit {
 
-/// A mesh that has been written, and where the frames stood that it was made of. Empty unless a texture is wanted.
+/// A mesh that has been written, and the poses of the frames that it was made of. Empty unless a texture is wanted.
 struct WrittenMesh {
   Mesh mesh;
   UpAxis world_up = UpAxis::kMinusY;
   PosesBySequence T_mesh_camera;
 };
 
-/// Writes the job's GLB files anew, with a texture in the place of the vertices' colours, when the job asks for it.
-/// When there can be none, they stay as they are; the reason is in `result` and a warning: a scan is never lost.
-/// Errors: kOutput.
+/// When the job asks for a texture, writes its GLB files again, with a texture instead of colours at the vertices. When
+/// no texture can be made, the files stay as they are, and `result` and a warning give the reason: a scan is never
+/// lost. Errors: kOutput.
 [[nodiscard]] Result<void> write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
                                           ScanSession& session, std::optional<TextureResult>& result);
 
-/// kConfig if a texture is wanted of a `command` that has no frames to take it from.
+/// kConfig if a texture is wanted of a `command` that has no colour frames.
 [[nodiscard]] Result<void> refuse_texture(const ScanConfig& config, const char* command);
 
 }  // namespace scanknit

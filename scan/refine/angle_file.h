@@ -8,8 +8,8 @@
 
 namespace scanknit {
 
-/// Degrees, one number a line: line n, counted from 0, is the recording's frame n. Lines that begin with # count
-/// for nothing, nor do empty ones at the end. Errors: kConfig, with file and line.
+/// Reads degrees, one number a line: line n, counted from 0, belongs to frame n of the recording. Skips lines that
+/// begin with #, and empty lines at the end. Errors: kConfig, with file and line.
 [[nodiscard]] Result<std::vector<double>> read_angle_file(const std::filesystem::path& path);
 
 }  // namespace scanknit

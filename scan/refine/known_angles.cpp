@@ -14,15 +14,15 @@ namespace {
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// An encoder may begin again at 0 after a turn: no step is of more than half of one.
+/// Removes the jumps of an encoder that begins again at 0 after a turn. Assumes that no step is more than half a turn.
 void unwrap(std::vector<double>& angles) {
   for (std::size_t i = 1; i < angles.size(); ++i) {
     angles[i] = angles[i - 1] + wrapped(angles[i] - angles[i - 1]);
   }
 }
 
-/// Turns `angles` the way that `seen` goes: what is clockwise for an encoder may be the opposite for the scanner. Small
-/// steps tell; a large one may be a place where tracking went wrong.
+/// Gives `angles` the sign of the motion `seen`: the encoder and the scanner may count in opposite directions. Compares
+/// small steps only; at a large one tracking may have failed.
 void turn_as_seen(const TurntableMotion& seen, std::vector<double>& angles) {
   static constexpr double kMost_rad = 3 * kDegree;
   const auto small = [](double step_rad) { return std::clamp(step_rad, -kMost_rad, kMost_rad); };

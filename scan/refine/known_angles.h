@@ -1,4 +1,4 @@
-// What is known of a turntable's angles before its pictures are asked.
+// What is known of a turntable's angles before its pictures are evaluated.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace scanknit {
 
-/// The angles of --angles, turntable.step or turntable.rpm, the first of these that is given.
+/// The angles of --angles, turntable.step or turntable.rpm: of the first of these that is given.
 class KnownAngles {
  public:
   /// Nothing is known.
@@ -26,25 +26,25 @@ class KnownAngles {
 
   [[nodiscard]] AngleSource source() const;
 
-  /// False for a step: frames that are missing from the recording are missing from it.
+  /// True when the angle across missing frames is known. False for turntable.step, which counts recorded frames only.
   [[nodiscard]] bool knows_gaps() const { return !file_degrees_.empty() || config_.step_degrees <= 0; }
 
-  /// As the user wrote it: `--angles`, `turntable.step`.
+  /// The option as the user wrote it: `--angles`, `turntable.step`.
   [[nodiscard]] std::string option() const;
 
-  /// Before any work: whether there is an angle for every frame. A warning where there are more, or nothing.
+  /// Checks, before any work, that every frame has an angle. Returns a warning when there are more angles than frames.
   /// Errors: kConfig.
   [[nodiscard]] Result<std::optional<std::string>> check(const RecordingInfo& recording) const;
 
-  /// The angle of each frame, up to an offset and turning the way that `seen` does; nothing where nothing is known.
-  /// All three have one entry a frame, in order. Errors: kConfig.
+  /// The angle of each frame, up to an offset and with the direction of `seen`; nothing when no angles are known. The
+  /// arguments and the result have one entry a frame, in order. Errors: kConfig.
   [[nodiscard]] Result<std::optional<AnglePrior>> of(const std::vector<std::uint64_t>& sequences,
                                                      const std::vector<std::int64_t>& times_ns,
                                                      const TurntableMotion& seen) const;
 
-  /// A warning for people, of what the pictures contradict altogether.
+  /// The text of a warning when the pictures contradict the angles as a whole.
   [[nodiscard]] std::string contradiction(const PriorCheck& check) const;
-  /// And of single frames.
+  /// The text of a warning when the pictures contradict the angles of these frames.
   [[nodiscard]] std::string frames_off(const std::vector<std::uint64_t>& sequences) const;
 
  private:
@@ -54,7 +54,7 @@ class KnownAngles {
   TurntableConfig config_;
   std::string file_, recording_;  ///< for messages
   std::vector<double> file_degrees_;
-  std::uint64_t last_frame_ = 0;  ///< that is asked for
+  std::uint64_t last_frame_ = 0;  ///< the last frame that is selected
 };
 
 /// "frame 15", "frames 15 to 37, 40"; `numbers` grow.

@@ -60,8 +60,8 @@ Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
   return std::optional<Trajectory>();
 }
 
-/// These frames are tracked with nothing in the volume but what they show; the walk from there on moves along with
-/// them. Frames after one at which that tracking is lost keep their steps.
+/// Tracks these frames again, in a volume that holds nothing but them, and moves the rest of the walk along with them.
+/// If tracking is lost, the frames after it keep their motion relative to each other.
 Result<void> LoopRefiner::track_again(const FrameRange& frames) {
   const auto source = archive_.open();
   if (!source) return source.error();
@@ -84,7 +84,7 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   }
   result_ = described(closure);
   if (!closure.is_corrected) return std::optional<Trajectory>();
-  result_->is_corrected = false;  // not before the frames have been fused again
+  result_->is_corrected = false;  // it is corrected only when the frames have been fused again
   session_.info(
       fmt::format("the walk came back {:.0f} mm beside where it had been: closing the loop", closure.drift_m * 1000));
   if (!archive_.is_kept()) {

@@ -1,4 +1,4 @@
-// LoopRefiner: where the walk came back to a place, its poses are corrected for the drift since.
+// LoopRefiner: finds places that the walk came back to, and corrects the poses for the drift.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace scanknit {
 
-/// A loop that cannot be closed is a warning: the mesh stays as it was tracked.
+/// Only warns when a loop cannot be closed: the mesh of the tracked poses stays.
 class LoopRefiner final : public PoseRefiner {
  public:
   /// All references outlive it.
@@ -42,10 +42,11 @@ class LoopRefiner final : public PoseRefiner {
   std::vector<std::uint64_t> fused_;  ///< sequence numbers
   std::optional<LoopResult> result_;
   double largest_correction_m_ = 0;
-  std::size_t wanted_ = 0;  ///< frames that are to be fused again
+  std::size_t wanted_ = 0;  ///< number of frames to fuse again
 };
 
-/// For frames of a walk: a LoopRefiner where their poses are tracked and fusion.loop_closure is on, else a NoRefiner.
+/// The refiner for frames of a walk: a LoopRefiner if poses are tracked and fusion.loop_closure is on, else a
+/// NoRefiner.
 [[nodiscard]] std::unique_ptr<PoseRefiner> loop_refiner(const ScanConfig& config, PoseMode poses,
                                                         const FrameArchive& archive, ScanSession& session);
 

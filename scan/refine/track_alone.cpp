@@ -18,15 +18,15 @@ Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::
   bool is_lost = false;
   if (sequences.empty()) return poses;
   const auto read = for_each_frame(source, stop, [&](Frame& frame) -> Result<Reading> {
-    if (frame.sequence != sequences[poses.size()]) return Reading::kGoOn;
+    if (frame.sequence != sequences[poses.size()]) return Reading::kContinue;
     frame.T_world_camera.reset();
     filter_frame(frame, config.acquire, config.fusion.noise);
     const TrackResult tracked = tracker.track(frame, *volume);
     is_lost = tracked.is_lost();
-    if (is_lost) return Reading::kEnough;
+    if (is_lost) return Reading::kStop;
     if (const auto fused = integrate(frame, tracked.T_world_camera, *volume); !fused) return fused.error();
     poses.push_back(tracked.T_world_camera);
-    return poses.size() < sequences.size() ? Reading::kGoOn : Reading::kEnough;
+    return poses.size() < sequences.size() ? Reading::kContinue : Reading::kStop;
   });
   if (!read) return read.error();
   if (!is_lost && poses.size() < sequences.size()) {

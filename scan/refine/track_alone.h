@@ -1,4 +1,4 @@
-// Tracking a part of a recording again, with nothing in the volume but that part.
+// Tracks a part of a recording again, in a volume that holds nothing but that part.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace scanknit {
 
-/// The poses of the frames with these sequence numbers, in the axes of the first. Shorter when tracking is lost on the
-/// way. Errors: the source's; integrate()'s; kInput when a frame is not there.
+/// The poses of the frames with these sequence numbers, in the axes of the first. Ends at the frame at which tracking
+/// is lost. Errors: those of the source and of integrate(); kInput when a frame is missing.
 [[nodiscard]] Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
                                                     const ScanConfig& config, const std::stop_token& stop);
 

@@ -17,21 +17,21 @@ namespace scanknit {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kSamples = 48;  // frames that tell what stands still, and what is not there
+constexpr std::size_t kSamples = 48;  // frames that show what stands still, and what they see through
 constexpr std::size_t kFewestTracked = 4;
-constexpr std::size_t kFewestFrames = 8;  // that hold together
+constexpr std::size_t kFewestFrames = 8;  // frames with a common motion
 constexpr double kLeastTurn_rad = 30 * kDegree;
-constexpr double kAcross_rad = std::numbers::pi * 1.05;  // what is seen from both is seen round the end of the turn
-constexpr double kMostOff = 0.05;  // of the object's distance: tracked poses farther from one axis are no turntable
+constexpr double kAcross_rad = std::numbers::pi * 1.05;  // a pair farther apart than this closes the turn
+constexpr double kMostOff = 0.05;  // of the object's distance: most that tracked poses may deviate from one axis
 constexpr double kMostRms_m = 0.004;
-constexpr double kLeastAgreeing = 0.6;  // of the pairs of frames
-constexpr double kAgrees = 0.3;         // the weight of a pair that does
+constexpr double kLeastAgreeing = 0.6;  // share of pairs of frames that agree
+constexpr double kAgrees = 0.3;         // a pair agrees when its weight is above this
 constexpr double kHeld_rad = 0.3 * kDegree;
-constexpr double kSeen_rad = 0.5 * kDegree;  // what angles of pictures that hold them may be off in a turn
-constexpr double kPlaces_rad = 3 * kDegree;  // known angles that are better join parts that no pair of frames does
-constexpr double kLeastInSequence = 0.6;     // of the key frames fit the one before
+constexpr double kSeen_rad = 0.5 * kDegree;  // error of the pictures' angles within a turn
+constexpr double kPlaces_rad = 3 * kDegree;  // known angles with less error join parts without common pairs
+constexpr double kLeastInSequence = 0.6;     // share of key frames that fit the one before
 constexpr double kUnderDisc_m = 0.006;
-constexpr double kOverDisc_m = 0.004;  // the disc looks alike at all angles: it says nothing of them
+constexpr double kOverDisc_m = 0.004;  // the disc looks the same at all angles, so it does not help to find them
 
 double extent_of(const std::vector<double>& angles_rad) {
   const auto [least, most] = std::minmax_element(angles_rad.begin(), angles_rad.end());
@@ -65,13 +65,13 @@ bool TurntableRefiner::give_up(const char* reason) {
   return false;
 }
 
-/// Every `every`-th of the job's frames.
+/// Calls `visit` with every `every`-th of the job's frames.
 Result<void> TurntableRefiner::read_frames(std::size_t every, const Visit& visit) const {
   const auto source = archive_.open(every);
   if (!source) return source.error();
   return for_each_frame(**source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
     visit(frame);
-    return Reading::kGoOn;
+    return Reading::kContinue;
   });
 }
 
@@ -108,7 +108,7 @@ Result<void> TurntableRefiner::learn() {
   return begun;
 }
 
-/// Before any work. Errors: kConfig.
+/// Checks the known angles before any work. Errors: kConfig.
 Result<void> TurntableRefiner::check_known_angles(const RecordingInfo& info) {
   auto known = KnownAngles::read(job_);
   if (!known) return known.error();
@@ -117,7 +117,7 @@ Result<void> TurntableRefiner::check_known_angles(const RecordingInfo& info) {
   if (!warning) return warning.error();
   if (*warning) warn(**warning);
   if (has_poses_ && known_.source() != AngleSource::kNone) {
-    warn(fmt::format("the recording has poses, which count: {} is not asked (--poses track asks it)", known_.option()));
+    warn(fmt::format("the poses of the recording are used, not {} (--poses track uses it)", known_.option()));
   }
   return {};
 }
@@ -134,7 +134,7 @@ void TurntableRefiner::edit_for_tracking(Frame& frame) const {
   if (moving_rect_) crop_frame(frame, *moving_rect_);
 }
 
-/// Angles of all frames, from the poses of those that were tracked.
+/// Finds first angles of all frames, from the poses of those that were tracked.
 bool TurntableRefiner::begin_nodes(const TrackedWalk& walk) {
   if (walk.trajectory.size() < kFewestTracked) return give_up("too few frames were tracked");
   std::vector<Pose> poses;
@@ -165,7 +165,7 @@ bool TurntableRefiner::begin_nodes(const TrackedWalk& walk) {
   return true;
 }
 
-/// The space of the object, and where it is in the picture.
+/// Finds the space of the object, and its rectangle in the picture.
 bool TurntableRefiner::find_space_of_object() {
   const std::vector<DepthImage> moving = moving_parts();
   space_ = find_space(moving, still_, camera_, nodes_.motion.axis);
@@ -193,7 +193,7 @@ Result<void> TurntableRefiner::measure_pairs(TurntablePairs& pairs) {
   });
 }
 
-/// What the pictures leave of the known angles: where they hold the angle themselves, they decide.
+/// Corrects the known angles by the pictures. Where the scene determines the angle, the pictures decide.
 std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const TurntableSolution& seen,
                                                    const std::vector<std::size_t>& parts) {
   const bool is_held = seen.angle_sigma_rad < kHeld_rad && seen.rms_m <= kMostRms_m;
@@ -202,8 +202,7 @@ std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const Turnt
     return part != 0 && std::count(parts.begin(), parts.end(), part) > 1;
   });
   if (has_several_parts && !known_.knows_gaps()) {
-    warn(fmt::format("{} is not asked: it knows nothing of what is missing between the parts of the turn",
-                     known_.option()));
+    warn(fmt::format("{} is not used: it does not give the angles across frames that are missing", known_.option()));
     return std::nullopt;
   }
   const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);
@@ -219,7 +218,7 @@ std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const Turnt
   return prior;
 }
 
-/// Frames that nothing joins to the rest, if they are more than a few.
+/// Warns of frames that nothing joins to the rest, if they are more than a few.
 void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& held) {
   constexpr std::size_t kFew = 20;  // one in so many
   std::vector<std::uint64_t> left_out;
@@ -245,7 +244,7 @@ void TurntableRefiner::describe_solution(const TurntableSolution& solution, cons
   result_.across = pairs.across();
 }
 
-/// Whether the frames agree that it is a turntable.
+/// False when the frames show that it is no turntable.
 bool TurntableRefiner::check_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {
   const auto agreeing =
       std::count_if(solution.weights.begin(), solution.weights.end(), [](double weight) { return weight > kAgrees; });
@@ -258,7 +257,7 @@ bool TurntableRefiner::check_solution(const TurntableSolution& solution, const T
   return true;
 }
 
-/// Frames with all that is behind the object, once their angles are known.
+/// Adds the sampled frames, with the background, as witnesses of free space; their angles are known now.
 void TurntableRefiner::add_witnesses() {
   look_through_.emplace(nodes_.motion.axis, config_.fusion.noise);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
@@ -268,7 +267,7 @@ void TurntableRefiner::add_witnesses() {
   samples_.clear();
 }
 
-/// Before the filter, which would take the rims of what is cut for those of the object.
+/// To be called before the filter, which would take the rims of the cut for rims of the object.
 void TurntableRefiner::cut_to_object(Frame& frame, double angle_rad) {
   const AcquireConfig& filter = config_.acquire;
   frame.depth_m = mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
@@ -277,7 +276,7 @@ void TurntableRefiner::cut_to_object(Frame& frame, double angle_rad) {
   result_.pixels_looked_through += look_through_->remove_from(frame.depth_m, camera_, angle_rad);
 }
 
-/// A frame without the disc, which the object does not have when it lies on another side.
+/// Writes a frame without the disc: when the object lies on another side, the disc is at another place.
 Result<void> TurntableRefiner::keep_cut(const Frame& frame) {
   Frame cut = frame;
   cut.T_world_camera = poses_.at(frame.sequence);
@@ -293,7 +292,7 @@ void TurntableRefiner::edit_for_fusion(Frame& frame) {
   if (is_known_camera) crop_frame(frame, *space_rect_);
 }
 
-/// Also sets T_world_object_ and poses_.
+/// The refined poses of these nodes. Also sets T_world_object_ and poses_.
 Trajectory TurntableRefiner::trajectory_of(const std::set<std::size_t>& held) {
   // The object's frame is that of the first frame's camera.
   T_world_object_ =
@@ -334,7 +333,7 @@ void TurntableRefiner::describe(ScanResult& result) const {
   if (has_cut_recording_) result.files["cut_recording"] = job_.cut_recording->string();
 }
 
-/// The pairs of frames that fit each other; false: too few.
+/// Finds the pairs of frames that fit each other; false: too few.
 Result<bool> TurntableRefiner::find_pairs(TurntablePairs& pairs) {
   if (auto measured = measure_pairs(pairs); !measured) return measured.error();
   if (session_.is_stopped()) return give_up("it was interrupted");
@@ -348,7 +347,7 @@ Result<bool> TurntableRefiner::find_pairs(TurntablePairs& pairs) {
   return true;
 }
 
-/// Parts that no pair joins lie to each other as the known angles have it; nothing that was seen can contradict them.
+/// Joins the parts that no pair of frames joins, by the known angles alone; no picture can contradict these.
 void TurntableRefiner::join_by_angles(std::vector<std::size_t>& parts) {
   std::vector<std::uint64_t> joined;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -356,11 +355,11 @@ void TurntableRefiner::join_by_angles(std::vector<std::size_t>& parts) {
   }
   std::fill(parts.begin(), parts.end(), std::size_t{0});
   if (joined.empty()) return;
-  warn(fmt::format("turntable: {} are joined to the rest by {} alone, nothing that is seen says where they are",
+  warn(fmt::format("turntable: {} are joined to the rest by {} alone; the pictures do not show their angles",
                    frames_text(joined), known_.option()));
 }
 
-/// The axis and all angles; `held` are the nodes whose angles are right.
+/// Finds the axis and all angles; `held` gets the nodes whose angles are right.
 Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
   TurntablePairs pairs(nodes_.motion, config_.fusion.noise);
   if (const auto found = find_pairs(pairs); !found || !*found) return found;
@@ -388,11 +387,11 @@ Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
   if (held.size() < kFewestFrames) return give_up("too few frames hold together");
   result_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);
   warn_of_left_out(held);
-  // The axis is better known now, and so is the space around it.
+  // Found again, because the axis is known better now.
   return find_space_of_object();
 }
 
-/// The nodes whose angles are right; none when it is no turntable.
+/// Finds the motion and returns the nodes whose angles are right; none when it is no turntable.
 Result<std::set<std::size_t>> TurntableRefiner::held_frames() {
   std::set<std::size_t> held;
   if (has_poses_) {

@@ -1,4 +1,4 @@
-// TurntableRefiner: from frames of a turntable to the axis, all angles, and a volume that holds the object alone.
+// TurntableRefiner: finds axis and angles of a turntable from its frames, and cuts the volume to the object.
 #pragma once
 
 #include <cstdint>
@@ -27,22 +27,22 @@ namespace scanknit {
 /// The refined world's origin is where the axis meets the disc, its -y is up; poses of the recording stay as they are.
 class TurntableRefiner final : public PoseRefiner {
  public:
-  /// `archive` has the job's frames and is read several times. `poses`: kRecording, its poses are exact and only the
-  /// cut is made; else they are tracked. All references outlive it.
+  /// `archive` has the job's frames and is read several times. `poses`: with kRecording the recording's poses are
+  /// exact, and only the cut is made; else poses are tracked. All references outlive it.
   TurntableRefiner(const ScanJob& job, PoseMode poses, const FrameArchive& archive, ScanSession& session);
 
-  /// Before any frame is tracked: learns from some fifty frames what stands still. Errors: the recording's; kConfig for
-  /// known angles that do not fit the recording.
+  /// To be called before any frame is tracked: learns from about fifty frames what stands still. Errors: those of the
+  /// recording; kConfig for known angles that do not fit the recording.
   [[nodiscard]] Result<void> learn();
 
   /// True when something stands still, and poses are tracked: edit_for_tracking() changes frames.
   [[nodiscard]] bool changes_frames() const { return !has_poses_ && !still_.empty(); }
   [[nodiscard]] bool is_refined() const { return result_.is_refined; }
 
-  /// Takes out of a filtered frame what stands still, and keeps the part of the picture where something moves. Nothing
-  /// is done where poses are known.
+  /// Removes from a filtered frame what stands still, and crops the picture to the part where something moves. Does
+  /// nothing when poses are known.
   void edit_for_tracking(Frame& frame) const override;
-  /// The turn holds frames together that tracking could not.
+  /// True: the turn joins frames for which tracking was lost.
   [[nodiscard]] bool recovers_lost_scans() const override { return true; }
   /// Finds the axis and all angles.
   [[nodiscard]] Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) override;
@@ -53,18 +53,18 @@ class TurntableRefiner final : public PoseRefiner {
   [[nodiscard]] bool moves_the_world() const override { return true; }
   void describe(ScanResult& result) const override;
 
-  /// After the scan: notes why it was not refined, where refine() was not reached.
+  /// To be called after the scan: notes why it was not refined, if refine() was not reached.
   void conclude(bool has_mesh);
 
  private:
-  /// Every frame that was read while tracking.
+  /// All frames that were read while tracking.
   struct Nodes {
     std::vector<std::uint64_t> sequences;
     std::vector<double> stamps;
     std::vector<std::int64_t> times_ns;  ///< 0 without a clock
-    std::vector<bool> is_tracked;        ///< the others have what angles_of_all() says
+    std::vector<bool> is_tracked;        ///< the other frames have the angles of angles_of_all()
     TurntableMotion motion;
-    std::vector<Pose> T_world_camera;  ///< of the recording, if they are known
+    std::vector<Pose> T_world_camera;  ///< the recording's poses, if it has any
     [[nodiscard]] std::optional<std::size_t> find(std::uint64_t sequence) const;
   };
   using Visit = std::function<void(Frame&)>;
@@ -104,14 +104,14 @@ class TurntableRefiner final : public PoseRefiner {
   std::vector<std::uint64_t> sample_sequences_;
   StillScene still_;
   std::optional<PixelRect> moving_rect_;  ///< nothing: the whole picture
-  double depth_m_ = 1;                    ///< typical, of what moves
+  double depth_m_ = 1;                    ///< typical depth of what moves
   Nodes nodes_;
   std::optional<TurntableSpace> space_;
   std::optional<PixelRect> space_rect_;
   std::optional<LookThrough> look_through_;
   Pose T_world_object_ = Pose::Identity();
-  PosesBySequence poses_;             ///< at which frames are fused again
-  std::optional<CutRecording> kept_;  ///< of the frames as they are fused again
+  PosesBySequence poses_;             ///< poses at which frames are fused again
+  std::optional<CutRecording> kept_;  ///< receives the frames while they are fused again
   Result<void> kept_so_far_;
   bool has_cut_recording_ = false;
 };

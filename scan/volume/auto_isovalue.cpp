@@ -7,7 +7,7 @@
 namespace scanknit {
 namespace {
 
-/// Unsigned numbers in the order of the floats: the sign bit is flipped, and all others too where the sign is set.
+/// Maps floats to unsigned integers in the same order: flips the sign bit, and for negative numbers all other bits too.
 std::uint32_t ordered_bits(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   return (bits >> 31) != 0 ? ~bits : bits | 0x8000'0000u;
@@ -17,7 +17,7 @@ float value_of_ordered(std::uint32_t ordered) {
   return std::bit_cast<float>((ordered >> 31) != 0 ? ordered & 0x7FFF'FFFFu : ~ordered);
 }
 
-/// `value` without the decimals that are worth less than `step`: a number to type in again.
+/// `value` without the digits that are worth less than `step`: short enough to type.
 double rounded(double value, double step) {
   constexpr double kMostDecimals = 15;
   const double decimals = std::max(0.0, -std::floor(std::log10(step)));
@@ -88,14 +88,14 @@ Result<double> propose_isovalue(const ValueSource& values) {
   if (auto read = values([&](std::span<const float> piece) { census.add(piece); }); !read) return read.error();
   if (census.count() == 0) return Error{ErrorCode::kInput, kNoFiniteSample};
   const ValueCensus::Interval whole{census.min(), census.max()};
-  // Where nearly all values are the same, the others are what there is to see.
+  // The second interval is for volumes in which nearly all values are equal: the first one has no width there.
   for (const auto& [low, high] : {census.without_outliers(kOutliers), whole}) {
     if (!(low < high)) continue;
     Histogram histogram{low, high, {}};
     if (auto read = values([&](std::span<const float> piece) { histogram.add(piece); }); !read) return read.error();
     if (const auto threshold = otsu_threshold(histogram)) return rounded(*threshold, histogram.bin_width() / 10);
   }
-  return Error{ErrorCode::kInput, "all values are the same, so no isovalue parts them; give --isovalue"};
+  return Error{ErrorCode::kInput, "all values are equal, so there is no surface; give --isovalue"};
 }
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-// An isovalue proposed from a volume's values alone.
+// Proposes an isovalue from a volume's values.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace scanknit {
 
-/// How many values there are and where they lie, in bounded memory. NaN and infinity are left out.
+/// Counts values and their distribution in bounded memory. Ignores NaN and infinity.
 class ValueCensus {
  public:
   ValueCensus() : counts_(std::size_t{1} << 16, 0) {}
@@ -23,21 +23,21 @@ class ValueCensus {
   [[nodiscard]] std::uint64_t count() const { return count_; }
   [[nodiscard]] float min() const { return min_; }  ///< +infinity without values
   [[nodiscard]] float max() const { return max_; }  ///< -infinity without values
-  /// An interval that holds all values but at most `share` of them (0 to 1/2) at either end. Its ends are within 1 % of
-  /// those values.
+  /// An interval that holds all values except at most the share `share` (0 to 1/2) of them at either end. Its ends are
+  /// within 1 % of the values there.
   struct Interval {
     float low, high;
   };
   [[nodiscard]] Interval without_outliers(double share) const;
 
  private:
-  std::vector<std::uint64_t> counts_;  ///< by the 16 highest bits of the value, in the order of the values
+  std::vector<std::uint64_t> counts_;  ///< counts by the 16 highest bits of the value, in the order of the values
   std::uint64_t count_ = 0;
   float min_ = std::numeric_limits<float>::infinity();
   float max_ = -std::numeric_limits<float>::infinity();
 };
 
-/// Counts of the values within [low, high], low < high, in bins of one width.
+/// Counts of the values within [low, high], low < high, in bins of equal width.
 struct Histogram {
   static constexpr std::size_t kBins = 1024;
   double low = 0, high = 1;
@@ -46,19 +46,19 @@ struct Histogram {
   [[nodiscard]] double bin_width() const { return (high - low) / static_cast<double>(kBins); }
 };
 
-/// Otsu 1979, "A threshold selection method from gray-level histograms", eq. (18): the border between bins that parts
-/// the values into two classes with the largest variance between them; the middle of all borders that do equally well.
+/// Otsu 1979, "A threshold selection method from gray-level histograms", eq. (18): the border between bins that divides
+/// the values into two classes with the largest variance between them; the middle of all borders that are equally good.
 /// Nothing when fewer than two bins are occupied.
 [[nodiscard]] std::optional<double> otsu_threshold(const Histogram& histogram);
 
-/// Hands all values of a volume to its argument, in pieces; may be called again.
+/// Passes all values of a volume to its argument, in pieces; can be called several times.
 using ValueSource = std::function<Result<void>(const std::function<void(std::span<const float>)>&)>;
 
-/// Of a volume that has no value at all: a message.
+/// The message for a volume without any finite value.
 inline constexpr const char* kNoFiniteSample = "there is not one finite sample";
 
-/// Otsu's threshold of the values, to a tenth of a bin, the lowest and highest 0.1 % of them left out. Reads them two
-/// or three times. Errors: those of `values`; kInput when they are all the same, or there is none.
+/// Otsu's threshold of the values, to a tenth of a bin, without the lowest and highest 0.1 % of them. Reads the values
+/// two or three times. Errors: those of `values`; kInput when all values are equal, or there is none.
 [[nodiscard]] Result<double> propose_isovalue(const ValueSource& values);
 
 }  // namespace scanknit

@@ -22,10 +22,10 @@ namespace scanknit {
 namespace {
 
 constexpr std::int64_t kMebibyte = 1 << 20;
-constexpr std::size_t kPictureVertices = 500'000;    // more than a picture shows
-constexpr std::size_t kBytesPerPictureVertex = 256;  // with its triangles, and what finds it
+constexpr std::size_t kPictureVertices = 500'000;    // a picture cannot show more
+constexpr std::size_t kBytesPerPictureVertex = 256;  // with its triangles and the index of vertices
 
-/// What a VDB file holds.
+/// Describes the volume of a VDB file.
 VolumeResult described(const LoadedVolume& volume) {
   const openvdb::FloatGrid& field = *volume.field;
   std::size_t bytes = field.memUsage();
@@ -40,7 +40,7 @@ VolumeResult described(const LoadedVolume& volume) {
   return result;
 }
 
-/// What any other volume's file holds.
+/// Describes the volume of any other file.
 VolumeResult described(const VolumeHeader& header, bool is_streamed) {
   VolumeResult result;
   const auto blocks = [](int samples) { return static_cast<std::size_t>((samples + 7) / 8); };
@@ -60,7 +60,7 @@ VolumeResult described(const VolumeHeader& header, bool is_streamed) {
   return result;
 }
 
-/// An empty mesh most often is an isovalue beyond the values: says where they lie.
+/// Adds the range of the values to the error of an empty mesh, which is most often due to an isovalue outside of it.
 Result<void> with_values(Result<void> result, const ValueSource& values) {
   if (result || result.error().code != ErrorCode::kMesh) return result;
   const auto census = take_census(values);
@@ -78,7 +78,8 @@ double sample_bytes(const VolumeHeader& header) {
   return sizeof(float) * header.dims.cast<double>().prod();
 }
 
-/// The mesh is taken to need as much as the samples. A volume that could not be read in parts already is in memory.
+/// True when the volume must be read in parts. Assumes that the mesh needs as much memory as the samples. A file that
+/// cannot be read in parts is in memory already.
 bool needs_streaming(const SliceReader& reader, const ExtractConfig& config) {
   return reader.is_streamed() &&
          2 * sample_bytes(reader.header()) > static_cast<double>(config.memory_budget_mib * kMebibyte);
@@ -127,7 +128,7 @@ class VolumeExtraction {
     result_.volume = described(*volume);
     const ValueSource values = values_of(*volume->field);
     if (auto chosen = choose_isovalue(values, volume->is_signed_distance); !chosen) return chosen;
-    // Volumes of ours lie in a camera's world, y down; elsewhere z is up (Blender) more often than not.
+    // ScanKnit's volumes are in a camera's world, y down. In other VDB files z is up more often than not (Blender).
     const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
     const auto finished =
         finished_surface(volume->field_view(), {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
@@ -143,7 +144,7 @@ class VolumeExtraction {
     for (const std::string& warning : header.warnings) session_.warn(WarningCode::kVolumeFile, warning);
     const bool is_streamed = needs_streaming(**reader, job_.config.extract);
     result_.volume = described(header, is_streamed);
-    const MeshFrame frame{UpAxis::kZ, std::nullopt, header.metres_per_unit};  // up in LPS and in RAS
+    const MeshFrame frame{UpAxis::kZ, std::nullopt, header.metres_per_unit};  // z is up in LPS and in RAS
 
     if (is_streamed) {
       const ValueSource values = values_of(**reader);
@@ -153,7 +154,7 @@ class VolumeExtraction {
     const auto volume =
         session_.timed("read", [&] { return read_volume(**reader, budget_bytes(job_.config.extract)); });
     if (!volume) return naming_options(volume.error(), job_.input);
-    reader->reset();  // a format that is decoded whole would else be in memory twice
+    reader->reset();  // else a format that is decoded as a whole would be in memory twice
     const ValueSource values = values_of(*volume);
     if (auto chosen = choose_isovalue(values, false); !chosen) return chosen;
     return with_values(extract_whole(*volume, frame), values);
@@ -193,7 +194,7 @@ class VolumeExtraction {
     return draw_spilled(*mesh, frame);
   }
 
-  /// What is known of a mesh that never was in memory as a whole.
+  /// Describes a mesh that was never in memory as a whole.
   [[nodiscard]] Result<void> describe_spilled(const MeshSpill& mesh, double metres_per_unit) {
     result_.mesh.is_checked = false;
     MeshCheck& check = result_.mesh.check.emplace();
@@ -215,7 +216,7 @@ class VolumeExtraction {
     return {};
   }
 
-  /// A picture of the mesh, made so coarse that it fits into memory.
+  /// Draws a picture of the mesh, simplified until it fits into memory.
   [[nodiscard]] Result<void> draw_spilled(const MeshSpill& mesh, const MeshFrame& frame) {
     if (!job_.files.preview) return {};
     const std::size_t vertices = std::min(kPictureVertices, budget_bytes(job_.config.extract) / kBytesPerPictureVertex);
@@ -231,7 +232,7 @@ class VolumeExtraction {
     return write_surface(surface, frame, job_, session_, result_.mesh);
   }
 
-  /// Sets the isovalue as the request says.
+  /// Sets the isovalue that the request asks for.
   [[nodiscard]] Result<void> choose_isovalue(const ValueSource& values, bool is_signed_distance) {
     double& isovalue = job_.config.extract.isovalue;
     IsovalueSource& source = result_.mesh.isovalue_source;
@@ -264,7 +265,7 @@ class VolumeExtraction {
             job_.input.string()};
   }
 
-  /// Of the grids of floats in the file that are not meshed.
+  /// Warns of the float grids in the file that are not meshed.
   void warn_of_other_grids(const LoadedVolume& volume) {
     std::string others;
     for (const std::string& name : other_float_grids(job_.input, volume)) {

@@ -1,4 +1,4 @@
-// extract_volume: a volume's file becomes a mesh, in one call.
+// extract_volume: makes a mesh of a volume file.
 #pragma once
 
 #include <stop_token>
@@ -12,21 +12,21 @@ namespace scanknit {
 
 /// Where the isovalue comes from.
 enum class IsovalueWish {
-  kGiven,  ///< ScanJob::config.extract
-  kAuto,   ///< proposed from the volume's values; 0 for signed distances
-  kUnsaid  ///< 0 for signed distances; of any other volume an error that shows its values
+  kGiven,    ///< in the job's extract.isovalue
+  kAuto,     ///< proposed from the volume's values; 0 for signed distances
+  kNotGiven  ///< 0 for signed distances; for any other volume an error that gives the range of its values
 };
 
 struct VolumeRequest {
   VolumeOptions options;
-  IsovalueWish isovalue = IsovalueWish::kUnsaid;
+  IsovalueWish isovalue = IsovalueWish::kNotGiven;
 };
 
-/// A volume file becomes a mesh: OpenVDB (.vdb), DICOM, NRRD, MetaImage, NIfTI-1, a folder of PNG or TIFF slices, or
-/// raw samples; a few slices at a time where the samples need more than half of extract.memory_budget. The mesh lies in
-/// the volume's own coordinates. ScanResult::outcome: kOutput before any work; kUsage without an isovalue, and for
-/// options that do not belong to the volume; kInput, also where the isovalue is sought and no sample is finite;
-/// kBudget; kMesh for an empty mesh. `stop` ends the finishing of the mesh only.
+/// Makes a mesh of a volume file: OpenVDB (.vdb), DICOM, NRRD, MetaImage, NIfTI-1, a folder of PNG or TIFF slices, or
+/// raw samples. Reads a few slices at a time when the samples need more than half of extract.memory_budget. The mesh
+/// has the volume's own coordinates. ScanResult::outcome: kOutput before any work; kUsage without an isovalue, and for
+/// options that do not belong to the volume; kInput, also when an isovalue must be found and no sample is finite;
+/// kBudget; kMesh for an empty mesh. `stop` ends only the finishing of the mesh.
 [[nodiscard]] ScanResult extract_volume(const ScanJob& job, const VolumeRequest& request, ScanObserver& observer,
                                         std::stop_token stop = {});
 

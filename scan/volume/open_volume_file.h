@@ -10,17 +10,17 @@
 
 namespace scanknit {
 
-/// The error of a reader, which does not know what its options are called here.
+/// Adds the program's names of options to a reader's error: the readers do not know them.
 [[nodiscard]] Error naming_options(Error error, const std::filesystem::path& path);
 
 /// open_volume() within extract.memory_budget; its errors name the program's options.
 [[nodiscard]] Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::path& path,
                                                                     VolumeOptions options, const ExtractConfig& config);
 
-/// By its ending.
+/// True when the file's name ends in .vdb.
 [[nodiscard]] bool is_vdb(const std::filesystem::path& path);
 
-/// kUsage where an option is for other volumes than OpenVDB's.
+/// kUsage when an option is set that does not apply to OpenVDB files.
 [[nodiscard]] Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options);
 
 }  // namespace scanknit

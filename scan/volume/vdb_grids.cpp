@@ -23,7 +23,7 @@ std::vector<std::string> other_float_grids(const std::filesystem::path& path, co
   }
   for (const auto& taken : {volume.field, volume.weight}) {
     if (!taken) continue;
-    // One grid a name: several may share one.
+    // Removes one entry only: several grids may have the same name.
     const auto place = std::ranges::find(names, taken->getName());
     if (place != names.end()) names.erase(place);
   }

@@ -1,4 +1,4 @@
-// The values of each kind of volume, for those who only want to know how they are distributed.
+// The values of each kind of volume, to find out how they are distributed.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -9,14 +9,14 @@
 
 namespace scanknit {
 
-/// Active values; an active tile counts as one leaf.
+/// The active values; an active tile counts as one leaf.
 [[nodiscard]] ValueSource values_of(const openvdb::FloatGrid& grid);
 [[nodiscard]] ValueSource values_of(SliceReader& reader);
 [[nodiscard]] ValueSource values_of(const DenseVolume& volume);
 
 [[nodiscard]] Result<ValueCensus> take_census(const ValueSource& values);
 
-/// "from -1024 to 3071". The census has counted a value.
+/// "from -1024 to 3071". The census must have counted a value.
 [[nodiscard]] std::string range_text(const ValueCensus& census);
 
 }  // namespace scanknit

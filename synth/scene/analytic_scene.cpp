@@ -48,8 +48,8 @@ bool AnalyticScene::is_on_surface(const Eigen::Vector3d& p_world) const {
 }
 
 // The surface of a union consists of faces of its solids, cut off where they dive into another solid. The nearest point
-// is the foot on a face, or lies on a seam between two faces. (Corners of three solids are left out: the answer is then
-// the nearest seam point, or the bound.)
+// is the foot on a face, or lies on a seam between two faces. (It ignores corners of three solids: there it returns the
+// nearest seam point, or the bound.)
 SurfacePoint AnalyticScene::nearest_from_inside(const Eigen::Vector3d& p_world, const NearestSolid& deepest) const {
   std::vector<FieldSample> fields;
   fields.reserve(solids_.size());

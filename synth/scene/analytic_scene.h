@@ -12,7 +12,7 @@ namespace scanknit {
 
 /// The minimum of exact distances is the exact distance in free space. Inside matter, where solids overlap, it is only
 /// a bound: nearest() then looks for the true foot on the solids' faces and on the seams between two solids. Solids
-/// must overlap or keep apart; surfaces that merely touch would be counted as surface.
+/// must overlap or be apart; where they only touch, the contact would count as surface.
 class AnalyticScene final : public SyntheticScene {
  public:
   AnalyticScene(std::string name, CameraPath path, int default_frames, std::vector<Solid> solids);

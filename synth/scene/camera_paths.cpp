@@ -10,13 +10,13 @@ namespace {
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A place on the way, and which way is ahead.
+/// A position on the path, and the direction of walking.
 struct Waypoint {
   Eigen::Vector2d place;
   double heading_rad;
 };
 
-/// Counter-clockwise round the rectangle, from the middle of its near side.
+/// The waypoint after `walked_m`, counter-clockwise round the rectangle from the middle of its near side.
 Waypoint on_ring(const RingPath& path, double walked_m) {
   const double r = path.corner_radius_m;
   const double straight[2] = {2 * (path.half_length_m - r), 2 * (path.half_width_m - r)};
@@ -83,10 +83,10 @@ CameraPath orbit_path(const OrbitPath& path) {
 CameraPath walk_path(const WalkPath& path) {
   return [path](double s) {
     const double azimuth = kFullTurn * s;
-    const double gaze = azimuth + 60 * kDegree;  // the way of walking is at 90 degrees
+    const double gaze = azimuth + 60 * kDegree;  // the walking direction is at 90 degrees
     const Eigen::Vector3d eye(path.half_length_m * std::sin(azimuth), -path.half_width_m * std::cos(azimuth),
                               path.height_m);
-    // Three nods a loop: the floor and the upper half of the walls both come into view.
+    // Three nods in a loop, so that both the floor and the upper half of the walls come into view.
     const double slope = -0.25 + 0.2 * std::sin(3 * azimuth);
     return look_at(eye, eye + Eigen::Vector3d(std::sin(gaze), -std::cos(gaze), slope));
   };

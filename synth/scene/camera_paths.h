@@ -11,8 +11,8 @@ namespace scanknit {
 /// A camera at `eye` that looks at `target`, upright; both in the plan frame. `eye` is not straight above `target`.
 [[nodiscard]] Pose look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
 
-/// Turns round the object while the elevation goes smoothly from +55 to -55 degrees, so that top and underside are
-/// seen: what a camera on a slowly tilting arm sees of an object on a turntable.
+/// Circles the object while the elevation goes smoothly from +55 to -55 degrees, so that top and underside are seen:
+/// the view of a camera on a slowly tilting arm above a turntable.
 struct TurntablePath {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double distance_m = 0.6;
@@ -23,15 +23,15 @@ struct TurntablePath {
 /// A circle (or spiral, when the radii differ) round a vertical axis, looking at `target`.
 struct OrbitPath {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  double height_m = 1.0;  ///< of the camera over the floor
+  double height_m = 1.0;  ///< the camera's height above the floor
   double first_radius_m = 1.0;
   double last_radius_m = 1.0;
   double turns = 1;
 };
 [[nodiscard]] CameraPath orbit_path(const OrbitPath& path);
 
-/// An ellipse walked in a room while looking ahead and out, so that corners and furniture stay in view, and nodding
-/// gently.
+/// An elliptic walk in a room. The camera looks ahead and outwards, so that corners and furniture stay in view, and
+/// nods slowly.
 struct WalkPath {
   double half_length_m = 1.0;  ///< along x
   double half_width_m = 1.0;   ///< along y
@@ -39,8 +39,8 @@ struct WalkPath {
 };
 [[nodiscard]] CameraPath walk_path(const WalkPath& path);
 
-/// Round a rectangle with rounded corners, looking ahead and a little outwards, and on a little beyond the start: the
-/// end sees again what the beginning saw.
+/// A walk round a rectangle with rounded corners, looking ahead and a little outwards. It ends a little beyond the
+/// start, so that its last frames see again what the first ones saw.
 struct RingPath {
   double half_length_m = 4.0;  ///< along x
   double half_width_m = 3.0;   ///< along y
@@ -50,8 +50,8 @@ struct RingPath {
 };
 [[nodiscard]] CameraPath ring_path(const RingPath& path);
 
-/// A straight walk along x, from -half_length_m, that begins with a look to the left behind and ends with one to the
-/// right ahead: half a turn clockwise.
+/// A straight walk along x, from -half_length_m. It begins looking back to the left and ends looking ahead to the
+/// right: half a turn clockwise.
 struct CrossingPath {
   double half_length_m = 2.0;
   double height_m = 1.4;

@@ -22,14 +22,14 @@ std::array<Vector3d, 3> corners(const Mesh& mesh, const Triangle& t) {
           mesh.positions_m[t[2]].cast<double>()};
 }
 
-/// Zero for a triangle without area.
+/// The unit normal; zero for a triangle without area.
 Vector3d face_normal(const Mesh& mesh, const Triangle& t) {
   const auto [a, b, c] = corners(mesh, t);
   return (b - a).cross(c - a).stableNormalized();
 }
 
-/// Directions that tell outside from inside at any nearest point of a closed mesh: the angle-weighted pseudonormals of
-/// Baerentzen & Aanaes 2005, "Signed Distance Computation Using the Angle Weighted Pseudonormal".
+/// Normals that distinguish outside from inside at any nearest point of a closed mesh: the angle-weighted pseudonormals
+/// of Baerentzen & Aanaes 2005, "Signed Distance Computation Using the Angle Weighted Pseudonormal".
 class Pseudonormals {
  public:
   explicit Pseudonormals(const Mesh& mesh) : mesh_(mesh) {
@@ -171,7 +171,7 @@ Eigen::Matrix3d upright(UpAxis up) {
     }
     return Vector3d::UnitY();
   }();
-  // Half a turn about x for y up, so that left stays left.
+  // For y up: half a turn about x, which keeps left and right.
   if (from == Vector3d::UnitY()) return Vector3d(1, -1, -1).asDiagonal();
   return Eigen::Quaterniond::FromTwoVectors(from, -Vector3d::UnitY()).toRotationMatrix();
 }

@@ -1,4 +1,4 @@
-// SyntheticScene: a world whose surface is known exactly, for scanning without a scanner.
+// SyntheticScene: a world with an exactly known surface, to scan without a scanner.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,7 +33,7 @@ struct SurfacePoint {
   std::size_t part = 0;
 };
 
-/// T_world_camera at a place along the path, 0 <= s <= 1.
+/// T_world_camera at the position s of the path, 0 <= s <= 1.
 using CameraPath = std::function<Pose(double s)>;
 
 /// World: metres, right-handed, y down and z away, as a camera that stands upright sees it. Free space is where
@@ -59,13 +59,13 @@ class SyntheticScene {
   /// on the inner side, seams between solids included.
   [[nodiscard]] virtual SurfacePoint nearest(const Eigen::Vector3d& p_world) const = 0;
 
-  /// sRGB, each channel in [0, 1], independent of the viewer, so that photometric tracking has something to hold on to.
+  /// sRGB, each channel in [0, 1]. Independent of the viewer, so that photometric tracking works.
   [[nodiscard]] virtual Eigen::Vector3d colour(const SurfacePoint& point) const = 0;
 
-  /// Holds the whole surface.
+  /// A box that contains the whole surface.
   [[nodiscard]] virtual Eigen::AlignedBox3d bounds() const = 0;
 
-  /// The triangles that the surface consists of; nothing for an analytic scene.
+  /// The triangles of the surface; null for an analytic scene.
   [[nodiscard]] virtual const Mesh* mesh() const { return nullptr; }
 
   /// Unsigned distance to the surface, as exact as nearest().
@@ -84,20 +84,22 @@ class SyntheticScene {
 /// The analytic scenes:
 ///   sphere     radius 0.1 m, alone. Euler characteristic 2.
 ///   turntable  a figurine of 24 cm with one handle, alone: a closed surface of genus 1, Euler characteristic 0.
-///   tower      blocks of 20 cm on each other, alone: whole but for the underside from 28 degrees above. Euler
-///   characteristic 2. desk       objects on a desk in a room; the camera goes round it at 3 degrees and 5 cm a frame.
+///   tower      blocks of 20 cm on each other, alone; Euler characteristic 2. One turn seen from 28 degrees above shows
+///              everything except the underside.
+///   desk       objects on a desk in a room; the camera goes round it at 3 degrees and 5 cm a frame.
 ///   plates     plates of 6 to 20 mm standing in a room, seen from 0.6 m to 3 m.
 ///   room       a furnished room of 5 x 4 m; the camera walks a loop and comes back to where it began.
 ///   gallery    a corridor of 2 m round a block of 5.8 x 3.8 m: its beginning comes into view again after 26 m only.
 ///   twins      two corners 8 m apart that look the same in every detail; nothing is seen twice.
 [[nodiscard]] std::vector<std::string> scene_names();
 
-/// Error kUsage: no such scene; the message lists those there are.
+/// Error kUsage: there is no such scene; the message lists all scenes.
 [[nodiscard]] Result<std::unique_ptr<SyntheticScene>> make_scene(std::string_view name);
 
 /// A scene of one closed mesh on a turntable. The mesh is centred, turned so that its `up` axis is the world's -y, and
-/// scaled so that its longest side measures `size_m` metres; mesh() gives the result. An inside-out mesh is turned.
-/// Errors (kMesh): empty, not closed, not manifold, a value that is not finite; kUsage: size_m not above 0 or over 100.
+/// scaled so that its longest side measures `size_m` metres; mesh() gives the result. Reverses the triangles of an
+/// inside-out mesh. Errors (kMesh): empty, not closed, not manifold, a value that is not finite; kUsage: size_m not
+/// above 0 or over 100.
 [[nodiscard]] Result<std::unique_ptr<SyntheticScene>> make_mesh_scene(Mesh mesh, double size_m = 0.2,
                                                                       UpAxis up = UpAxis::kY);
 

@@ -12,11 +12,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kSunk_m = 0.004;  // how deep things stand in what carries them: surfaces must not merely touch
+constexpr double kSunk_m = 0.004;  // objects are sunk so deep into what they stand on, because surfaces must not only
+                                   // touch
 
-/// Pastel on dark, a different hue for every index.
+/// A texture of pastel on dark, with a different hue for each index.
 Texture paint(int index, Pattern pattern, double period_m) {
-  const double hue = 2.399963 * index;  // the golden angle: neighbours in the list differ strongly
+  const double hue = 2.399963 * index;  // the golden angle: successive hues differ strongly
   Texture texture{.pattern = pattern, .period_m = period_m};
   for (int c = 0; c < 3; ++c) {
     const double wave = std::cos(hue + 2 * std::numbers::pi * c / 3);
@@ -26,7 +27,7 @@ Texture paint(int index, Pattern pattern, double period_m) {
   return texture;
 }
 
-/// Painted walls: next to nothing to hold on to.
+/// The texture of painted walls, with almost no features to track.
 Texture bare(int index) {
   Texture texture = paint(index, Pattern::kMarble, 0.7);
   texture.dark = texture.light - Eigen::Vector3d::Constant(0.03);
@@ -91,8 +92,8 @@ std::unique_ptr<SyntheticScene> sphere() {
   return std::move(drawing).scene("sphere", turntable_path({}), 120);
 }
 
-// Nothing is thinner than 2 cm: thin plates are the scene `plates`. Base, body, head and spout are balls topologically
-// and joined in a tree; the handle closes one loop: genus 1.
+// Nothing is thinner than 2 cm: thin plates are in the scene `plates`. Base, body, head and spout are topological
+// balls, joined as a tree; the handle closes one loop: genus 1.
 std::unique_ptr<SyntheticScene> turntable() {
   Drawing drawing;
   drawing.add(Cylinder{0.062, 0.014, 0.006}, {0, 0, -0.098}, paint(0, Pattern::kStripes, 0.010));
@@ -106,8 +107,8 @@ std::unique_ptr<SyntheticScene> turntable() {
   return std::move(drawing).scene("turntable", turntable_path({}), 300);
 }
 
-// Every part of its surface but the underside is seen from 28 degrees above as it turns: one turn shows it all. No two
-// of its sides are alike. Balls topologically, in a chain.
+// During one turn, a camera 28 degrees above sees the whole surface except the underside. No two sides look the same.
+// The parts are topological balls, joined as a chain.
 std::unique_ptr<SyntheticScene> tower() {
   Drawing drawing;
   drawing.add(Box{{0.060, 0.050, 0.030}, 0.008}, {0, 0, -0.070}, paint(0, Pattern::kStripes, 0.012), Drawing::yaw(5));
@@ -162,7 +163,7 @@ std::unique_ptr<SyntheticScene> plates() {
   Drawing drawing;
   drawing.add_room({6.0, 6.0, 2.6}, paint(20, Pattern::kChecks, 0.15));
   drawing.stand_cylinder(0, 0, 0, 0.45, kPlinth_m, paint(21, Pattern::kMarble, 0.05));
-  for (std::size_t i = 0; i < kThickness_m.size(); ++i) {  // a star: both faces of each plate are seen
+  for (std::size_t i = 0; i < kThickness_m.size(); ++i) {  // as a star, so that both faces of each plate are seen
     const double degrees = 60.0 * static_cast<double>(i);
     const Vector3d place = Drawing::yaw(degrees) * Vector3d(0.26, 0, 0);
     drawing.stand_box(place.x(), place.y(), kPlinth_m, {0.22, kThickness_m[i], 0.30},
@@ -218,7 +219,7 @@ std::unique_ptr<SyntheticScene> gallery() {
   return std::move(drawing).scene("gallery", ring_path({}), 1000);
 }
 
-/// A niche of a wall, things and all, in the corner at (x, y); turned, it looks the same.
+/// Puts a niche with its objects into the corner at (x, y); rotated niches look the same.
 void put_niche(Drawing& drawing, double x, double y, double degrees) {
   const Eigen::Matrix3d turn = Drawing::yaw(degrees);
   const auto place = [&](double right, double ahead, double up) {

@@ -21,7 +21,8 @@ struct Field {
   Eigen::Matrix<double, N, 1> gradient;
 };
 
-/// A box grown by `rounding` from a smaller one: exact inside and outside, in any dimension.
+/// The distance field of a box with rounded edges: a smaller box, offset by `rounding`. Exact on both sides, in any
+/// dimension.
 template <int N>
 Field<N> rounded_box(const Eigen::Matrix<double, N, 1>& p, const Eigen::Matrix<double, N, 1>& half, double rounding) {
   using Vector = Eigen::Matrix<double, N, 1>;
@@ -35,7 +36,7 @@ Field<N> rounded_box(const Eigen::Matrix<double, N, 1>& p, const Eigen::Matrix<d
   return {length - rounding, (outside / length).cwiseProduct(sign)};
 }
 
-/// A field in the half plane (radius, height), turned round the z axis.
+/// Rotates a field in the half plane (radius, height) about the z axis.
 FieldSample turned(const Field<2>& field, const Eigen::Vector3d& p, double radius) {
   if (radius == 0) return {field.distance, {field.gradient.x(), 0, field.gradient.y()}};
   const double g = field.gradient.x() / radius;
@@ -191,9 +192,9 @@ std::optional<double> Solid::leave_room(const Ray& ray_solid) const {
   return exit;
 }
 
-// The exact distance to a convex solid is a convex function, also along a line. The secant through two values on the
-// way down therefore meets zero before the field does: it never oversteps, and it converges superlinearly where sphere
-// tracing (Hart 1996) creeps along grazing rays. Once the values rise, the ray has missed.
+// The exact distance to a convex solid is a convex function, also along a line. While the values fall, the secant
+// through two of them therefore reaches zero before the field does: it never oversteps, and it converges superlinearly
+// where sphere tracing (Hart 1996) is slow along grazing rays. When the values rise, the ray has missed the solid.
 std::optional<double> Solid::trace_convex(const Ray& ray_solid, double t_m, double t_end_m) const {
   constexpr int kMaxSteps = 200;
   double value = sample(shape_, ray_solid.at(t_m)).distance_m;

@@ -1,4 +1,4 @@
-// Solid: one exact primitive placed in the world.
+// Solid: one exact primitive with a pose in the world.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,20 +22,20 @@ struct Box {
   double rounding_m = 0;
 };
 
-/// Round the z axis; the rims are rounded.
+/// About the z axis; the rims are rounded.
 struct Cylinder {
   double radius_m;
   double half_height_m;
   double rounding_m = 0;
 };
 
-/// Round the z axis.
+/// About the z axis.
 struct Torus {
   double major_m;
   double minor_m;
 };
 
-/// A profile (radius, height) turned round the z axis: a cone, a bottle. It runs upwards from the axis to the axis.
+/// A profile (radius, height), rotated about the z axis: a cone, a bottle. It goes upwards, from the axis to the axis.
 struct Lathe {
   std::vector<Eigen::Vector2d> profile_m;
 };
@@ -52,16 +52,16 @@ class Solid {
  public:
   Solid(Shape shape, const Pose& T_world_solid, const Texture& texture);
 
-  /// The outside of a box: walls, floor and ceiling of a room.
+  /// A room: matter outside of a box, so that its faces are walls, floor and ceiling.
   [[nodiscard]] static Solid room(const Eigen::Vector3d& half_m, const Pose& T_world_solid, const Texture& texture);
 
   /// Exact on both sides of the surface.
   [[nodiscard]] FieldSample field(const Eigen::Vector3d& p_world) const;
 
-  /// Not above field(p_world).distance_m, and cheap.
+  /// A cheap lower bound of field(p_world).distance_m.
   [[nodiscard]] double distance_bound(const Eigen::Vector3d& p_world) const;
 
-  /// The first place along the ray, up to `max_t_m`, where it enters the solid.
+  /// The distance along the ray, up to `max_t_m`, at which it first enters the solid.
   [[nodiscard]] std::optional<double> intersect(const Ray& ray, double max_t_m) const;
 
   [[nodiscard]] Eigen::Vector3d colour(const Eigen::Vector3d& p_world) const;
@@ -76,7 +76,7 @@ class Solid {
   Pose T_world_solid_;
   Pose T_solid_world_;
   Texture texture_;
-  double bounding_radius_m_;  // of a sphere about the solid's origin
+  double bounding_radius_m_;  // radius of a bounding sphere about the solid's origin
   bool is_convex_;
   bool is_room_ = false;
 };

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Cubes that hold the whole shell of half-thickness `half_shell_m` about the surface.
+/// Cubes that contain the whole shell of half-thickness `half_shell_m` about the surface.
 struct Shell {
   std::vector<Vector3d> centres;
   double cell_m = 0;
@@ -39,12 +39,12 @@ Shell shell_of(const SyntheticScene& scene) {
   const double side = box.sizes().maxCoeff() * 1.05;  // room for the shell outside the bounds
   Shell shell;
   shell.cell_m = side / (1 << kLevels);
-  shell.half_shell_m = shell.cell_m / 8;  // thin against the curvature, thick enough to be hit
+  shell.half_shell_m = shell.cell_m / 8;  // thin compared to the radius of curvature, thick enough to be hit
   collect_cells(scene, box.center(), side, kLevels, shell);
   return shell;
 }
 
-/// The foot of a random point of the shell's cells, if that point is within the shell.
+/// Draws a random point in the shell's cells; if it is within the shell, returns the surface point nearest to it.
 std::optional<TruthPoint> try_sample(const SyntheticScene& scene, const Shell& shell, CounterRandom random) {
   const auto cells = static_cast<double>(shell.centres.size());
   const auto cell = std::min(static_cast<std::size_t>(random.uniform() * cells), shell.centres.size() - 1);
@@ -61,8 +61,8 @@ std::optional<TruthPoint> try_sample(const SyntheticScene& scene, const Shell& s
 
 std::vector<TruthPoint> sample_surface(const SyntheticScene& scene, std::size_t count, std::uint64_t seed) {
   constexpr std::size_t kBatch = 1 << 16;
-  constexpr std::size_t kMaxBatches = 1 << 16;    // an end even for a scene without surface
-  constexpr std::uint64_t kStream = 0x7275'7468;  // apart from the noise, whose streams are frame numbers
+  constexpr std::size_t kMaxBatches = 1 << 16;    // ends the search for a scene without surface
+  constexpr std::uint64_t kStream = 0x7275'7468;  // different from the streams of the noise, which are frame numbers
   std::vector<TruthPoint> points;
   if (count == 0) return points;
   points.reserve(count);
@@ -93,7 +93,7 @@ void count_views(const RenderedView& view, const CameraIntrinsics& intrinsics, c
     const double cosine = -n.dot(p) / p.norm();
     if (cosine < kMinCosine) return;
     const Eigen::Vector2d pixel = intrinsics.project(p);
-    // Compared before rounding: a point beside the camera may project to a number that no int holds.
+    // Compares before rounding: a point beside the camera may project to a number too large for an int.
     if (!(pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < intrinsics.width - 0.5 &&
           pixel.y() < intrinsics.height - 0.5)) {
       return;

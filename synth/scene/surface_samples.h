@@ -1,4 +1,4 @@
-// Truth points: a uniform sample of a scene's surface, and which of it the camera has seen.
+// Truth points: a uniform sample of a scene's surface, with the number of frames that see each point.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ struct TruthPoint {
   std::uint32_t views = 0;
 };
 
-/// `count` points, uniform by area, the same for the same seed and any number of threads.
+/// `count` points, uniform by area; deterministic for a seed, with any number of threads.
 [[nodiscard]] std::vector<TruthPoint> sample_surface(const SyntheticScene& scene, std::size_t count,
                                                      std::uint64_t seed);
 

@@ -26,7 +26,7 @@ double square_wave(double x) {
 double pattern_value(Pattern pattern, const Eigen::Vector3d& q) {
   switch (pattern) {
     case Pattern::kChecks: {
-      // Offset by an odd amount: a face of a solid must not coincide with the boundary between two layers of checks.
+      // The odd offsets keep the faces of solids off the boundaries between layers of checks.
       const double parity = square_wave(q.x() + 0.37) + square_wave(q.y() + 0.37) + square_wave(q.z() + 0.37);
       return parity == 1 || parity == 3 ? 1 : 0;
     }

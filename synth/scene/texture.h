@@ -1,4 +1,4 @@
-// Texture: procedural colour, rich at every scale, so that photometric tracking has something to hold on to.
+// Texture: procedural colour with detail at every scale, so that photometric tracking works.
 #pragma once
 
 #include <Eigen/Core>

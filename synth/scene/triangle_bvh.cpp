@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kLeafSize = 4;
 constexpr std::size_t kStackSize = 64;  // median splits: the tree of 2^32 triangles has fewer than 32 levels
 
-/// Weights of a triangle without length or area are taken as 0: its first corner stands for it.
+/// Returns 0 for a zero denominator: a degenerate triangle is treated as its first corner.
 double ratio_or_zero(double numerator, double denominator) {
   return denominator > 0 ? numerator / denominator : 0;
 }
@@ -24,8 +24,8 @@ struct NearestOnTriangle {
   TriangleFeature feature;
 };
 
-/// The nearest point of triangle abc, by the Voronoi region of its corners, edges and face that holds p (Ericson 2005,
-/// "Real-Time Collision Detection", section 5.1.5).
+/// The nearest point of triangle abc, by the Voronoi region of a corner, an edge or the face that contains p (Ericson
+/// 2005, "Real-Time Collision Detection", section 5.1.5).
 NearestOnTriangle nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c) {
   using enum TriangleFeature;
@@ -54,7 +54,8 @@ NearestOnTriangle nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vec
   return {a + ratio_or_zero(weight_b, sum) * ab + ratio_or_zero(weight_c, sum) * ac, kFace};
 }
 
-/// Moeller & Trumbore 1997. A little slack at the edges makes neighbours overlap rather than leave a gap.
+/// Moeller & Trumbore 1997. A small tolerance at the edges makes neighbours overlap, so that there is no gap between
+/// them.
 std::optional<double> intersect_triangle(const Ray& ray, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                          const Eigen::Vector3d& c) {
   constexpr double kSlack = 1e-9;
@@ -72,7 +73,7 @@ std::optional<double> intersect_triangle(const Ray& ray, const Eigen::Vector3d& 
   return ac.dot(turned) / determinant;
 }
 
-/// Where the ray enters the box, or infinity when it misses it or enters beyond `max_t`.
+/// The distance at which the ray enters the box; infinity if it misses the box or enters beyond `max_t`.
 double enter_box(const Eigen::AlignedBox3f& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& inverse,
                  double max_t) {
   double enter = 0;
@@ -80,7 +81,7 @@ double enter_box(const Eigen::AlignedBox3f& box, const Eigen::Vector3d& origin, 
   for (int axis = 0; axis < 3; ++axis) {
     const double t0 = (static_cast<double>(box.min()[axis]) - origin[axis]) * inverse[axis];
     const double t1 = (static_cast<double>(box.max()[axis]) - origin[axis]) * inverse[axis];
-    // fmin and fmax pass over the NaN of 0 * infinity (a ray in a face of the box).
+    // fmin and fmax ignore the NaN of 0 * infinity (a ray in a face of the box).
     enter = std::fmax(enter, std::fmin(t0, t1));
     leave = std::fmin(leave, std::fmax(t0, t1));
   }
@@ -121,7 +122,7 @@ void TriangleBvh::build(std::uint32_t begin, std::uint32_t end, const std::vecto
   centre_box.sizes().maxCoeff(&axis);
   const std::uint32_t middle = begin + (end - begin) / 2;
   std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
-                   [&](std::uint32_t a, std::uint32_t b) {  // the index breaks ties: the order is total
+                   [&](std::uint32_t a, std::uint32_t b) {  // the index breaks ties, so that the order is unique
                      return std::pair(centres[a][axis], a) < std::pair(centres[b][axis], b);
                    });
   build(begin, middle, centres);

@@ -1,4 +1,4 @@
-// TriangleBvh: nearest point and first hit on a triangle mesh.
+// TriangleBvh: finds the nearest point and the first hit on a triangle mesh.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace scanknit {
 
-/// The part of a triangle on which a nearest point lies.
+/// The part of a triangle that contains a nearest point.
 enum class TriangleFeature : std::uint8_t { kVertex0, kVertex1, kVertex2, kEdge01, kEdge12, kEdge20, kFace };
 
 struct NearestOnMesh {
@@ -36,7 +36,7 @@ class TriangleBvh {
   /// The nearest point of the mesh, or nothing when it is farther than `max_distance_m`.
   [[nodiscard]] std::optional<NearestOnMesh> nearest(const Eigen::Vector3d& p, double max_distance_m) const;
 
-  /// The first triangle hit, from either side, with 0 < t <= max_t_m. Rays do not slip through shared edges.
+  /// The first triangle hit, from either side, with 0 < t <= max_t_m. No ray passes through a shared edge.
   [[nodiscard]] std::optional<MeshHit> intersect(const Ray& ray, double max_t_m) const;
 
  private:

@@ -178,7 +178,7 @@ TEST_F(AlignHills, GivenPosesThatContradictWhatWasSeenAreWarnedOf) {
   const Outcome outcome = align({path("wrong.conf"), "-o", path("out")});
   EXPECT_EQ(outcome.exit_code, 0) << "poses are taken as they are: " << outcome.err;
   for (const char* words :
-       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "nothing bears out the given pose of 2", "--refine"}) {
+       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "no other scan confirms the given pose of 2", "--refine"}) {
     EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
     EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words;
   }
@@ -207,7 +207,7 @@ TEST_F(AlignHills, PosesFarFromTheOriginAreMovedNearIt) {
   EXPECT_NE(poses.find("less 500000 4000000 100 m\n1 20 0 0 "), std::string::npos) << poses;
 }
 
-TEST_F(AlignHills, MarkersThatSayNothingOrContradictAreWarnedOf) {
+TEST_F(AlignHills, WarnsOfUselessOrContradictoryMarkers) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "no marker has the same name"},
       {"1 a 0 0 0\n2 b 0 0 0\n", "no marker has the same name"},
@@ -223,7 +223,7 @@ TEST_F(AlignHills, MarkersThatSayNothingOrContradictAreWarnedOf) {
   }
 }
 
-TEST_F(AlignHills, InitialPosesThatSayNothingOrContradictAreWarnedOf) {
+TEST_F(AlignHills, WarnsOfUselessOrContradictoryInitialPoses) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "it has poses of 0 scans"},
       {"1 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n", "initial.txt:2: scan 1 (a.ply) has a pose already"},
@@ -260,7 +260,7 @@ TEST_F(AlignHills, InterruptedItSaysSo) {
   EXPECT_FALSE(fs::exists(folder_ / "out" / "model.glb"));
 }
 
-TEST_F(AlignHills, AMeshIsBroughtToItsPlaceButNotFused) {
+TEST_F(AlignHills, AlignsAMeshButDoesNotFuseIt) {
   ASSERT_EQ(align({path("b.ply"), "-o", path("b_mesh.ply")}).exit_code, 0);
   const Outcome outcome = align({path("a.ply"), path("b_mesh.ply"), "-o", path("out"), "--points", path("all.ply")});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -71,8 +71,7 @@ TEST(CommandLine, ConfigErrorsExitWith3OnePerLine) {
 }
 
 TEST(CommandLine, EveryCommittedConfigurationPassesConfigCheck) {
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(test::kSourceDir) / "configs")) {
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(test::kSourceDir) / "configs")) {
     if (entry.path().extension() != ".yaml") continue;
     const Outcome outcome = scanknit_command({"config", "check", entry.path().string()});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

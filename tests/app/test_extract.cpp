@@ -299,7 +299,7 @@ TEST_F(Extract, UnreadableVolumesExitWith4AndWriteNothing) {
   EXPECT_FALSE(fs::exists(folder_ / "a.ply"));
 }
 
-TEST(ExtractVdb, OfSignedDistancesIsAtZeroUnlessToldOtherwise) {
+TEST(ExtractVdb, OfSignedDistancesIsAtZeroByDefault) {
   const Scan scan;
   const fs::path volume = scan / "v.vdb";
   ASSERT_EQ(scan.run({"--save-volume", volume.string()}).exit_code, 0);

@@ -152,7 +152,7 @@ TEST_F(Finish, CropsAMirroredVolumeAndLeavesATurnedOneWhole) {
   EXPECT_EQ(report("moved")["mesh"]["triangles"], plain["mesh"]["triangles"]);
 }
 
-TEST_F(Finish, AStepThatCannotBeDoneIsToldAndTheMeshIsWritten) {
+TEST_F(Finish, WarnsOfAStepThatCannotBeDoneAndWritesTheMesh) {
   const Outcome outcome = run("refused", {"--set", "finish.watertight=full", "--set", "fusion.memory_budget=100MiB"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string reason = step(report("refused"), "watertight")["refused"];

@@ -136,7 +136,7 @@ TEST(Run, PrintsAFewReadableLines) {
 }
 
 // Ctrl-C ends `scanknit capture ... 2>&1 | tee log` on both sides.
-TEST(Run, GoesOnWhenNobodyListensAnyMore) {
+TEST(Run, ContinuesWhenThePipeIsClosed) {
   const Scan scan;
   const std::string command = test::kProgram + " run '" + scan.recording().string() + "' -o '" +
                               scan.output().string() + "' --set fusion.voxel_size=8mm 2>&1 | true";

@@ -139,7 +139,7 @@ TEST_F(Texture, ATurnedAndMovedMeshIsTexturedAllTheSame) {
               report("textured")["texture"]["seen_share"].get<double>(), 0.005);
 }
 
-TEST_F(Texture, WhatCannotBeBakedIsToldAndTheMeshIsWritten) {
+TEST_F(Texture, WarnsWhenNoTextureCanBeBakedAndWritesTheMesh) {
   const Outcome outcome = run("refused", {"--texture", "--set", "export.texel_size=0.05mm"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("export.texel_size"), std::string::npos) << outcome.err;

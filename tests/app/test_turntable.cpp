@@ -82,7 +82,7 @@ class Tower : public SuiteFolder {
   }
 };
 
-TEST_F(Tower, WhatFinishingWarnsOfIsSaidOnceThoughTheMeshIsWrittenTwice) {
+TEST_F(Tower, FinishingWarnsOnceAlthoughTheMeshIsWrittenTwice) {
   const Outcome outcome = scanknit_command({"run", recording(), "--preset", "turntable", "--preset", "print", "--set",
                                             "fusion.voxel_size=4mm", "-o", place("print")});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -246,7 +246,7 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   const Outcome stepped = scan(gap, place("stepped"), {"--set", "turntable.step=7.5"});  // knows nothing of the gap
   ASSERT_EQ(stepped.exit_code, 0) << stepped.err;
   EXPECT_TRUE(has_warning(place("stepped"), "of 38 frames only 23 hold together"));
-  EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not asked"));
+  EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not used"));
   EXPECT_EQ(report(place("stepped"))["turntable"]["is_closed"], false);  // the part is half a turn
   EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
   const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
@@ -288,7 +288,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
   EXPECT_LT(report(place("typed"))["turntable"]["turns"].get<double>(), 1.1);
 }
 
-TEST_F(Tower, SaysThatNothingTurnsWhereItWasToldSo) {
+TEST_F(Tower, WarnsThatStillPosesExcludeATurntable) {
   ASSERT_EQ(scan(recording(), place("still"), {"--poses", "still"}).exit_code, 0);
   EXPECT_TRUE(has_warning(place("still"), "--poses still: nothing is taken to turn"));
 }

@@ -9,8 +9,7 @@ namespace {
 
 Said read_in_blender(const WrittenMesh& file) {
   return run("blender -b --factory-startup --python-exit-code 3 --python " + kSourceDir +
-             "/tests/readers/read_in_blender.py -- '" +
-             file.path() + "' '" + file.json() + "'");
+             "/tests/readers/read_in_blender.py -- '" + file.path() + "' '" + file.json() + "'");
 }
 
 std::string seen_by_blender(const std::string& name, const Expected& expected, const ExportConfig& config = {}) {

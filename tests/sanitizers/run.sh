@@ -2,12 +2,13 @@
 # Builds readers, drivers and the code under them with a sanitizer and runs their tests: run.sh KIND BUILD_DIR [BESIDE]
 #   address   clang: addresses, leaks, undefined behaviour; and 20 s of fuzzing of every parser
 #   thread    the compiler in use: the threads of the USB drivers, with emulated cameras
-# BESIDE is the build under test: with it the program is run as well, its live commands built with the sanitizer and the
-# rest from there. Prints SKIPPED when the compiler is missing.
+# BESIDE is the build under test: with it the program is run as well (project/CMakeLists.txt says what comes from there). Uses
+# SCANKNIT_JOBS processors, all unless said. Prints SKIPPED when the compiler is missing.
 set -euo pipefail
 kind="$1"
 build_dir="$2/$kind"
 source_dir="$(cd "$(dirname "$0")/../.." && pwd)"
+jobs="${SCANKNIT_JOBS:-$(nproc)}"
 
 options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
 targets=(test_usb test_view)
@@ -17,7 +18,7 @@ if command -v umockdev-wrapper >/dev/null; then
   if [ $# -ge 3 ]; then
     runs_program=true
     targets+=(test_usb_commands test_usb_capture)
-    options+=("-DSCANKNIT_SANITIZE_BESIDE=$3")
+    options+=("-DBESIDE=$3")
   fi
 fi
 case "$kind" in
@@ -35,16 +36,16 @@ esac
 if $runs_program; then options+=(-DSCANKNIT_BUILD_APP=ON); else options+=(-DSCANKNIT_BUILD_APP=OFF); fi
 
 mkdir -p "$build_dir"
-if ! { cmake -S "$source_dir" -B "$build_dir" -G Ninja "${options[@]}" &&
-       cmake --build "$build_dir" --target "${targets[@]}"; } >"$build_dir/build.log" 2>&1; then
+if ! { cmake -S "$source_dir/tests/sanitizers/project" -B "$build_dir" -G Ninja "${options[@]}" &&
+       cmake --build "$build_dir" -j "$jobs" --target "${targets[@]}"; } >"$build_dir/build.log" 2>&1; then
   tail -n 60 "$build_dir/build.log"
   exit 1
 fi
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
-run() { ctest --test-dir "$build_dir" --output-on-failure --no-tests=error "$@"; }
+run() { ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error "$@"; }
 too_slow='LeavesTheProcessorAlone|ArrivesWithoutALoss|SlowConsumer'  # they measure what an instrumented program cannot give
-run -j "$(nproc)" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow|UsbVm"  # whose machine is no place for sanitizers
+run -j "$jobs" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow|UsbVm"  # whose machine is no place for sanitizers
 
 if $runs_program; then
   # Killed asks for what was written within a second. The others render long walks, which takes minutes.

@@ -111,7 +111,7 @@ TEST_F(LiveViewTest, RefusesARequestOfTwoHosts) {
   EXPECT_EQ(status_of(""), "400");
 }
 
-TEST_F(LiveViewTest, StrangersWhoSayNothingKeepNobodyOut) {
+TEST_F(LiveViewTest, SilentConnectionsDoNotBlockOtherClients) {
   start();
   const auto looks_on = PageClient::connect(port);
   ASSERT_NE(looks_on, nullptr);
@@ -303,7 +303,7 @@ TEST_F(LiveViewTest, NonsenseEndsOneConnectionAndNothingElse) {
   expect_that_it_still_serves();
 }
 
-TEST_F(LiveViewTest, BytesThatAreNoHttpHurtNobody) {
+TEST_F(LiveViewTest, SurvivesBytesThatAreNotHttp) {
   start();
   std::mt19937 random(2);
   for (int round = 0; round < 100; ++round) {

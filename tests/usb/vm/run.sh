@@ -6,7 +6,8 @@
 # SCANKNIT_VM_MACHINES of them (one unless said) run the command side by side, each its share of a GoogleTest program's tests.
 # FOLDER keeps the kernel (fetched the first time, about 70 MB) and of the last run each machine's output and its kernel's
 # messages. Ends with the command's exit code, with 77 and the reason where there can be no such machine, and with 1 where it
-# did not come to an end.
+# did not come to an end. A machine that gives no sign of life any more is begun again, once: its kernel or QEMU has frozen, which
+# no program in it can bring about by rights; a command that hangs is told apart by them.
 set -euo pipefail
 export PATH="$PATH:/usr/sbin:/sbin"
 here="$(cd "$(dirname "$0")" && pwd)"
@@ -67,18 +68,47 @@ if [ ! -f vmlinux ]; then
 fi
 if [ -f vmlinux ]; then kernel=vmlinux; fi
 
-# run_machine NUMBER. In software: hardware help is rarely there where tests run, and with it the machine would not be the same
+# begin_machine NUMBER. In software: hardware help is rarely there where tests run, and with it the machine would not be the same
 # everywhere. Its clock counts instructions, a nanosecond each, and skips the time when nothing is to be done: nobody waits, and
 # to the machine it is always fast, however busy this computer is. A processor without AVX: emulating that takes a sixth more
 # time. What the kernel does not know of its command line becomes the environment.
-run_machine() {
-  timeout "$seconds" qemu-system-x86_64 -accel tcg -icount shift=0,sleep=off -cpu Nehalem -m 768 -nodefaults -no-reboot -display none \
-    -kernel "$kernel" -initrd initramfs.gz \
+begin_machine() {
+  exec timeout "$seconds" qemu-system-x86_64 -accel tcg -icount shift=0,sleep=off -cpu Nehalem -m 768 -nodefaults -no-reboot \
+    -display none -kernel "$kernel" -initrd initramfs.gz \
     -append "console=ttyS0 quiet panic=-1 GTEST_TOTAL_SHARDS=$machines GTEST_SHARD_INDEX=$1" \
     -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
-    -serial "file:kernel.$1.log" -serial stdio </dev/null | sed -u 's/\r$//' >"output.$1.log" || true
+    -serial "file:kernel.$1.log" -serial "file:raw.$1.log" -serial "file:alive.$1.log" </dev/null
 }
-rm -f output.*.log kernel.*.log
+
+# has_ended PID NUMBER: waits for the machine; false where it gave no sign of life for two minutes, and was stopped.
+has_ended() {
+  local signs=-1 silent_since=$SECONDS now
+  while kill -0 "$1" 2>/dev/null; do
+    sleep 2
+    now="$(stat -c %s "alive.$2.log" 2>/dev/null || echo 0)"
+    if [ "$now" != "$signs" ]; then signs="$now" silent_since=$SECONDS; fi
+    if [ $((SECONDS - silent_since)) -lt 120 ]; then continue; fi
+    kill "$1"
+    wait "$1" || true
+    return 1
+  done
+  wait "$1" || true
+}
+
+run_machine() {
+  local machine
+  begin_machine "$1" &
+  machine=$!
+  if ! has_ended "$machine" "$1"; then
+    cp "kernel.$1.log" "kernel.$1.frozen.log"
+    echo "Machine $1 froze after these words, and is begun again:" >"frozen.$1.log"
+    tail -n 3 "raw.$1.log" >>"frozen.$1.log"
+    begin_machine "$1" &
+    has_ended $! "$1" || true
+  fi
+  { cat "frozen.$1.log" 2>/dev/null; sed 's/\r$//' "raw.$1.log"; } >"output.$1.log"
+}
+rm -f output.*.log kernel.*.log raw.*.log alive.*.log frozen.*.log
 for ((number = 0; number < machines; number++)); do run_machine "$number" & done
 wait
 

@@ -20,5 +20,5 @@ string(JOIN : left_out ${left_out})
 add_test(NAME UsbVm
   COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/vm/run.sh ${CMAKE_CURRENT_BINARY_DIR}/vm
     $<TARGET_FILE:test_usb_vm> --gtest_color=no --gtest_filter=-${left_out})
-set_tests_properties(UsbVm PROPERTIES LABELS usb SKIP_RETURN_CODE 77 TIMEOUT 600 RUN_SERIAL TRUE
+set_tests_properties(UsbVm PROPERTIES LABELS usb SKIP_RETURN_CODE 77 TIMEOUT 900 RUN_SERIAL TRUE
   ENVIRONMENT SCANKNIT_VM_MACHINES=2)

@@ -1,4 +1,4 @@
-// The one thing to read from two metres away: how the scan goes, and what to do.
+// The banner, readable from two metres away: the state of the scan, and advice.
 
 import { count } from './quantities.js';
 

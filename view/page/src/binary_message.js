@@ -1,4 +1,4 @@
-// Reads the binary messages of docs/live_view.md. Vertices and indices stay where they arrived: views, no copies.
+// Reads the binary messages of docs/live_view.md. Vertices and indices are views of the message, not copies.
 
 export const kMeshChunk = 1;
 export const kChunkGone = 2;
@@ -29,7 +29,7 @@ function readChunk(buffer, view) {
   const indexStart = vertexStart + vertices * kVertexBytes;
   const IndexArray = flags & 2 ? Uint32Array : Uint16Array;
   return {
-    // Four words a vertex; the shader takes them apart.
+    // Four words for each vertex; the shader unpacks them.
     vertexBits: new Uint32Array(buffer, vertexStart, 4 * vertices),
     positions: new Uint16Array(buffer, vertexStart, 8 * vertices),
     indices: new IndexArray(buffer, indexStart, indexCount),

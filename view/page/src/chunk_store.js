@@ -1,4 +1,4 @@
-// The mesh as it arrives: one geometry a chunk number, replaced and disposed, and the extent of all of them.
+// The received mesh: one geometry for each chunk number, replaced and disposed, and the extent of all of them.
 
 import { Box3, BufferAttribute, BufferGeometry, Mesh, Sphere, Vector3 } from 'three';
 
@@ -39,14 +39,14 @@ export class ChunkStore {
     chunk.mesh.geometry.dispose();
     this.triangles -= chunk.triangles;
     this.vertices -= chunk.vertices;
-    this.areBoundsKnown = false;  // it may have been the outermost
+    this.areBoundsKnown = false;  // the removed chunk may have defined the bounds
   }
 
   clear() {
     for (const number of [...this.chunks.keys()]) { this.remove(number); }
   }
 
-  /// Of all vertices, in the world, metres; empty when there are none.
+  /// The bounds of all vertices, in the world, metres; empty when there are none.
   extent() {
     if (!this.areBoundsKnown) {
       this.bounds.makeEmpty();
@@ -67,7 +67,7 @@ function geometryOf({ vertexBits, indices, origin, scale }, box) {
   return geometry;
 }
 
-/// Lets the computer's copy go once the graphics card has its own: a phone has room for one.
+/// Frees the main memory's copy once the graphics card has its own: a phone has room for one.
 function onceOnly(attribute) {
   return attribute.onUpload(function letGo() { this.array = null; });
 }

@@ -1,4 +1,4 @@
-// The buttons that steer the scan: only those that the program takes, only when they make sense.
+// The buttons that steer the scan. Shows only those that the program accepts, and only when they make sense.
 
 import { ask, note } from './dialogs.js';
 
@@ -10,7 +10,7 @@ const kWhen = {
   export: ['scanning', 'paused'],
   finish: ['waiting', 'scanning', 'paused'],
 };
-/// Those that need something to have been scanned.
+/// The commands that need a scanned frame.
 const kOfAScan = new Set(['reset', 'crop', 'export']);
 const kQuestions = {
   reset: { head: 'Begin anew?', text: 'The mesh so far is thrown away.', yes: 'Reset', no: 'Keep it' },
@@ -20,15 +20,16 @@ const kCropIgnored = 'Nothing of the mesh is in the crop box: the whole mesh is 
 const kDone = { reset: 'Begun anew.', export: 'The mesh is written.', crop: 'The crop box is set.' };
 
 export class Commands {
-  /// done(command): after the program has said that it did it; crop(): the crop button was pressed; null: there is none.
+  /// done(command): called when the program has done it; crop(): called by the crop button; null: there is no such
+  /// button.
   constructor(bar, connection, { done, crop }) {
     this.bar = bar;
     this.connection = connection;
     this.done = done;
     this.allowed = new Set();
     this.phase = 'waiting';
-    this.isHeld = false;       // paused: Start stands where Pause stands else
-    this.isCropEmpty = false;  // nothing of the mesh is in the crop box in force
+    this.isHeld = false;       // paused: Start replaces Pause
+    this.isCropEmpty = false;  // no triangle of the mesh is in the crop box in force
     this.endCropNote = () => {};
     this.hasScan = false;      // something has been fused
     this.isOpen = false;
@@ -44,7 +45,7 @@ export class Commands {
     if (isCropEmpty && !this.isCropEmpty) { this.endCropNote = note('Nothing of the mesh is in the crop box.', { isBad: true }); }
     if (!isCropEmpty && this.isCropEmpty) { this.endCropNote(); }
     Object.assign(this, { allowed, phase, isOpen, isCropEmpty, hasScan });
-    if (phase !== 'exporting') { this.isHeld = phase === 'paused'; }  // an export changes nothing of that
+    if (phase !== 'exporting') { this.isHeld = phase === 'paused'; }  // an export does not change it
     const { isHeld } = this;
     const focused = document.activeElement;
     for (const [command, button] of this.buttons) {
@@ -67,7 +68,7 @@ export class Commands {
     let question = kQuestions[command];
     if (command === 'finish' && this.isCropEmpty) { question = { ...question, text: kCropIgnored }; }
     if (question && !(await ask(question))) { return; }
-    if (!this.isPossible(command)) {  // the scan went on behind the question
+    if (!this.isPossible(command)) {  // the scan went on while the question was open
       const why = this.phase === 'exporting' ? 'not while the mesh is being written, try again' : 'not possible any more';
       note(`${this.nameOf(command)}: ${why}.`, { isBad: true });
       return;
@@ -75,7 +76,7 @@ export class Commands {
     await this.send(command);
   }
 
-  /// True when it was done.
+  /// Resolves to true when the command was done.
   async send(command, fields = {}) {
     this.busy.add(command);
     this.update({});

@@ -1,8 +1,8 @@
-// The one WebSocket to the program: text and binary messages in, commands out, and back again by itself when it breaks.
+// The WebSocket to the program: receives text and binary messages, sends commands, and reconnects when it breaks.
 
 const kFirstWaitMs = 400;
 const kLongestWaitMs = 8000;
-/// Without a word for so long, the page asks whether the program is still there.
+/// After so long without a message, the page asks whether the program still runs.
 const kSilenceMs = 8000;
 const kProbeMs = 4000;
 
@@ -14,11 +14,11 @@ export class Connection {
     this.wait = kFirstWaitMs;
     this.timer = 0;
     this.heardAt = 0;
-    this.stateText = '';       // the newest state, as it came
-    this.missed = 0;           // times in a row that the program had another state than the one that came
-    this.isWelcome = false;    // this socket has said hello
+    this.stateText = '';       // the newest state message
+    this.missed = 0;           // how often in a row the program's state differed from the received one
+    this.isWelcome = false;    // this socket has received hello
     this.nextId = 1;
-    this.waiting = new Map();  // id of a command -> what settles its promise
+    this.waiting = new Map();  // id of a command -> {resolve, reject} of its promise
     document.addEventListener('visibilitychange', () => document.visibilityState === 'visible' && this.retryNow());
     window.addEventListener('online', () => this.retryNow());
     setInterval(() => this.checkSilence(), 1000);
@@ -47,7 +47,7 @@ export class Connection {
       try {
         this.handlers.binary(data);
       } finally {
-        socket.send('{"got":1}');  // whatever was wrong with it: without credit nothing more would come
+        socket.send('{"got":1}');  // also for a bad message: without credit the program would send no more
       }
       return;
     }
@@ -72,7 +72,7 @@ export class Connection {
     if (ok) { pending.resolve(); } else { pending.reject(new Error(error || 'refused')); }
   }
 
-  /// Resolves once the program has done it; rejects with the program's own words.
+  /// Sends a command. Resolves when the program has done it; rejects with the program's message.
   send(command, fields = {}) {
     if (this.socket?.readyState !== WebSocket.OPEN) { return Promise.reject(new Error('not connected')); }
     const id = this.nextId++;
@@ -89,7 +89,7 @@ export class Connection {
     this.wait = Math.min(2 * this.wait, kLongestWaitMs);
     const { isWelcome } = this;
     if (isWelcome) { this.handlers.status('lost'); }
-    // A WebSocket does not tell why it was not opened; the same port's HTTP does.
+    // A WebSocket does not report why it could not be opened; HTTP on the same port does.
     const { status } = await probe();
     if (this.timer === 0) { return; }
     const isRefused = status === 401 || status === 403;
@@ -102,7 +102,7 @@ export class Connection {
     this.open();
   }
 
-  /// Drops the connection and opens another, which brings the whole mesh again.
+  /// Closes the connection and opens another, which sends the whole mesh again.
   again() {
     const socket = this.socket;
     if (!socket) { return; }
@@ -117,7 +117,7 @@ export class Connection {
     this.heardAt = performance.now();
     const { status, text } = await probe();
     if (socket !== this.socket) { return; }
-    // A connection that the network forgot, as of a phone that slept, stays open and silent.
+    // A dead connection, for example after a phone slept, stays open and silent.
     this.missed = status === 200 && text !== this.stateText ? this.missed + 1 : 0;
     if (status !== 200 || this.missed > 1) { this.again(); }
   }

@@ -1,10 +1,10 @@
-// From how many sides the scanner has seen the object: 36 sectors of its azimuth round the mesh's centre, about up.
+// The sides from which the scanner has seen the object: 36 sectors of the azimuth round the mesh's centre, about up.
 
 import { Vector3 } from 'three';
 
 export const kSectors = 36;
 const kSectorRad = (2 * Math.PI) / kSectors;
-/// Between two positions that are nearer than this, the scanner passed over what lies between them.
+/// Two successive positions nearer than this also count the sectors between them.
 const kPassingRad = Math.PI / 6;
 
 export class CoverageRing {
@@ -27,7 +27,7 @@ export class CoverageRing {
     return Math.atan2(arm.dot(this.north), arm.dot(this.east));
   }
 
-  /// Counts anew from all positions; the centre moves while the mesh grows.
+  /// Counts again from all positions, because the centre moves while the mesh grows.
   count(points) {
     this.seen.fill(0);
     this.scannerRad = null;

@@ -1,4 +1,4 @@
-// The crop box: six sliders and six handles in the picture move the sides of a box along the scan's axes.
+// The crop box. Six sliders, and six handles in the picture, move the sides of a box along the scan's axes.
 
 import {
   Box3, Box3Helper, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, Points, PointsMaterial, Raycaster, Vector2, Vector3,
@@ -6,21 +6,21 @@ import {
 import { length } from './quantities.js';
 
 const kAxes = ['X', 'Y', 'Z'];
-const kRoom = 0.08;     // of the mesh's extent: how far sliders go beyond it
-const kSteps = 400;     // of a slider
-const kReachPx = 26;    // a finger within so many pixels takes a handle
-const kHandlePx = [9, 20];  // smaller in a small picture, of which they would hide too much
-const kHandleShare = 0.05;  // of the picture
+const kRoom = 0.08;     // how far sliders go beyond the mesh: share of its extent
+const kSteps = 400;     // positions of a slider
+const kReachPx = 26;    // a pointer within this distance takes a handle
+const kHandlePx = [9, 20];  // size range; small in a small picture, which large handles would hide
+const kHandleShare = 0.05;  // size as a share of the picture
 const kDrafted = 0xffd166;
 const kInForce = 0x94a3b8;
 
 export class CropBox {
-  /// onToggle(isOpen): the panel came or went.
+  /// onToggle(isOpen): called when the panel opens or closes.
   constructor({ viewer, materials, panel, rows, extent, onToggle }) {
     Object.assign(this, { viewer, materials, panel, extent, onToggle });
-    this.inForce = null;   // Box3 that the program said, or null
+    this.inForce = null;   // Box3 from the program, or null
     this.draft = null;     // Box3 while the panel is open
-    this.held = null;      // the side whose handle a finger holds
+    this.held = null;      // the side whose handle is being dragged
     this.range = new Box3();
     this.sides = kAxes.flatMap((name, axis) => ['min', 'max'].map((end) => ({ name, axis, end })));
     rows.append(...kAxes.map((name, axis) => this.row(name, axis)));
@@ -160,7 +160,7 @@ export class CropBox {
     return best;
   }
 
-  /// The side goes to where its axis comes nearest to the ray under the pointer.
+  /// Moves the side to the point of its axis that is nearest to the ray under the pointer.
   dragSide({ axis, end }, event, canvas) {
     const pointer = new Vector2((2 * event.offsetX) / canvas.clientWidth - 1, 1 - (2 * event.offsetY) / canvas.clientHeight);
     const caster = new Raycaster();
@@ -170,7 +170,7 @@ export class CropBox {
     const arm = ray.origin.clone().sub(this.draft.getCenter(new Vector3()).setComponent(axis, 0));
     const cosine = along.dot(ray.direction);
     const denominator = 1 - cosine * cosine;
-    if (denominator < 1e-3) { return; }  // looked along the axis: anywhere would do
+    if (denominator < 1e-3) { return; }  // the view is along the axis: the point is undefined
     this.moveSide(axis, end, (along.dot(arm) - cosine * ray.direction.dot(arm)) / denominator);
   }
 }

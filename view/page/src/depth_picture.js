@@ -1,18 +1,18 @@
-// What the scanner sees, in a corner; a tap makes it large.
+// The scanner's picture, in a corner; a tap enlarges it.
 
 export class DepthPicture {
   constructor(button) {
     this.button = button;
     this.image = button.querySelector('img');
     this.count = 0;
-    this.waiting = null;  // the newest, while the one before is being decoded
+    this.waiting = null;  // the newest picture, while the last one is being decoded
     this.isBusy = false;
     button.addEventListener('click', () => {
       button.setAttribute('aria-expanded', String(button.getAttribute('aria-expanded') !== 'true'));
     });
   }
 
-  /// Until another comes.
+  /// Hides the picture until the next one comes.
   clear() {
     this.waiting = null;
     this.button.hidden = true;
@@ -35,7 +35,7 @@ export class DepthPicture {
         ++this.count;
         this.button.hidden = false;
       } catch {
-        // A picture that is none is not shown; the next may be one.
+        // An invalid picture is not shown; the next one may be valid.
       }
       URL.revokeObjectURL(address);
     }

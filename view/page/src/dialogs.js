@@ -1,8 +1,8 @@
-// A question that must be answered, and a note that goes by itself.
+// A question that must be answered, and a note that disappears by itself.
 
 const kNoteMs = 6000;
 
-/// Resolves to true when the person says yes.
+/// Resolves to true if the user answers yes.
 export function ask({ head, text, yes, no }) {
   const dialog = document.getElementById('ask');
   const put = (id, words) => { document.getElementById(id).textContent = words; };
@@ -19,7 +19,7 @@ export function ask({ head, text, yes, no }) {
 
 let timer = 0;
 
-/// Returns what takes the note away, if it is still there, before it goes by itself.
+/// Returns a function that removes the note before it disappears by itself.
 export function note(text, { isBad = false } = {}) {
   const element = document.getElementById('note');
   element.textContent = text;

@@ -1,4 +1,4 @@
-// What can be downloaded now.
+// The list of files that can be downloaded.
 
 import { bytes } from './quantities.js';
 
@@ -14,7 +14,7 @@ export class FilesPanel {
     this.openButton = open;
     this.count = count;
     this.files = [];
-    this.showsNext = false;    // open it with the next list that comes
+    this.showsNext = false;    // open the panel when the next list comes
     open.addEventListener('click', () => this.show(this.panel.hidden));
     close.addEventListener('click', () => {
       this.show(false);
@@ -38,7 +38,7 @@ export class FilesPanel {
 
   showNext() { this.showsNext = true; }
 
-  /// Without the program nothing can be downloaded.
+  /// Disables the downloads while the program cannot be reached.
   setReachable(isReachable) {
     this.openButton.disabled = !isReachable;
     if (!isReachable) { this.show(false); }

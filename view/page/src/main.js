@@ -1,4 +1,4 @@
-// The live view's page: joins the connection, the picture and the panels. docs/live_view.md is the protocol.
+// The live view's page: connects the connection, the picture and the panels. docs/live_view.md describes the protocol.
 
 import { Vector3 } from 'three';
 import { Banner } from './banner.js';
@@ -19,14 +19,14 @@ import { ViewKeeper } from './view_keeper.js';
 import { connectTools } from './tools.js';
 import { Viewer } from './viewer.js';
 
-/// The scanner as it is drawn, in a room; smaller beside an object.
+/// The length of the drawn scanner in a room; smaller for an object.
 const kLargestPyramidM = 0.12;
 
 const $ = (id) => document.getElementById(id);
 
 const query = new URLSearchParams(location.search);
 if (query.has('token')) {
-  // The cookie has it now: it shall not stand in the address, in the history or on a screenshot.
+  // The cookie has the token now: remove it from the address, so that no history or screenshot shows it.
   query.delete('token');
   history.replaceState(null, '', location.pathname + (query.size > 0 ? `?${query}` : ''));
 }
@@ -42,7 +42,7 @@ const files = new FilesPanel({
 });
 const picture = makePicture();
 
-/// Everything that needs WebGL; null where there is none.
+/// Makes everything that needs WebGL; null without WebGL.
 function makePicture() {
   let viewer;
   try {
@@ -93,7 +93,7 @@ const kTextHandlers = {
     document.title = `${message.title} · ScanKnit`;
     commands.update({ allowed: new Set(message.commands) });
     if (!picture) { return; }
-    picture.store.clear();  // all of it comes again, in its newest revision
+    picture.store.clear();  // the program sends the whole mesh again, in its newest revision
     picture.viewer.up = message.up;
     if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode !== 'file' }); }
     if (isFirst) { tools.showRing(message.is_orbit); }
@@ -109,7 +109,7 @@ const kTextHandlers = {
   pose(message) { picture?.path.setPose(message); },
   trail(message) {
     picture?.path.setTrail(message.points);
-    if (message.points.length === 0 && picture?.crop.isOpen) { picture.crop.close(); }  // a reset: what was to be cut is gone
+    if (message.points.length === 0 && picture?.crop.isOpen) { picture.crop.close(); }  // after a reset
   },
   files(message) { files.set(message.files); },
   crop(message) { picture?.crop.setInForce(message.box); },
@@ -146,7 +146,7 @@ function toggleCrop() {
   if (picture.crop.isOpen) {
     picture.crop.close();
   } else if (picture.crop.open()) {
-    files.show(false);  // it would lie over what is to be cut
+    files.show(false);  // it would cover the mesh to crop
   } else {
     note('There is no mesh yet that could be cut.');
   }
@@ -157,14 +157,14 @@ function prepareDrawing(viewer) {
   keeper.keep();
   const bounds = store.extent();
   if (scan.state) { showNumbers(scan.state, scan.hello, bounds, scan.link === 'open'); }
-  // Inside a room the backs of its walls would hide it.
+  // Inside a room, the backs of its walls would hide the room.
   materials.showsBacks = !path.position || !bounds.containsPoint(path.position);
   const size = bounds.isEmpty() ? 0.3 : bounds.getSize(new Vector3()).length();
   path.prepare(Math.min(Math.round(120 * size) / 1000, kLargestPyramidM));
   materials.uniforms.T_scan_shown.value.copy(viewer.T_scan_shown);
   materials.uniforms.R_eye_scan.value = viewer.R_eye_scan;
   if ($('ring').hidden || !scan.hello) { return; }
-  // Without a mesh, as after a reset, there is nothing that was seen from any side.
+  // Without a mesh, as after a reset, no side counts as seen.
   ring.setFrame(bounds.getCenter(new Vector3()), new Vector3(...scan.hello.up));
   ring.count(bounds.isEmpty() ? [] : path.points);
   ringPicture.draw(ring, ring.azimuth(viewer.camera.position.clone().applyMatrix4(viewer.T_scan_shown)));
@@ -174,7 +174,7 @@ const tools = connectTools(picture);
 if (picture) {
   picture.viewer.beforeDraw.push(prepareDrawing);
   picture.viewer.renderer.domElement.addEventListener('webglcontextrestored', () => {
-    picture.store.clear();  // only the graphics card had it
+    picture.store.clear();  // only the graphics card had the mesh
     connection.again();
   });
   $('crop-close').addEventListener('click', toggleCrop);

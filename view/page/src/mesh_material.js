@@ -1,4 +1,5 @@
-// How a vertex of 16 bytes becomes a pixel: lit, unlit, by normal or by coverage. Unlit pixels are the vertices' own bytes.
+// Shaders for vertices of 16 bytes: lit, unlit, by normal or by coverage. Unlit pixels have exactly the vertices'
+// colours.
 
 import { DoubleSide, FrontSide, Matrix4, ShaderMaterial, Vector3 } from 'three';
 
@@ -46,7 +47,7 @@ varying float vCoverage;
 
 vec3 linearOf(vec3 s) { return mix(s / 12.92, pow((s + 0.055) / 1.055, vec3(2.4)), step(0.04045, s)); }
 
-// Dark violet, teal, pale yellow: told apart by brightness alone as well.
+// Dark violet, teal, pale yellow: they differ in brightness, too.
 vec3 coverageColour(float c) {
   vec3 low = vec3(0.38, 0.10, 0.36), middle = vec3(0.13, 0.55, 0.56), high = vec3(0.96, 0.91, 0.45);
   return linearOf(c < 0.5 ? mix(low, middle, 2.0 * c) : mix(middle, high, 2.0 * c - 1.0));
@@ -111,12 +112,12 @@ export class MeshMaterials {
   set shading(name) { this.uniforms.shading.value = kShadings.indexOf(name); }
   get shading() { return kShadings[this.uniforms.shading.value]; }
 
-  /// A room is looked into through the backs of its walls; an object shows its backs, darkly.
+  /// The user looks into a room through the backs of its walls, which are not drawn. An object's backs are drawn dark.
   set showsBacks(value) {
     for (const material of [this.colour, this.clay]) { material.side = value ? DoubleSide : FrontSide; }
   }
 
-  /// What lies outside is drawn grey; null: nothing is.
+  /// Draws everything outside of the box grey; null: no box.
   set crop(box) {
     this.uniforms.isCropping.value = box !== null;
     if (box) {

@@ -1,4 +1,4 @@
-// Frame rate, frames, losses, triangles: the newest state in figures.
+// Shows the newest state in numbers: frame rate, frames, losses, triangles.
 
 import { Vector3 } from 'three';
 import { count, extent, many } from './quantities.js';
@@ -8,7 +8,7 @@ const put = (id, text) => {
   if (element.textContent !== text) { element.textContent = text; }
 };
 
-/// `bounds`: of the mesh; none where nothing can be drawn. Unless `isOpen`, what is shown is what was.
+/// `bounds`: of the mesh; null without WebGL. `isOpen` false: the connection is lost, so the frame rate is unknown.
 export function showNumbers(state, hello, bounds, isOpen) {
   put('fps', isOpen && state.phase === 'scanning' ? `${state.fps.toFixed(state.fps < 9.95 ? 1 : 0)} /s` : '–');
   put('frames', state.frames_total > 0 ? `${count(state.frame)} / ${count(state.frames_total)}` : count(state.frame));
@@ -19,14 +19,14 @@ export function showNumbers(state, hello, bounds, isOpen) {
   const stream = streamLosses(state.losses);
   put('stream-losses', stream);
   document.getElementById('stream').hidden = stream === '';
-  put('triangles', many(state.triangles) + (state.is_behind ? ' …' : ''));  // more is to come
+  put('triangles', many(state.triangles) + (state.is_behind ? ' …' : ''));  // the mesh is not complete yet
   put('extent', !bounds || bounds.isEmpty() ? '–' : extent(bounds.getSize(new Vector3()).toArray()));
   put('volume', [hello?.voxel_size_m > 0 ? `${(1000 * hello.voxel_size_m).toFixed(1)} mm` : '', `${count(state.memory_mib)} MiB`]
     .filter(Boolean).join(', '));
   showProgress(state);
 }
 
-/// Of pictures that never became frames, by where they were lost; docs/devices.md has more words for it.
+/// Texts for lost pictures, by where they were lost; docs/devices.md explains them.
 const kWhere = {
   device: 'by the camera', transport: 'on the way', overflow: 'too large', queue: 'not taken in time', writer: 'not recorded',
 };

@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Formats numbers for people.
 
 export const count = (n) => Math.round(n).toLocaleString('en-US');
 
@@ -12,7 +12,7 @@ export function bytes(n) {
   return `${value.toFixed(value < 10 ? 1 : 0)} ${unit}`;
 }
 
-/// Lengths of a box: millimetres below a metre, else metres.
+/// The sizes of a box: in millimetres below a metre, else in metres.
 export function extent(metres) {
   const isLarge = Math.max(...metres) >= 1;
   return `${metres.map((m) => (isLarge ? m.toFixed(2) : (1000 * m).toFixed(0))).join(' × ')} ${isLarge ? 'm' : 'mm'}`;

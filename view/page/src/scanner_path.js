@@ -1,4 +1,4 @@
-// Where the scanner is, as a small pyramid, and where it was, as a line.
+// Draws the scanner as a small pyramid, and its past positions as a line.
 
 import { Group, Matrix4, Vector3 } from 'three';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
@@ -21,8 +21,8 @@ export class ScannerPath {
     this.T = null;             // Matrix4 T_world_camera, the newest
     this.isLost = false;
     this.half = [0.5, 0.4];
-    this.spacingM = kFirstSpacingM;  // positions nearer than this are one
-    this.isTrailDrawn = true;  // the line shows all points
+    this.spacingM = kFirstSpacingM;  // skips positions nearer than this to the last one
+    this.isTrailDrawn = true;  // the line has all points
     this.trail = new Line2(new LineGeometry(), new LineMaterial({ color: kTrail, linewidth: 1.8, transparent: true, opacity: 0.5 }));
     this.trail.frustumCulled = false;
     this.trail.visible = false;
@@ -62,7 +62,7 @@ export class ScannerPath {
 
   get position() { return this.T && new Vector3().setFromMatrixPosition(this.T); }
 
-  /// Before a picture: `sizeM` is the pyramid's length.
+  /// To be called before each picture. `sizeM`: the pyramid's length.
   prepare(sizeM) {
     if (!this.isTrailDrawn) { this.drawTrail(); }
     if (!this.T) { return; }

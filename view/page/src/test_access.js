@@ -1,4 +1,4 @@
-// window.scanknit: what a test, or a curious person at the console, may read; and views set exactly.
+// window.scanknit: gives tests, and users of the browser's console, the page's state, and sets exact views.
 
 export function openToTests(scan, picture, depth, connection) {
   const { viewer, store, materials, ring, keeper } = picture ?? {};
@@ -9,7 +9,7 @@ export function openToTests(scan, picture, depth, connection) {
     get received() { return { ...scan.received }; },
     /// Milliseconds from the navigation to the first chunk of the mesh; null before.
     get firstMeshMs() { return scan.firstMeshMs; },
-    /// Times that each chunk came, since the connection was opened.
+    /// How often each chunk came since the connection was opened.
     get revisions() { return Object.fromEntries(scan.revisions); },
     get depthPictures() { return depth.count; },
     get chunks() { return store?.chunks.size ?? 0; },
@@ -25,14 +25,14 @@ export function openToTests(scan, picture, depth, connection) {
     set shading(name) {
       document.querySelector(`[data-shading="${name}"]`).click();
     },
-    /// As when the connection breaks.
+    /// Reconnects, as after a broken connection.
     reconnect() { connection.again(); },
-    /// Eye and target in the scan's world, metres; the view stays there.
+    /// Sets eye and target in the scan's world, metres, and keeps the view there.
     look(eye, target) {
       keeper.set({ isFitting: false, isFollowing: false });
       viewer.look(eye, target);
     },
-    /// Draws, and reads [red, green, blue, alpha] at a place of the canvas in CSS pixels from its upper left.
+    /// Draws, and reads [red, green, blue, alpha] at a point of the canvas, in CSS pixels from its upper left.
     pixel(x, y) {
       viewer.draw();
       const gl = viewer.renderer.getContext();

@@ -1,8 +1,8 @@
-// The buttons for how the mesh is shown; they change nothing in the scan.
+// The buttons that change how the mesh is drawn, but not the scan.
 
 const $ = (id) => document.getElementById(id);
 
-/// `picture` null: there is no picture, and no tools.
+/// `picture` null: there is no WebGL, and no tools are shown.
 export function connectTools(picture) {
   $('tools').hidden = !picture;
   const showRing = (isShown) => {

@@ -1,18 +1,18 @@
-// Keeps the view useful until the person takes hold of it: the whole mesh while it grows, or the scanner's own view.
+// Moves the view until the user does: shows the whole growing mesh, or follows the scanner.
 
 import { Vector3 } from 'three';
 
-/// The mesh may outgrow or leave the picture by so much of its extent before the view moves.
+/// The view moves when the mesh exceeds the picture by this share of its extent.
 const kSlack = 0.06;
 
 export class ViewKeeper {
   constructor(viewer, store, path) {
     Object.assign(this, { viewer, store, path });
     this.isFitting = true;
-    this.isFollowing = null;   // null: nobody said yet
-    this.fitted = null;        // the box that the view was fitted to
-    this.hasFitted = false;    // ever: the side that the person looks from is kept
-    this.followed = null;      // the pose that the view went to
+    this.isFollowing = null;   // null: the user has not chosen yet
+    this.fitted = null;        // the box to which the view was fitted last
+    this.hasFitted = false;    // true after the first fit: then the viewing direction is kept
+    this.followed = null;      // the pose to which the view was moved last
     this.onChange = () => {};
     viewer.onTouched = () => this.set({ isFitting: false, isFollowing: false });
     viewer.onFit = () => this.fit();
@@ -30,7 +30,7 @@ export class ViewKeeper {
     this.set({ isFitting: true, isFollowing: false });
   }
 
-  /// Before each picture.
+  /// To be called before each picture.
   keep() {
     const box = this.store.extent();
     if (box.isEmpty()) {

@@ -1,4 +1,4 @@
-// The three.js scene: draws when something changed and not otherwise. Up is up on the screen, whatever the scan's axes are.
+// The three.js scene. Draws only when something has changed. The scan's up direction is up on the screen.
 
 import {
   Group, Matrix3, Matrix4, PerspectiveCamera, Quaternion, Scene, Sphere, Vector3, WebGLRenderer,
@@ -7,19 +7,19 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const kFieldOfViewDeg = 45;
 const kUp = new Vector3(0, 1, 0);
-/// Where the viewer stands first, seen from the mesh.
+/// The first viewing direction, from the mesh to the viewer.
 const kFirstSide = new Vector3(0.55, 0.45, 1).normalize();
 const kKeyTurnRad = Math.PI / 24;
-/// What lies before the scanner, when it is followed.
+/// Least distance of the target in front of a followed scanner.
 const kNearestFollowedM = 0.2;
 const kFarthestFollowedM = 3;
-/// So many times the distance from which the mesh fills the picture, at most.
+/// Largest distance of a followed scanner's view: times the distance from which the mesh fills the picture.
 const kFollowedRoom = 1.3;
-/// Between two pictures that nobody's hand asked for; longer where a picture takes longer: what arrives must be read, too.
+/// Time between two pictures without user input. It is longer if drawing takes longer, to leave time for messages.
 const kNewsGapMs = 80;
 
 export class Viewer {
-  /// isTest: the picture stays readable, edges are hard and views change at once. Throws without WebGL 2.
+  /// isTest: pixels can be read back, no antialiasing, and views change at once. Throws without WebGL 2.
   constructor(canvas, { isTest }) {
     this.renderer = new WebGLRenderer({
       canvas, antialias: !isTest && devicePixelRatio < 2, alpha: true, preserveDrawingBuffer: isTest, powerPreference: 'low-power',
@@ -36,13 +36,13 @@ export class Viewer {
     this.controls.dampingFactor = 0.12;
     this.controls.addEventListener('change', () => this.redraw());
     this.controls.addEventListener('start', () => this.touched());
-    this.beforeDraw = [];      // called with this before each picture
+    this.beforeDraw = [];      // functions called before each picture, with this viewer
     this.onTouched = () => {};
-    this.drawn = 0;            // pictures so far
-    this.scheduled = 0;        // the frame that will draw; 0: none
+    this.drawn = 0;            // pictures drawn so far
+    this.scheduled = 0;        // the animation frame that will draw; 0: none
     this.newsTimer = 0;
     this.drawnAt = 0;
-    this.pictureMs = 0;        // that the last one took, until the browser was free again
+    this.pictureMs = 0;        // duration of the last picture, until the browser was idle again
     this.goal = null;          // {eye, target} the view glides to
     canvas.addEventListener('keydown', (event) => this.key(event));
     new ResizeObserver(() => this.resize(canvas)).observe(canvas);
@@ -68,14 +68,14 @@ export class Viewer {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.onResized?.();
-    this.draw();  // at once: a resized canvas is empty
+    this.draw();  // at once, because a resized canvas is empty
   }
 
   redraw() {
     if (this.scheduled === 0) { this.scheduled = requestAnimationFrame(() => this.frame()); }
   }
 
-  /// Something arrived that will be seen.
+  /// Draws soon: new data has arrived.
   redrawSoon() {
     if (this.scheduled !== 0 || this.newsTimer !== 0) { return; }
     const wait = Math.max(kNewsGapMs, this.pictureMs) - (performance.now() - this.drawnAt);
@@ -89,7 +89,7 @@ export class Viewer {
     this.scheduled = 0;
     const begun = performance.now();
     if (this.goal) { this.glide(); }
-    this.controls.update();  // asks for the next frame itself while it is still moving
+    this.controls.update();  // requests the next picture itself while it is moving
     this.draw();
     requestAnimationFrame(() => {
       this.drawnAt = performance.now();
@@ -104,7 +104,7 @@ export class Viewer {
     ++this.drawn;
   }
 
-  /// Moves the view there: `eye` and `target` as shown (up is +y), metres.
+  /// Moves the view to `eye` and `target`, in the axes of the display (up is +y), metres.
   moveTo(eye, target) {
     this.goal = { eye: eye.clone(), target: target.clone() };
     if (this.isQuick) {
@@ -128,7 +128,7 @@ export class Viewer {
     this.onTouched();
   }
 
-  /// The whole of a box of the scan, from the side the view is on.
+  /// Shows a whole box of the scan, from the current viewing direction.
   fit(box, { from = null } = {}) {
     if (box.isEmpty()) { return; }
     const { center, radius } = box.getBoundingSphere(new Sphere());
@@ -140,13 +140,13 @@ export class Viewer {
     this.moveTo(target.clone().addScaledVector(side, distance), target);
   }
 
-  /// From which a sphere fills the picture.
+  /// The distance from which a sphere fills the picture.
   distanceTo(radius) {
     const half = Math.tan((kFieldOfViewDeg * Math.PI) / 360) * Math.min(1, this.camera.aspect);
     return (1.08 * radius) / Math.sin(Math.atan(half));
   }
 
-  /// Near and far planes for a scene of that radius.
+  /// Sets the near and far planes for a scene of that radius.
   setReach(radius, distance) {
     this.camera.near = Math.max(0.002 * radius, 1e-4);
     this.camera.far = 60 * radius + 4 * distance;
@@ -155,7 +155,7 @@ export class Viewer {
     this.controls.maxDistance = 20 * radius;
   }
 
-  /// Where the viewer first stands for a scanner at p_scan round a box: on its side of the mesh, a little above.
+  /// The first viewing direction for a scanner at p_scan and a box: from the scanner's side, a little above.
   sideOf(p_scan, box) {
     const side = this.toShown(p_scan).sub(this.toShown(box.getCenter(new Vector3())));
     if (side.lengthSq() === 0) { return kFirstSide.clone(); }
@@ -164,8 +164,8 @@ export class Viewer {
     return side.normalize();
   }
 
-  /// Looks over the shoulder of a scanner whose pose is T_scan_scanner, at what lies before it as far away as the box's
-  /// centre; past the shoulder where the box is so small that it would be lost in the picture.
+  /// Looks from behind a scanner with the pose T_scan_scanner in its direction, at the distance of the box's centre. Moves nearer than the
+  /// scanner if the box would be too small in the picture.
   followPose(T_scan_scanner, box) {
     const { center, radius } = box.getBoundingSphere(new Sphere());
     const toCentre = new Vector3().setFromMatrixPosition(T_scan_scanner).distanceTo(center);
@@ -182,7 +182,7 @@ export class Viewer {
     this.moveTo(eye, target);
   }
 
-  /// For the tests: the view from `eye` to `target`, both in the scan's world.
+  /// For tests: sets the view from `eye` to `target`, both in the scan's world.
   look(eye, target) {
     this.goal = null;
     this.onTouched();
