@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "core/files/jpeg_structure.h"
-#include "core/files/png_structure.h"
 #include "core/files/read_file.h"
+#include "core/picture/jpeg_structure.h"
+#include "core/picture/png_structure.h"
 
 namespace scanknit {
 namespace {

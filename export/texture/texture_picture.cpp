@@ -5,8 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
-#include "core/files/jpeg_structure.h"
-#include "core/files/png_structure.h"
+#include "core/picture/jpeg_structure.h"
+#include "core/picture/png_structure.h"
 #include "export/mesh/mesh_builder.h"
 
 namespace scanknit {

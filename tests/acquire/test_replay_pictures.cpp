@@ -5,8 +5,8 @@
 
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
-#include "core/files/jpeg_structure.h"
-#include "core/files/png_structure.h"
+#include "core/picture/jpeg_structure.h"
+#include "core/picture/png_structure.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

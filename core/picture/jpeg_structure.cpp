@@ -1,4 +1,4 @@
-#include "core/files/jpeg_structure.h"
+#include "core/picture/jpeg_structure.h"
 
 #include <cstdint>
 #include <optional>
