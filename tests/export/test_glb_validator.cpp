@@ -8,8 +8,9 @@
 #include <sstream>
 #include <vector>
 
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 #include "export/mesh/write_mesh.h"
-#include "export/picture/encode_picture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
 #include "tests/support/places.h"
@@ -28,8 +29,8 @@ struct Verdict {
 };
 
 Verdict validate(const std::filesystem::path& file) {
-  const std::string command = "node '" + test::kSourceDir + "/tests/export/validate_glb.mjs' '" + test::kNpmDir + "' '" +
-                              file.string() + "' 2>&1";
+  const std::string command = "node '" + test::kSourceDir + "/tests/export/validate_glb.mjs' '" + test::kNpmDir +
+                              "' '" + file.string() + "' 2>&1";
   Verdict verdict;
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return {kNoSuchCommand, {}};
