@@ -1,6 +1,7 @@
 #include "export/report/page_pictures.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,7 +15,7 @@
 namespace scanknit {
 namespace {
 
-constexpr int kMostSide = 8192;
+constexpr std::int64_t kMostSide = 8192;
 constexpr int kJpegQuality = 85;
 
 /// The pixels of `picture`, as OpenCV sees them.
