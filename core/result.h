@@ -20,7 +20,7 @@ enum class ErrorCode {
   kMesh,       ///< the mesh is empty or broken
   kOutput,     ///< an output cannot be written
   kBudget,     ///< a resource budget would be exceeded
-  kInternal,   ///< a fault of ours
+  kInternal,   ///< a fault of ours, or of the installation: a module is missing
 };
 
 /// A message for a person: `where` names the file or object, `message` says what was wrong, what was expected, and what
