@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/mesh.h"
+#include "core/result.h"
 
 namespace scanknit {
 
@@ -28,7 +29,8 @@ struct GroundSearch {
 
 /// The plane with most of the mesh on it, by RANSAC (Fischler & Bolles 1981, PCL's), fitted once more to what lies on
 /// it; the same for the same mesh. Nothing where the search finds none, or where what stands on the plane reaches
-/// beyond it: that would be a plinth, and part of a thing.
-[[nodiscard]] std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& search);
+/// beyond it: that would be a plinth, and part of a thing. Error (kInternal): the module for PCL is missing
+/// (finish/finish_pcl.h).
+[[nodiscard]] Result<std::optional<GroundPlane>> find_ground(const Mesh& mesh, const GroundSearch& search);
 
 }  // namespace scanknit
