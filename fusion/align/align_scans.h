@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/pose.h"
+#include "core/result.h"
 #include "fusion/align/pair_check.h"
 #include "fusion/align/scan_model.h"
 
@@ -49,8 +50,8 @@ using AlignProgress = std::function<bool(std::size_t done, std::size_t total)>;
 /// the way, and how firmly the shape holds it; then all pairs that count in a pose graph. A pair that contradicts the
 /// others is refused; a pair that could slide is held by a prior that may hold; one that was refused, but has a place
 /// by the others, is looked at again there. The world is the first scan's frame, moved by its prior where it has one.
-/// The same bits for any number of threads.
-[[nodiscard]] Alignment align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
-                                    const AlignProgress& progress = {});
+/// The same bits for any number of threads. Error: surface_features()'s, where a pair has to be searched for.
+[[nodiscard]] Result<Alignment> align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
+                                            const AlignProgress& progress = {});
 
 }  // namespace scanknit
