@@ -37,14 +37,14 @@ std::vector<Include> all_includes() {
   const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
   std::vector<Include> includes;
   for (const std::string& room : kRooms) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(test::kSourceDir) / room)) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
       const auto extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {
         std::smatch match;
         if (!std::regex_search(line, match, pattern)) continue;
-        includes.push_back({fs::relative(entry.path(), test::kSourceDir).string(), room, extension == ".h",
+        includes.push_back({fs::relative(entry.path(), scanknit::test::kSourceDir).string(), room, extension == ".h",
                             match[2].str(), match[1].str() == "\""});
       }
     }
@@ -112,9 +112,9 @@ const std::map<std::string, std::set<std::string>> kHomes = {
 std::map<std::string, std::vector<std::string>> all_headers() {
   std::map<std::string, std::vector<std::string>> headers;
   for (const std::string& room : kRooms) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(test::kSourceDir) / room)) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
       if (entry.path().extension() != ".h") continue;
-      std::vector<std::string>& lines = headers[fs::relative(entry.path(), test::kSourceDir).string()];
+      std::vector<std::string>& lines = headers[fs::relative(entry.path(), scanknit::test::kSourceDir).string()];
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) lines.push_back(line.substr(0, line.find("//")));
     }
