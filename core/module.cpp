@@ -1,6 +1,7 @@
 #include "core/module.h"
 
 #include <dlfcn.h>
+#include <link.h>
 
 #include <filesystem>
 #include <string_view>
@@ -10,11 +11,21 @@
 namespace scanknit {
 namespace {
 
+/// The file that this code is in: libscanknit_core.so; in a static build the program, or a module.
+std::filesystem::path own_file() {
+  ::Dl_info here{};
+  ::link_map* object = nullptr;
+  const auto found =
+      ::dladdr1(reinterpret_cast<const void*>(&open_module), &here, reinterpret_cast<void**>(&object), RTLD_DL_LINKMAP);
+  if (found != 0 && *object->l_name != '\0') return object->l_name;
+  std::error_code ignored;  // the loader has no name for the program itself
+  return std::filesystem::read_symlink("/proc/self/exe", ignored);
+}
+
 /// `file` alone, for the loader to look for, where it is in none of our folders.
 std::filesystem::path module_path(const std::string& file) {
-  ::Dl_info here{};
-  if (::dladdr(reinterpret_cast<const void*>(&open_module), &here) == 0 || here.dli_fname == nullptr) return file;
-  const std::filesystem::path folder = std::filesystem::path(here.dli_fname).parent_path();
+  const std::filesystem::path folder = own_file().parent_path();
+  if (folder.empty()) return file;
   for (const char* beside : {"scanknit", ".", "../" SCANKNIT_LIBDIR "/scanknit", "../lib"}) {
     std::error_code ignored;
     if (auto path = folder / beside / file; std::filesystem::is_regular_file(path, ignored)) return path;

@@ -1,6 +1,7 @@
-// One function a command: arguments in, exit code out.
+// One function a command: arguments in, exit code out. The arguments are plain values: no room is needed to fill them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -14,8 +15,8 @@
 #include "app/config/outputs.h"
 #include "app/terminal/console.h"
 #include "extract/volume/slice_reader.h"
-#include "scan/align/align.h"
-#include "scan/live/live_scanner.h"
+#include "scan/align/align_request.h"
+#include "scan/live/scanner_request.h"
 #include "view/live_view.h"
 
 namespace scanknit {
@@ -23,6 +24,7 @@ namespace scanknit {
 /// What every command understands.
 struct CommonArguments {
   ConfigSources config;
+  std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_json = false;
   Verbosity verbosity = Verbosity::kNormal;
 };
@@ -134,6 +136,7 @@ struct ManArguments {
 
 struct CommandDescription;  // app/cli/command_tree.h
 
+// These need the rooms: they are in the module (commands_module.h).
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
@@ -150,15 +153,14 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int doctor_command(const CommonArguments& common);
 /// `device`: empty for all that we know.
 [[nodiscard]] int udev_rules_command(const std::string& device, const CommonArguments& common);
+
+// These need none: they are in the program itself.
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_schema_command();
 [[nodiscard]] int config_docs_command();
 [[nodiscard]] int completion_command(const CommandDescription& program, const CompletionArguments& arguments);
 [[nodiscard]] int man_command(const CommandDescription& program, const ManArguments& arguments);
-
-/// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
-[[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
 
 /// Writes a result to stdout. Gives kExitOk, or says that stdout would not take it and gives the exit code of kOutput.
 [[nodiscard]] int print_result(std::string_view text, const CommonArguments& common);

@@ -38,7 +38,7 @@ spdlog::level::level_enum level_of(LogLevel level) {
 }
 
 /// A terminal that is gone takes nothing any more: no reason to throw, as fmt::print does, and the scan away with it.
-void say(const std::string& text) {
+void write(const std::string& text) {
   (void)std::fwrite(text.data(), 1, text.size(), stderr);
   (void)std::fflush(stderr);
 }
@@ -51,24 +51,24 @@ Console::Console(Verbosity verbosity)
       is_terminal_(::isatty(STDERR_FILENO) == 1) {
   logger_->set_level(level_of(verbosity));
   logger_->set_pattern("%^%l%$: %v");
-  logger_->set_error_handler([](const std::string&) {});  // as say()
+  logger_->set_error_handler([](const std::string&) {});  // as write()
 }
 
 Console::~Console() {
   clear_line();
 }
 
-void Console::on_message(LogLevel level, std::string_view message) {
+void Console::say(LogLevel level, std::string_view message) {
   clear_line();
   logger_->log(level_of(level), "{}", message);
 }
 
 void Console::plain(std::string_view lines) {
   clear_line();
-  say(fmt::format("{}\n", lines));
+  write(fmt::format("{}\n", lines));
 }
 
-void Console::on_progress(std::string_view what, std::size_t done, std::size_t total) {
+void Console::progress(std::string_view what, std::size_t done, std::size_t total) {
   if (is_quiet_ || total == 0) return;
   if (!is_terminal_) {
     const std::size_t tenths = done * 10 / total;
@@ -80,14 +80,14 @@ void Console::on_progress(std::string_view what, std::size_t done, std::size_t t
   const auto now = std::chrono::steady_clock::now();
   if (done < total && now - drawn_at_ < kRedrawEvery) return;
   drawn_at_ = now;
-  say(fmt::format("\r\033[K{} {}/{}", what, done, total));
+  write(fmt::format("\r\033[K{} {}/{}", what, done, total));
   has_line_ = true;
   if (done == total) clear_line();
 }
 
 void Console::clear_line() {
   if (!has_line_) return;
-  say("\r\033[K");
+  write("\r\033[K");
   has_line_ = false;
 }
 

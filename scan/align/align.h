@@ -1,25 +1,14 @@
 // Several scans of one thing, brought together and meshed as one.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <stop_token>
-#include <vector>
 
-#include "scan/align/align_inputs.h"
+#include "scan/align/align_request.h"
 #include "scan/scan_job.h"
 #include "scan/scan_observer.h"
 #include "scan/scan_result.h"
 
 namespace scanknit {
-
-struct AlignRequest {
-  std::vector<std::filesystem::path> inputs;  ///< range scans, recordings, meshes, point clouds, .conf
-  KnownPlaces known;
-  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: all points, each scan in its place
-  /// True: the voxel size of the job counts. False: range scans are fused in voxels as large as their points' spacing.
-  bool has_voxel_size = true;
-};
 
 /// Reads all inputs, finds the place of each, and fuses range scans and recordings into one mesh. Meshes and point
 /// clouds are brought to their places only. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when a

@@ -11,6 +11,7 @@
 #include "core/range_scan.h"
 #include "core/result.h"
 #include "fusion/align/align_scans.h"
+#include "scan/align/align_request.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
 #include "scan/trajectory.h"
@@ -48,13 +49,6 @@ struct AlignInputs {
 /// at all.
 [[nodiscard]] Result<void> load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
                                              ScanSession& session, AlignInputs& inputs);
-
-/// What is known of where the scans are, beside what their files say.
-struct KnownPlaces {
-  std::optional<std::filesystem::path> initial = {};  ///< poses: lines of SCAN tx ty tz qx qy qz qw
-  std::optional<std::filesystem::path> markers = {};  ///< lines of SCAN MARKER x y z
-  bool wants_refinement = false;                      ///< poses that the files carry are a beginning, not the end
-};
 
 /// Scans are named by their number, from 1, or by their file. What says nothing or contradicts itself is told in
 /// `warnings`. Errors (kInput): a line that is none of a pose, a scan that is not there.

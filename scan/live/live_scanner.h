@@ -1,31 +1,18 @@
 // A scanner for live scans and recordings: found, opened, and what it shall send chosen.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "acquire/live/live_source.h"
 #include "core/result.h"
+#include "scan/live/scanner_request.h"
 #include "scan/scan_config.h"
 #include "scan/scan_session.h"
 
 namespace scanknit {
-
-/// Which scanner, and for how long it is listened to.
-struct ScannerRequest {
-  std::string device = {};  ///< as open_camera() takes it; empty: the first
-  int width = 640, height = 480;
-  double frames_per_second = 30;
-  std::optional<std::size_t> frames = {};  ///< depth pictures after which it ends
-  std::optional<double> seconds = {};      ///< ... or so long after the first
-  double wait_s = 0;                       ///< for a scanner that is not plugged in yet
-  double reconnect_s = 30;                 ///< for one that was unplugged
-  bool takes_from_others = false;
-};
 
 /// Whether the depth camera must be known.
 enum class Calibration { kNeeded, kWelcome };

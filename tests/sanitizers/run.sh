@@ -2,8 +2,8 @@
 # Builds readers, drivers and the code under them with a sanitizer and runs their tests: run.sh KIND BUILD_DIR [BESIDE]
 #   address   clang: addresses, leaks, undefined behaviour; and 20 s of fuzzing of every parser
 #   thread    the compiler in use: the threads of the USB drivers, with emulated cameras
-# BESIDE is the build under test: with it the program is run as well, its live commands built with the sanitizer and the
-# rest from there. Prints SKIPPED when the compiler is missing.
+# BESIDE is the build under test: with it the program is run as well, built with the sanitizer but for the rooms that have
+# neither threads of their own nor cameras: those are from there. Prints SKIPPED when the compiler is missing.
 set -euo pipefail
 kind="$1"
 build_dir="$2/$kind"
