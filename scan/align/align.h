@@ -1,25 +1,14 @@
 // Registers several scans of one object and makes one mesh of them.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <stop_token>
-#include <vector>
 
-#include "scan/align/align_inputs.h"
+#include "scan/align/align_request.h"
 #include "scan/scan_job.h"
 #include "scan/scan_observer.h"
 #include "scan/scan_result.h"
 
 namespace scanknit {
-
-struct AlignRequest {
-  std::vector<std::filesystem::path> inputs;  ///< range scans, recordings, meshes, point clouds, .conf
-  KnownPlaces known;
-  std::optional<std::filesystem::path> points = {};  ///< .ply or .pcd: the points of all scans, in one frame
-  /// True: the voxel size of the job counts. False: range scans are fused in voxels as large as their points' spacing.
-  bool has_voxel_size = true;
-};
 
 /// Reads all inputs, finds the pose of each, and fuses range scans and recordings into one mesh. Meshes and point
 /// clouds only get a pose; they are not fused. ScanResult::outcome: kOutput before any work; kInput; kTooLittle when no

@@ -11,6 +11,7 @@
 #include "core/range_scan.h"
 #include "core/result.h"
 #include "fusion/align/align_scans.h"
+#include "scan/align/align_request.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
 #include "scan/trajectory.h"
@@ -48,13 +49,6 @@ struct AlignInputs {
 /// unreadable, or there is nothing to read.
 [[nodiscard]] Result<void> load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
                                              ScanSession& session, AlignInputs& inputs);
-
-/// What the user knows of the scans' poses, in addition to the poses in their files.
-struct KnownPlaces {
-  std::optional<std::filesystem::path> initial = {};  ///< poses: lines of SCAN tx ty tz qx qy qz qw
-  std::optional<std::filesystem::path> markers = {};  ///< lines of SCAN MARKER x y z
-  bool wants_refinement = false;                      ///< true: refine the poses of the files
-};
 
 /// A scan is named by its number, from 1, or by its file. `warnings` gets a text for each entry that is useless or that
 /// contradicts another. Errors (kInput): a line that is not a pose, a scan that does not exist.

@@ -1,31 +1,18 @@
 // Finds a scanner for a live scan or a recording, opens it, and chooses its streams.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "acquire/live/live_source.h"
 #include "core/result.h"
+#include "scan/live/scanner_request.h"
 #include "scan/scan_config.h"
 #include "scan/scan_session.h"
 
 namespace scanknit {
-
-/// Which scanner to use, and when to stop.
-struct ScannerRequest {
-  std::string device = {};  ///< as open_camera() takes it; empty: the first
-  int width = 640, height = 480;
-  double frames_per_second = 30;
-  std::optional<std::size_t> frames = {};  ///< stop after so many depth pictures
-  std::optional<double> seconds = {};      ///< stop so long after the first picture
-  double wait_s = 0;                       ///< how long to wait for a scanner that is not plugged in yet
-  double reconnect_s = 30;                 ///< how long to wait for a scanner that was unplugged
-  bool takes_from_others = false;
-};
 
 /// Whether the depth camera's calibration must be known.
 enum class Calibration { kRequired, kOptional };
