@@ -32,7 +32,7 @@ const std::vector<Frame>& desk_frames() {
       FrameEvent event = source.value()->next(std::stop_token{});
       SCANKNIT_CHECK(std::holds_alternative<Frame>(event));
       rendered.push_back(std::get<Frame>(std::move(event)));
-      filter_frame(rendered.back(), AcquireConfig{}, NoiseModel{});
+      SCANKNIT_CHECK(filter_frame(rendered.back(), AcquireConfig{}, NoiseModel{}).has_value());
     }
     return rendered;
   }();
@@ -80,7 +80,7 @@ void filter_desk(benchmark::State& state) {
   const Frame& first = desk_frames().front();
   for (auto _ : state) {
     Frame frame = first;
-    filter_frame(frame, AcquireConfig{}, NoiseModel{});
+    SCANKNIT_CHECK(filter_frame(frame, AcquireConfig{}, NoiseModel{}).has_value());
     benchmark::DoNotOptimize(frame.normals);
   }
 }

@@ -46,7 +46,7 @@ const Desk& desk() {
       FrameEvent event = source.value()->next(std::stop_token{});
       SCANKNIT_CHECK(std::holds_alternative<Frame>(event));
       made.frame = std::get<Frame>(std::move(event));
-      filter_frame(made.frame, AcquireConfig{}, NoiseModel{});
+      SCANKNIT_CHECK(filter_frame(made.frame, AcquireConfig{}, NoiseModel{}).has_value());
     }
     made.view = raycast(made.volume, tracking_camera(made.frame.intrinsics), made.T_world_before);
     made.seen = pyramid_of(made.frame, NoiseModel{});

@@ -99,7 +99,7 @@ Result<Times> time_frames(std::span<const Frame> frames, const Options& options,
   for (Frame frame : frames) {  // a copy, whose memory the next one has again, as in a scan
     Stopwatch watch;
     Stopwatch whole;
-    filter_frame(frame, AcquireConfig{}, options.fusion.noise);
+    if (auto filtered = filter_frame(frame, AcquireConfig{}, options.fusion.noise); !filtered) return filtered.error();
     times["filter"].push_back(watch.lap_ms());
     const auto fault = [&](const std::string& text) {
       return Error{ErrorCode::kTooLittle, fmt::format("frame {}: {}", frame.sequence, text), options.recording};

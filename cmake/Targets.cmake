@@ -44,8 +44,9 @@ function(scanknit_room name)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
 
-# scanknit_module(name SOURCES ... LIBRARIES ...): libscanknit_name.so, which core/module.h opens when it is asked for. No
-# library to link with, and so installed in a folder of its own.
+# scanknit_module(name SOURCES ... LIBRARIES ... [COMPONENT component]): libscanknit_name.so, which core/module.h opens when
+# it is asked for. No library to link with, and so installed in a folder of its own. The program is built with all of
+# them; a test that needs one has add_dependencies(test scanknit_name).
 function(scanknit_module name)
   cmake_parse_arguments(MODULE "" "COMPONENT" "SOURCES;LIBRARIES" ${ARGN})
   set(target scanknit_${name})
@@ -57,6 +58,7 @@ function(scanknit_module name)
   scanknit_flags(${target})
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/scanknit COMPONENT ${MODULE_COMPONENT})
+  set_property(GLOBAL APPEND PROPERTY SCANKNIT_MODULES ${target})
 endfunction()
 
 # scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds] [PRECOMPILE headers] [TOGETHER]): one

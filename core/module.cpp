@@ -1,6 +1,7 @@
 #include "core/module.h"
 
 #include <dlfcn.h>
+#include <link.h>
 
 #include <filesystem>
 #include <string_view>
@@ -10,14 +11,25 @@
 namespace scanknit {
 namespace {
 
+/// Of the library that this is part of; of the program where that is static.
+std::filesystem::path own_folder() {
+  ::Dl_info here{};
+  void* object = nullptr;
+  const void* this_function = reinterpret_cast<const void*>(&open_module);
+  if (::dladdr1(this_function, &here, &object, RTLD_DL_LINKMAP) == 0) return {};
+  const std::string_view library = static_cast<const ::link_map*>(object)->l_name;
+  if (!library.empty()) return std::filesystem::path(library).parent_path();
+  std::error_code ignored;  // the program is the one that has no name there
+  return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+}
+
 /// `file` alone, for the loader to look for, where it is in none of our folders.
 std::filesystem::path module_path(const std::string& file) {
-  ::Dl_info here{};
-  if (::dladdr(reinterpret_cast<const void*>(&open_module), &here) == 0 || here.dli_fname == nullptr) return file;
-  const std::filesystem::path folder = std::filesystem::path(here.dli_fname).parent_path();
+  const std::filesystem::path folder = own_folder();
   for (const char* beside : {"scanknit", ".", "../" SCANKNIT_LIBDIR "/scanknit", "../lib"}) {
     std::error_code ignored;
-    if (auto path = folder / beside / file; std::filesystem::is_regular_file(path, ignored)) return path;
+    auto path = folder / beside / file;
+    if (!folder.empty() && std::filesystem::is_regular_file(path, ignored)) return path;
   }
   return file;
 }
@@ -33,11 +45,12 @@ Result<const void*> open_module(const std::string& name, const std::string& reme
   void* module = ::dlopen(module_path(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (module == nullptr) return refuse(::dlerror());
   const auto entry_of = reinterpret_cast<const ModuleEntry* (*)()>(::dlsym(module, "scanknit_module"));
-  const ModuleEntry* entry = entry_of == nullptr ? nullptr : entry_of();
-  if (entry == nullptr || std::string_view(entry->version) != kVersion) {
-    return refuse("it is of another version of ScanKnit");
+  if (entry_of == nullptr) return refuse("it is no module of ScanKnit");
+  const ModuleEntry& entry = *entry_of();
+  if (std::string_view(entry.version) != kVersion) {
+    return refuse(std::string("it is of ScanKnit ") + entry.version + ", not of " + kVersion);
   }
-  return entry->offers;
+  return entry.offers;
 }
 
 }  // namespace scanknit

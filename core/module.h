@@ -7,16 +7,18 @@
 
 namespace scanknit {
 
-/// The result of a module's only function, `extern "C" const ModuleEntry* scanknit_module()`.
+/// The result of a module's only function, `extern "C" const ModuleEntry* scanknit_module()`. A module offers plain
+/// functions: if the room's library had a function of the same name, that one would be called instead.
 struct ModuleEntry {
   const char* version;  ///< kVersion of the ScanKnit that the module was built with
   const void* offers;   ///< the struct of functions that open_module() returns
 };
 
 /// Opens libscanknit_`name`.so and returns ModuleEntry::offers. The file is in the folder `scanknit` next to this
-/// library (installed), or next to this library (built). Opens it once and never unloads it; any thread may call this.
-/// Errors (kInternal): the file or a library that it needs is missing, or it has another version of ScanKnit; the
-/// message says what to do and includes `remedy` ("Install Debian's libopenni2-0").
+/// library (installed) or next to this library (built); otherwise the loader searches where it searches for libraries.
+/// Opens it once and never unloads it; fast once it is loaded; any thread may call this.
+/// Errors (kInternal): the file or a library that it needs is missing, it is no module, or it is of another version of
+/// ScanKnit. The message names it and ends with `remedy`, a sentence that says what to do, without its full stop.
 [[nodiscard]] Result<const void*> open_module(const std::string& name, const std::string& remedy);
 
 /// The same, typed: `Offers` is the struct that the module's entry points to.

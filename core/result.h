@@ -20,7 +20,7 @@ enum class ErrorCode {
   kMesh,       ///< the mesh is empty or broken
   kOutput,     ///< an output cannot be written
   kBudget,     ///< a resource budget would be exceeded
-  kInternal,   ///< a bug or a fault of the installation
+  kInternal,   ///< a bug, or a fault of the installation: a module is missing
 };
 
 /// A message for the user: `where` names the file or object; `message` says what is wrong, what was expected, and what

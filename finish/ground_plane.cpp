@@ -1,12 +1,5 @@
 #include "finish/ground_plane.h"
 
-#include <pcl/ModelCoefficients.h>
-#include <pcl/PointIndices.h>
-#include <pcl/console/print.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-#include <pcl/segmentation/sac_segmentation.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -18,16 +11,14 @@
 #include <vector>
 
 #include "core/mesh/mesh_area.h"
+#include "finish/finish_pcl.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
 namespace {
 
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
 constexpr std::size_t kMostPoints = 60'000;  // that candidates are tried on
-constexpr int kTries = 2000;
-constexpr double kAgreement = 0.8;  // cosine between a triangle and the plane that it lies on, 37 degrees
+constexpr double kAgreement = 0.8;           // cosine between a triangle and the plane that it lies on, 37 degrees
 
 struct Facet {
   Eigen::Vector3d middle, normal;  ///< unit
@@ -48,18 +39,15 @@ std::vector<Facet> facets_of(const Mesh& mesh) {
 }
 
 /// Facets that face up as the ground may, thinned out evenly; a triangle of an extracted mesh is about a voxel large.
-Cloud::Ptr candidates(const std::vector<Facet>& facets, const GroundSearch& search) {
+std::vector<Eigen::Vector3f> candidates(const std::vector<Facet>& facets, const GroundSearch& search) {
   std::vector<Eigen::Vector3d> points;
   for (const Facet& facet : facets) {
     if (facet.normal.dot(search.expected_up) > std::cos(search.max_tilt_rad)) points.push_back(facet.middle);
   }
   const std::size_t every = points.size() / kMostPoints + 1;
-  const Cloud::Ptr cloud(new Cloud);
-  for (std::size_t i = 0; i < points.size(); i += every) {
-    const Eigen::Vector3f p = points[i].cast<float>();
-    cloud->push_back({p.x(), p.y(), p.z()});
-  }
-  return cloud;
+  std::vector<Eigen::Vector3f> thinned;
+  for (std::size_t i = 0; i < points.size(); i += every) thinned.push_back(points[i].cast<float>());
+  return thinned;
 }
 
 /// Of the facets that lie on the plane: its least-squares plane, and how much they are.
@@ -170,31 +158,13 @@ bool reaches_beyond_what_stands_on_it(const Mesh& mesh, const GroundPlane& groun
   return over_m2 <= kMostOver * whole_m2;
 }
 
-}  // namespace
-
-std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& search) {
-  const std::vector<Facet> facets = facets_of(mesh);
-  const Cloud::Ptr cloud = candidates(facets, search);
-  if (cloud->size() < 3) return std::nullopt;
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);             // a library never prints on input
-  pcl::SACSegmentation<pcl::PointXYZ> segmentation(/*random=*/false);  // a fixed seed
-  segmentation.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
-  segmentation.setMethodType(pcl::SAC_RANSAC);
-  segmentation.setAxis(search.expected_up.cast<float>());
-  segmentation.setEpsAngle(search.max_tilt_rad);
-  segmentation.setDistanceThreshold(search.tolerance_m);
-  segmentation.setMaxIterations(kTries);
-  segmentation.setOptimizeCoefficients(false);
-  segmentation.setInputCloud(cloud);
-  pcl::PointIndices on_plane;
-  pcl::ModelCoefficients plane;
-  segmentation.segment(on_plane, plane);
-  if (plane.values.size() != 4 || on_plane.indices.size() < 3) return std::nullopt;
-
-  Eigen::Vector3d up(plane.values[0], plane.values[1], plane.values[2]);
+/// Where the plane (a, b, c, d) leads: fitted to what lies on it, if that can be a ground.
+std::optional<GroundPlane> fitted_ground(const Mesh& mesh, const std::vector<Facet>& facets,
+                                         const Eigen::Vector4d& plane, const GroundSearch& search) {
+  Eigen::Vector3d up = plane.head<3>();
   const double length = up.norm();
   if (!(length > 0)) return std::nullopt;
-  Eigen::Vector3d point = -plane.values[3] / (length * length) * up;
+  Eigen::Vector3d point = -plane[3] / (length * length) * up;
   up /= up.dot(search.expected_up) < 0 ? -length : length;
   Fit fit = fit_to(facets, up, point, search.tolerance_m);
   for (int again = 0; again < 3 && fit.area_m2 > 0; ++again) {
@@ -209,6 +179,18 @@ std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& sea
   const GroundPlane ground{up, point, fit.area_m2, fit.area_m2 / whole_m2, fit.rms_m, tilt};
   if (!reaches_beyond_what_stands_on_it(mesh, ground, search.tolerance_m)) return std::nullopt;
   return ground;
+}
+
+}  // namespace
+
+Result<std::optional<GroundPlane>> find_ground(const Mesh& mesh, const GroundSearch& search) {
+  const std::vector<Facet> facets = facets_of(mesh);
+  const std::vector<Eigen::Vector3f> points = candidates(facets, search);
+  if (points.size() < 3) return std::optional<GroundPlane>();
+  const auto pcl = load_finish_pcl();
+  if (!pcl) return pcl.error();
+  const auto plane = (*pcl)->find_plane(points, search);
+  return plane ? fitted_ground(mesh, facets, *plane, search) : std::nullopt;
 }
 
 }  // namespace scanknit

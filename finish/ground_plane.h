@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/mesh.h"
+#include "core/result.h"
 
 namespace scanknit {
 
@@ -28,7 +29,7 @@ struct GroundSearch {
 
 /// The plane with most of the mesh on it, by RANSAC (Fischler & Bolles 1981, PCL's), fitted again to the part on it.
 /// Deterministic. Nothing when no plane is found, or when what stands on the plane reaches beyond it: then the plane is
-/// a plinth, part of the object.
-[[nodiscard]] std::optional<GroundPlane> find_ground(const Mesh& mesh, const GroundSearch& search);
+/// a plinth, part of the object. Error (kInternal): the module for PCL is missing (finish/finish_pcl.h).
+[[nodiscard]] Result<std::optional<GroundPlane>> find_ground(const Mesh& mesh, const GroundSearch& search);
 
 }  // namespace scanknit

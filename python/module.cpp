@@ -92,7 +92,8 @@ class PythonVolume {
   void integrate_frame(Frame& frame, const Pose& T_world_camera, const AcquireConfig& filters) {
     const py::gil_scoped_release others_run;
     const std::scoped_lock alone(mutex_);
-    filter_frame(frame, filters, volume_.config().noise);
+    if (auto filtered = filter_frame(frame, filters, volume_.config().noise); !filtered)
+      throw Failure(filtered.error());
     (void)value_or_throw(integrate(frame, T_world_camera, volume_));
   }
 

@@ -15,7 +15,9 @@ Result<Reconstruction> Reconstruction::create(const ScanConfig& config, const Op
 }
 
 Result<Reconstruction::Added> Reconstruction::add(Frame& frame) {
-  session_.timed("filter", [&] { filter_frame(frame, config_.acquire, config_.fusion.noise); });
+  const auto filtered =
+      session_.timed("filter", [&] { return filter_frame(frame, config_.acquire, config_.fusion.noise); });
+  if (!filtered) return filtered.error();
   refiner_.edit_for_tracking(frame);
   const std::optional<Pose> T_world_camera = poses_.find(frame, volume_, session_);
   if (!T_world_camera) {

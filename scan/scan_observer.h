@@ -10,6 +10,7 @@
 #include "acquire/frame_source.h"
 #include "core/axes.h"
 #include "core/frame.h"
+#include "core/log.h"
 #include "core/result.h"
 #include "scan/scan_result.h"
 #include "scan/scan_warning.h"
@@ -17,9 +18,6 @@
 namespace scanknit {
 
 class TsdfVolume;
-
-/// How important a message is.
-enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
 /// What a scan is doing.
 enum class ScanPhase {

@@ -9,7 +9,7 @@
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
 #include "core/files/atomic_file.h"
-#include "core/files/jpeg_structure.h"
+#include "core/picture/jpeg_structure.h"
 
 namespace scanknit {
 namespace {

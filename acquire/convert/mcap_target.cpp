@@ -6,7 +6,7 @@
 #include "acquire/mcap/byte_appender.h"
 #include "acquire/record/recording_writer.h"
 #include "core/files/atomic_file.h"
-#include "core/files/jpeg_structure.h"
+#include "core/picture/jpeg_structure.h"
 
 namespace scanknit {
 namespace {

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "core/files/atomic_file.h"
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 
 namespace scanknit {
 namespace {
@@ -18,28 +19,10 @@ namespace fs = std::filesystem;
 constexpr int kJpegQuality = 95;
 constexpr long kLargestRaw = 65534;  // 65535 means "no return" to many readers
 
-Result<void> write_picture(const cv::Mat& picture, const char* extension, const std::vector<int>& parameters,
-                           const fs::path& path) {
-  std::vector<unsigned char> bytes;
-  try {
-    if (!cv::imencode(extension, picture, bytes, parameters)) {
-      return Error{ErrorCode::kInternal, "the picture cannot be encoded", path.string()};
-    }
-  } catch (const cv::Exception& e) {
-    return Error{ErrorCode::kInternal, e.what(), path.string()};
-  }
-  return write_bytes(std::as_bytes(std::span(bytes)), path);
-}
-
-cv::Mat to_bgr(const ColourImage& colour) {
-  cv::Mat picture(colour.height(), colour.width(), CV_8UC3);
-  for (int y = 0; y < colour.height(); ++y) {
-    for (int x = 0; x < colour.width(); ++x) {
-      const Rgb8& c = colour.at(x, y);
-      picture.at<cv::Vec3b>(y, x) = cv::Vec3b(c.b, c.g, c.r);
-    }
-  }
-  return picture;
+// An encoder's answer into a file.
+Result<void> write_picture(const Result<std::vector<std::uint8_t>>& encoded, const fs::path& path) {
+  if (!encoded) return Error{encoded.error().code, encoded.error().message, path.string()};
+  return write_bytes(std::as_bytes(std::span(*encoded)), path);
 }
 
 }  // namespace
@@ -61,19 +44,15 @@ Result<void> write_bytes(std::span<const std::byte> bytes, const fs::path& path)
 }
 
 Result<void> write_depth_png(const Image<std::uint16_t>& raw, const fs::path& path) {
-  cv::Mat picture(raw.height(), raw.width(), CV_16UC1);
-  for (int y = 0; y < raw.height(); ++y) {
-    std::copy(raw.row(y).begin(), raw.row(y).end(), picture.ptr<std::uint16_t>(y));
-  }
-  return write_picture(picture, ".png", {cv::IMWRITE_PNG_COMPRESSION, 3}, path);
+  return write_picture(encode_png(raw, PngEffort::kMedium), path);
 }
 
 Result<void> write_colour_png(const ColourImage& colour, const fs::path& path) {
-  return write_picture(to_bgr(colour), ".png", {cv::IMWRITE_PNG_COMPRESSION, 3}, path);
+  return write_picture(encode_png(colour, PngEffort::kMedium), path);
 }
 
 Result<void> write_colour_jpeg(const ColourImage& colour, const fs::path& path) {
-  return write_picture(to_bgr(colour), ".jpg", {cv::IMWRITE_JPEG_QUALITY, kJpegQuality}, path);
+  return write_picture(encode_jpeg(colour, kJpegQuality), path);
 }
 
 Result<void> write_camera_json(const CameraIntrinsics& camera, double units_per_metre, const fs::path& path) {

@@ -17,7 +17,7 @@ namespace scanknit {
 /// Metres as 16 bits with `units_per_metre`, rounded to the nearest. 0: no return, or more than 65534 units.
 [[nodiscard]] Image<std::uint16_t> to_raw_depth(const DepthImage& depth_m, double units_per_metre);
 
-// Each write is atomic. Errors: kOutput, kInternal.
+// Each write is atomic. Errors: kOutput.
 
 [[nodiscard]] Result<void> write_bytes(std::span<const std::byte> bytes, const std::filesystem::path& path);
 [[nodiscard]] Result<void> write_depth_png(const Image<std::uint16_t>& raw, const std::filesystem::path& path);

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "acquire/filter/depth_rows.h"
 #include "acquire/filter/inverse_depth.h"
@@ -147,17 +148,20 @@ DepthImage smooth_bilateral(const DepthImage& depth_m, const NoiseModel& noise) 
   return smooth;
 }
 
-void filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise) {
+Result<void> filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise) {
   if (config.min_depth_m > 0 || config.max_depth_m > 0) {
     frame.depth_m = clip_range(frame.depth_m, config.min_depth_m, config.max_depth_m);
   }
   if (config.outlier_neighbours > 0) {
-    frame.depth_m =
+    auto cleaned =
         remove_statistical_outliers(frame.depth_m, frame.intrinsics, config.outlier_neighbours, config.outlier_sigmas);
+    if (!cleaned) return cleaned.error();
+    frame.depth_m = *std::move(cleaned);
   }
   if (config.edge_sigmas > 0) frame.depth_m = mask_discontinuities(frame.depth_m, noise, config.edge_sigmas);
   if (config.bilateral) frame.depth_m = smooth_bilateral(frame.depth_m, noise);
   frame.normals = estimate_normals(frame.depth_m, frame.intrinsics, noise);
+  return {};
 }
 
 }  // namespace scanknit

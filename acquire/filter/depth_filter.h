@@ -8,6 +8,7 @@
 #include "core/frame.h"
 #include "core/image.h"
 #include "core/noise_model.h"
+#include "core/result.h"
 
 namespace scanknit {
 
@@ -30,6 +31,7 @@ namespace scanknit {
                                                       const NoiseModel& noise);
 
 /// The filters that `config` asks for, in this order: range, outliers, discontinuities, bilateral, normals.
-void filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise);
+/// Error: remove_statistical_outliers()'s.
+[[nodiscard]] Result<void> filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise);
 
 }  // namespace scanknit

@@ -5,6 +5,7 @@
 
 #include "acquire/layouts/pcd_points.h"
 #include "acquire/line_sums.h"
+#include "acquire/pcl/acquire_pcl.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
 #include "core/files/read_file.h"
@@ -90,6 +91,7 @@ bool fits_pcd(const Folder& folder, const Limits&) {
 }
 
 Result<Recording> index_pcd(const Folder& folder, const AcquireConfig&) {
+  if (const auto pcl = load_acquire_pcl(); !pcl) return pcl.error();  // else every frame would be dropped for it
   Recording recording{.format = "pcd", .folder = folder.path};
   recording.frames_bring_camera = true;
   recording.frames_bring_pose = true;

@@ -1,15 +1,13 @@
 #include "acquire/layouts/pcd_points.h"
 
-#include <pcl/PCLPointCloud2.h>
-#include <pcl/console/print.h>
-#include <pcl/io/pcd_io.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <sstream>
+#include <optional>
 #include <string>
+
+#include "acquire/pcl/acquire_pcl.h"
 
 namespace scanknit {
 namespace {
@@ -21,51 +19,18 @@ const PcdField* find_field(const PcdHeader& header, std::string_view name, std::
   return match == header.fields.end() ? nullptr : &*match;
 }
 
-// The points through PCL, or nothing when it refuses them.
-std::optional<pcl::PCLPointCloud2> read_points(std::span<const std::byte> bytes, const PcdHeader& expected) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // a library never prints on input
-  try {
-    pcl::PCDReader reader;
-    pcl::PCLPointCloud2 cloud;
-    std::string text(bytes.size(), '\0');
-    std::memcpy(text.data(), bytes.data(), bytes.size());
-    std::istringstream stream(text);
-    Eigen::Vector4f origin;
-    Eigen::Quaternionf orientation;
-    int version = 0;
-    int encoding = 0;
-    unsigned int body = 0;
-    if (reader.readHeader(stream, cloud, origin, orientation, version, encoding, body) != 0) return std::nullopt;
-    // PCL's reading of the header must be ours, since ours is the one that was checked.
-    const bool agrees = cloud.width == static_cast<std::uint32_t>(expected.width) &&
-                        cloud.height == static_cast<std::uint32_t>(expected.height) &&
-                        cloud.point_step == expected.point_bytes && body == expected.header_bytes &&
-                        encoding == static_cast<int>(expected.encoding);
-    if (!agrees) return std::nullopt;
-    cloud.data.resize(std::size_t{cloud.width} * cloud.height * cloud.point_step);
-    int status = 0;
-    if (expected.encoding == PcdEncoding::kAscii) {
-      stream.clear();
-      stream.seekg(body);
-      status = reader.readBodyASCII(stream, cloud, version);
-    } else {
-      std::vector<unsigned char> raw(bytes.size());
-      std::memcpy(raw.data(), bytes.data(), bytes.size());
-      const bool is_compressed = expected.encoding == PcdEncoding::kBinaryCompressed;
-      status = reader.readBodyBinary(raw.data(), cloud, version, is_compressed, body);
-    }
-    if (status != 0) return std::nullopt;
-    return cloud;
-  } catch (const std::exception&) {  // pcl::IOException, std::bad_alloc, boost's casts
-    return std::nullopt;
-  }
-}
+// All points' bytes, and how they lie.
+struct PcdBody {
+  const PcdHeader& header;
+  std::vector<std::uint8_t> bytes;
+  [[nodiscard]] std::size_t points() const { return bytes.size() / header.point_bytes; }
+};
 
-// Values of `field` of point i, from PCL's bytes.
+// The value of `field` of point i.
 template <typename T>
-T value_at(const pcl::PCLPointCloud2& cloud, const PcdField& field, std::size_t i) {
+T value_at(const PcdBody& body, const PcdField& field, std::size_t i) {
   T value;
-  std::memcpy(&value, cloud.data.data() + i * cloud.point_step + field.offset, sizeof(T));
+  std::memcpy(&value, body.bytes.data() + i * body.header.point_bytes + field.offset, sizeof(T));
   return value;
 }
 
@@ -74,20 +39,19 @@ bool is_float(const PcdField* field) {
 }
 
 /// The values of three fields, point by point.
-std::vector<Eigen::Vector3f> triples(const pcl::PCLPointCloud2& cloud, const PcdField& x, const PcdField& y,
-                                     const PcdField& z) {
-  std::vector<Eigen::Vector3f> values(std::size_t{cloud.width} * cloud.height);
+std::vector<Eigen::Vector3f> triples(const PcdBody& body, const PcdField& x, const PcdField& y, const PcdField& z) {
+  std::vector<Eigen::Vector3f> values(body.points());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = {value_at<float>(cloud, x, i), value_at<float>(cloud, y, i), value_at<float>(cloud, z, i)};
+    values[i] = {value_at<float>(body, x, i), value_at<float>(body, y, i), value_at<float>(body, z, i)};
   }
   return values;
 }
 
 // PCL packs colour as 0x00RRGGBB in four bytes, whether the field is called a float (rgb) or an integer (rgba).
-std::vector<Rgb8> colours_of(const pcl::PCLPointCloud2& cloud, const PcdField& field) {
-  std::vector<Rgb8> colours(std::size_t{cloud.width} * cloud.height);
+std::vector<Rgb8> colours_of(const PcdBody& body, const PcdField& field) {
+  std::vector<Rgb8> colours(body.points());
   for (std::size_t i = 0; i < colours.size(); ++i) {
-    const auto packed = value_at<std::uint32_t>(cloud, field, i);
+    const auto packed = value_at<std::uint32_t>(body, field, i);
     colours[i] = {static_cast<std::uint8_t>(packed >> 16 & 0xFF), static_cast<std::uint8_t>(packed >> 8 & 0xFF),
                   static_cast<std::uint8_t>(packed & 0xFF)};
   }
@@ -106,17 +70,20 @@ Result<PcdPoints> parse_pcd_points(std::span<const std::byte> bytes, const Limit
   if (!is_float(x) || !is_float(y) || !is_float(z)) {
     return Error{ErrorCode::kInput, "no x, y, z as 4-byte floats"};
   }
-  const auto cloud = read_points(bytes, *header);
-  if (!cloud) return Error{ErrorCode::kInput, "PCL cannot read the points"};
+  const auto pcl = load_acquire_pcl();
+  if (!pcl) return pcl.error();
+  auto read = (*pcl)->read_pcd_points(bytes, *header);
+  if (!read) return Error{ErrorCode::kInput, "PCL cannot read the points"};
 
-  PcdPoints points{*header, triples(*cloud, *x, *y, *z), {}, {}};
+  const PcdBody body{*header, *std::move(read)};
+  PcdPoints points{*header, triples(body, *x, *y, *z), {}, {}};
   const PcdField* nx = field("normal_x");
   const PcdField* ny = field("normal_y");
   const PcdField* nz = field("normal_z");
-  if (is_float(nx) && is_float(ny) && is_float(nz)) points.normals = triples(*cloud, *nx, *ny, *nz);
+  if (is_float(nx) && is_float(ny) && is_float(nz)) points.normals = triples(body, *nx, *ny, *nz);
   const PcdField* colour = field("rgb");
   if (colour == nullptr) colour = field("rgba");
-  if (colour != nullptr) points.colours = colours_of(*cloud, *colour);
+  if (colour != nullptr) points.colours = colours_of(body, *colour);
   return points;
 }
 

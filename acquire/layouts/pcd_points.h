@@ -22,7 +22,8 @@ struct PcdPoints {
   std::vector<Rgb8> colours;              ///< empty, or one a point
 };
 
-/// Errors (kInput): parse_pcd_header()'s; no x, y, z as 4-byte floats; PCL refuses the body.
+/// Errors (kInput): parse_pcd_header()'s; no x, y, z as 4-byte floats; PCL refuses the body. kInternal: the module for
+/// PCL is missing (acquire/pcl/acquire_pcl.h).
 [[nodiscard]] Result<PcdPoints> parse_pcd_points(std::span<const std::byte> bytes, const Limits& limits);
 
 /// VIEWPOINT as a pose. Error (kInput): it is not rigid.

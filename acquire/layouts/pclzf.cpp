@@ -1,15 +1,12 @@
 // PCLZF frames of PCL's image grabber: NAME_depth.pclzf, NAME_rgb.pclzf, NAME.xml. PCL unpacks and reads the
 // parameters; the header is checked here first.
-#include <pcl/console/print.h>
-#include <pcl/io/lzf_image_io.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <sstream>
 #include <string>
 
+#include "acquire/pcl/acquire_pcl.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
@@ -33,18 +30,6 @@ struct PclzfImage {
   int width = 0;
   int height = 0;
   std::vector<char> pixels;
-};
-
-// PCL's readers with their parts opened: they otherwise read from a file name and return points.
-template <typename Reader>
-class OpenedReader : public Reader {
- public:
-  using Reader::decompress;
-};
-
-class DepthParameters : public pcl::io::LZFDepth16ImageReader {
- public:
-  [[nodiscard]] double metres_per_unit() const { return z_multiplication_factor_; }
 };
 
 std::string text_of(std::span<const std::byte> bytes) {
@@ -77,19 +62,11 @@ Result<PclzfImage> unpack(std::span<const std::byte> bytes, std::string_view typ
   const auto data = reader.take(*compressed);
   if (!data || data->empty()) return broken("truncated");
 
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // a library never prints on input
-  try {
-    std::vector<char> packed(data->size());
-    std::memcpy(packed.data(), data->data(), data->size());
-    PclzfImage image{static_cast<int>(*width), static_cast<int>(*height), std::vector<char>(*uncompressed)};
-    OpenedReader<pcl::io::LZFDepth16ImageReader> unpacker;
-    if (!unpacker.decompress(packed, image.pixels) || image.pixels.size() != *uncompressed) {
-      return broken("its compressed data are corrupt");
-    }
-    return image;
-  } catch (const std::exception&) {
-    return broken("its compressed data are corrupt");
-  }
+  const auto pcl = load_acquire_pcl();
+  if (!pcl) return pcl.error();
+  auto pixel_data = (*pcl)->unpack_lzf(*data, *uncompressed);
+  if (!pixel_data) return broken("its compressed data are corrupt");
+  return PclzfImage{static_cast<int>(*width), static_cast<int>(*height), *std::move(pixel_data)};
 }
 
 Image<std::uint16_t> to_depth(const PclzfImage& image) {
@@ -137,33 +114,18 @@ OrDrop<DecodedFrame> decode_pclzf_frame(const FrameEntry& entry, const DecodeSet
   return frame;
 }
 
-template <typename Reader>
-std::optional<CameraIntrinsics> read_camera(Reader& reader, const std::string& xml) {
-  try {
-    std::istringstream stream(xml);
-    if (!reader.readParameters(stream)) return std::nullopt;
-  } catch (const std::exception&) {  // boost::property_tree's parse and path errors
-    return std::nullopt;
-  }
-  const auto p = reader.getParameters();
-  const CameraIntrinsics camera{1, 1, p.focal_length_x, p.focal_length_y, p.principal_point_x, p.principal_point_y};
-  return camera.is_valid() ? std::optional(camera) : std::nullopt;
-}
-
-void read_parameters(const fs::path& path, FrameEntry& entry) {
+void read_parameters(const AcquirePcl& pcl, const fs::path& path, FrameEntry& entry) {
   const auto xml = read_text_file(path, kMaxParameterBytes);
   if (!xml) {
     entry.fault = make_drop(DropReason::kNoIntrinsics, xml.error().message, path);
     return;
   }
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  DepthParameters depth;
-  entry.camera = read_camera(depth, *xml);
-  const double metres_per_unit = depth.metres_per_unit();
+  const PclzfParameters parameters = pcl.read_pclzf_parameters(*xml);
+  entry.camera = parameters.depth;
+  const double metres_per_unit = parameters.metres_per_unit;
   // Units between a tenth of a micrometre and a metre, the range of acquire.depth_scale.
   if (metres_per_unit >= 1e-7 && metres_per_unit <= 1) entry.depth_scale = 1 / metres_per_unit;
-  pcl::io::LZFRGB24ImageReader colour;
-  entry.colour_camera = read_camera(colour, *xml);
+  entry.colour_camera = parameters.colour;
 }
 
 // "frame_20121214T142255.814212": UTC to the microsecond.
@@ -201,6 +163,8 @@ bool fits_pclzf(const Folder& folder, const Limits&) {
 }
 
 Result<Recording> index_pclzf(const Folder& folder, const AcquireConfig& config) {
+  const auto pcl = load_acquire_pcl();
+  if (!pcl) return pcl.error();
   Recording recording{.format = "pclzf", .folder = folder.path};
   recording.frames_bring_camera = true;
   recording.decode = decode_pclzf_frame;
@@ -211,7 +175,7 @@ Result<Recording> index_pclzf(const Folder& folder, const AcquireConfig& config)
     entry.depth = folder.path / name;
     const std::string colour = stem + std::string(kColourSuffix);
     if (folder.has_file(colour)) entry.colour = folder.path / colour;
-    read_parameters(folder.path / (stem + ".xml"), entry);
+    read_parameters(**pcl, folder.path / (stem + ".xml"), entry);
     if (config.intrinsics && entry.fault) entry.fault.reset();  // what the file would have said is stated
     recording.entries.push_back(std::move(entry));
   }

@@ -8,6 +8,7 @@
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
 #include "core/files/byte_reader.h"
+#include "core/picture/decode_picture.h"
 
 namespace scanknit {
 namespace {
@@ -74,7 +75,7 @@ ColourImage from_triples(const RawFrame& frame) {
 
 Result<ColourImage> from_jpeg(const RawFrame& frame, const Limits& limits) {
   if (!frame.bytes) return refused(frame, "is empty");
-  auto image = decode_colour(*frame.bytes, limits);
+  auto image = decode_picture(*frame.bytes, limits);
   if (!image) return refused(frame, "cannot be decoded: " + image.error().message);
   if (image->width() != frame.profile.width || image->height() != frame.profile.height) {
     return refused(frame, "is " + size_text(image->width(), image->height()) + ", its stream " +

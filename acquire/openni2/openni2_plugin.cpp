@@ -1,7 +1,5 @@
 #include "acquire/openni2/openni2_plugin.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -11,7 +9,7 @@
 #include "acquire/reconnecting_source.h"
 #include "acquire/waiting.h"
 #include "core/located.h"
-#include "core/version.h"
+#include "core/module.h"
 
 namespace scanknit {
 namespace {
@@ -19,23 +17,9 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kModule = "libscanknit_openni2.so";
 constexpr const char* kRemedy =
-    ". Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
+    "Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
     "says what is missing)";
-
-/// Where the module is installed: in a folder of its own beside the library, or the program, that this is part of.
-/// Where it was built, and wherever else the loader looks: by its name alone.
-std::filesystem::path module_path() {
-  ::Dl_info here{};
-  if (::dladdr(reinterpret_cast<const void*>(&load_openni2), &here) == 0 || here.dli_fname == nullptr) return kModule;
-  const std::filesystem::path folder = std::filesystem::path(here.dli_fname).parent_path();
-  for (const char* beside : {"scanknit", "../" SCANKNIT_LIBDIR "/scanknit"}) {
-    std::error_code ignored;
-    if (auto path = folder / beside / kModule; std::filesystem::is_regular_file(path, ignored)) return path;
-  }
-  return kModule;
-}
 
 /// OpenNI's player believes every number of a file: it gets only those that are whole and whose pictures we could read.
 Result<void> check_recording(const std::string& path) {
@@ -85,17 +69,8 @@ Result<std::unique_ptr<DeviceSource>> wait_and_open(const OpenNi2Plugin& plugin,
 }  // namespace
 
 Result<const OpenNi2Plugin*> load_openni2() {
-  // Never unloaded: cameras and errors come from it.
-  void* module = ::dlopen(module_path().c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-  const auto refuse = [](const std::string& why) {
-    return Error{ErrorCode::kDevice, "the OpenNI2 module cannot be used: " + why + kRemedy};
-  };
-  if (module == nullptr) return refuse(::dlerror());
-  const auto get = reinterpret_cast<const OpenNi2Plugin* (*)()>(::dlsym(module, "scanknit_openni2_plugin"));
-  const OpenNi2Plugin* plugin = get == nullptr ? nullptr : get();
-  if (plugin == nullptr || std::string_view(plugin->version) != kVersion) {
-    return refuse(std::string(kModule) + " is of another version of ScanKnit");
-  }
+  const auto plugin = load_module<OpenNi2Plugin>("openni2", kRemedy);
+  if (!plugin) return Error{ErrorCode::kDevice, plugin.error().message};  // a camera cannot be used
   return plugin;
 }
 

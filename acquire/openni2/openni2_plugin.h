@@ -10,10 +10,8 @@
 
 namespace scanknit {
 
-/// What the module offers, by its one function `scanknit_openni2_plugin`.
+/// What the module offers (core/module.h).
 struct OpenNi2Plugin {
-  const char* version;  ///< of the ScanKnit that the module was built with
-
   /// Cameras that OpenNI2's drivers see. Error (kDevice): the library does not start.
   Result<std::vector<DeviceInfo>> (*list)();
 

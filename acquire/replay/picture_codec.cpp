@@ -1,46 +1,19 @@
 #include "acquire/replay/picture_codec.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
 
-#include "core/files/jpeg_structure.h"
-#include "core/files/png_structure.h"
 #include "core/files/read_file.h"
+#include "core/picture/decode_picture.h"
+#include "core/picture/png_codec.h"
+#include "core/picture/png_structure.h"
 
 namespace scanknit {
 namespace {
 
 constexpr std::uint16_t kSaturated = std::numeric_limits<std::uint16_t>::max();
-
-// Checked bytes through OpenCV's decoder. The picture has the size that the header promised.
-Result<cv::Mat> decode(std::span<const std::byte> bytes, int flags, int width, int height) {
-  const Error failed{ErrorCode::kInput, "the picture's compressed data are corrupt"};
-  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return failed;
-  try {
-    cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1);
-    std::memcpy(encoded.data, bytes.data(), bytes.size());
-    cv::Mat picture = cv::imdecode(encoded, flags);
-    if (picture.empty() || picture.cols != width || picture.rows != height) return failed;
-    return picture;
-  } catch (const std::exception&) {  // cv::Exception, std::bad_alloc
-    return failed;
-  }
-}
-
-template <typename T>
-Image<T> copy_single_channel(const cv::Mat& picture) {
-  Image<T> image(picture.cols, picture.rows);
-  for (int y = 0; y < picture.rows; ++y) {
-    std::copy_n(picture.ptr<T>(y), picture.cols, image.row(y).begin());
-  }
-  return image;
-}
 
 template <typename T>
 Result<Image<T>> decode_grey(std::span<const std::byte> bytes, const Limits& limits, const char* expected) {
@@ -51,21 +24,7 @@ Result<Image<T>> decode_grey(std::span<const std::byte> bytes, const Limits& lim
     return Error{ErrorCode::kInput, std::to_string(header.bit_depth) + "-bit " + (header.is_grey ? "grey" : "colour") +
                                         " PNG; expected " + expected};
   }
-  auto picture = decode(file->critical, cv::IMREAD_UNCHANGED, header.width, header.height);
-  if (!picture) return picture.error();
-  if (picture->type() != cv::traits::Type<T>::value) return Error{ErrorCode::kInput, "the picture changed its type"};
-  return copy_single_channel<T>(*picture);
-}
-
-ColourImage copy_bgr(const cv::Mat& picture) {
-  ColourImage image(picture.cols, picture.rows);
-  for (int y = 0; y < picture.rows; ++y) {
-    std::transform(picture.ptr<cv::Vec3b>(y), picture.ptr<cv::Vec3b>(y) + picture.cols, image.row(y).begin(),
-                   [](const cv::Vec3b& bgr) {
-                     return Rgb8{bgr[2], bgr[1], bgr[0]};
-                   });
-  }
-  return image;
+  return decode_png_grey<T>(*file);
 }
 
 // Depth below the wanted confidence becomes 0.
@@ -109,25 +68,6 @@ Result<Image<std::uint8_t>> decode_grey_png(std::span<const std::byte> bytes, co
   return decode_grey<std::uint8_t>(bytes, limits, "confidence as an 8-bit grey PNG");
 }
 
-Result<ColourImage> decode_colour(std::span<const std::byte> bytes, const Limits& limits) {
-  constexpr int kFlags = cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION;
-  if (looks_like_jpeg(bytes)) {
-    const auto header = check_jpeg(bytes, limits);
-    if (!header) return header.error();
-    auto picture = decode(bytes, kFlags, header->width, header->height);
-    if (!picture) return picture.error();
-    return copy_bgr(*picture);
-  }
-  const auto file = check_png(bytes, limits);
-  if (!file) {
-    const bool is_other = file.error().message == "not a PNG file";
-    return is_other ? Error{ErrorCode::kInput, "neither a PNG nor a JPEG file"} : file.error();
-  }
-  auto picture = decode(file->critical, kFlags, file->header.width, file->header.height);
-  if (!picture) return picture.error();
-  return copy_bgr(*picture);
-}
-
 DepthImage scale_depth(const Image<std::uint16_t>& raw, double raw_per_metre) {
   DepthImage depth_m(raw.width(), raw.height());
   std::transform(raw.pixels().begin(), raw.pixels().end(), depth_m.pixels().begin(), [&](std::uint16_t value) {
@@ -153,7 +93,7 @@ OrDrop<DecodedFrame> decode_png_frame(const FrameEntry& entry, const DecodeSetti
 
   auto bytes = read_picture(entry.colour, settings.limits);
   if (auto* drop = std::get_if<Drop>(&bytes)) return std::move(*drop);
-  auto colour = picture_or_drop(decode_colour(std::get<0>(bytes), settings.limits), entry.colour);
+  auto colour = picture_or_drop(decode_picture(std::get<0>(bytes), settings.limits), entry.colour);
   if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
   frame.colour = std::get<ColourImage>(std::move(colour));
   frame.encoded_colour = std::make_shared<const std::vector<std::byte>>(std::get<0>(std::move(bytes)));

@@ -1,4 +1,4 @@
-// Pictures from bytes: 16-bit depth, 8-bit confidence, colour.
+// The pictures of a frame from their files: 16-bit depth, 8-bit confidence, colour.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,6 @@ namespace scanknit {
 
 /// A grey PNG of 8 bits.
 [[nodiscard]] Result<Image<std::uint8_t>> decode_grey_png(std::span<const std::byte> bytes, const Limits& limits);
-
-/// A PNG or JPEG of one, three or four channels; alpha is left out, an orientation tag is not obeyed.
-[[nodiscard]] Result<ColourImage> decode_colour(std::span<const std::byte> bytes, const Limits& limits);
 
 /// Raw depth as metres. 0 and 65535 are "no return". `raw_per_metre` > 0.
 [[nodiscard]] DepthImage scale_depth(const Image<std::uint16_t>& raw, double raw_per_metre);

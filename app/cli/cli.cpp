@@ -1,12 +1,10 @@
 #include "app/cli/cli.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <memory>
 #include <new>
 #include <string>
 #include <vector>
@@ -35,10 +33,6 @@ int run_chosen(CommandLine& line) {
   line.common.verbosity = line.is_quiet     ? Verbosity::kQuiet
                           : line.is_verbose ? Verbosity::kVerbose
                                             : Verbosity::kNormal;
-  std::unique_ptr<tbb::global_control> limit;
-  if (line.threads > 0) {
-    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, line.threads);
-  }
   try {
     return line.command();
   } catch (const std::bad_alloc&) {

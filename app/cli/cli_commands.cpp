@@ -8,11 +8,24 @@
 #include "app/cli/cli_options.h"
 #include "app/cli/command_tree.h"
 #include "app/cli/rig_options.h"
+#include "app/commands/commands_module.h"
 #include "core/files/quantity.h"
-#include "synth/scene/scene.h"
+#include "core/module.h"
+#include "synth/scene/scene_names.h"
 
 namespace scanknit {
 namespace {
+
+/// A command of the module, which is opened when the command runs. `arguments` are parts of `line`.
+template <typename Command, typename... Arguments>
+std::function<int()> from_module(const CommandLine& line, Command CommandsModule::*command,
+                                 const Arguments&... arguments) {
+  return [&line, command, &arguments...] {
+    const auto module = load_module<CommandsModule>("commands", "It comes with ScanKnit: install ScanKnit again");
+    if (!module) return fail(module.error(), line.common);
+    return ((*module)->*command)(arguments..., line.common);
+  };
+}
 
 /// True when one object is scanned: the user walks round it, or it turns.
 bool is_orbit(const ConfigSources& config) {
@@ -52,7 +65,7 @@ void add_run(CLI::App& app, CommandLine& line) {
   add_common(*command, line);
   command->final_callback([&line] {
     line.run.view.is_orbit = is_orbit(line.common.config);
-    line.command = [&line] { return run_command(line.run, line.common); };
+    line.command = from_module(line, &CommandsModule::run, line.run);
   });
 }
 
@@ -72,7 +85,7 @@ void add_capture(CLI::App& app, CommandLine& line) {
   add_common(*command, line);
   command->final_callback([&line] {
     line.capture.view.is_orbit = is_orbit(line.common.config);
-    line.command = [&line] { return capture_command(line.capture, line.common); };
+    line.command = from_module(line, &CommandsModule::capture, line.capture);
   });
 }
 
@@ -83,7 +96,7 @@ void add_view(CLI::App& app, CommandLine& line) {
       ->type_name("FILE|OUT");
   add_server_options(*command, line.show.server, nullptr);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return view_command(line.show, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::view, line.show); });
 }
 
 void add_report(CLI::App& app, CommandLine& line) {
@@ -96,7 +109,7 @@ void add_report(CLI::App& app, CommandLine& line) {
   command->add_option("--report", line.report.report, "Where the report of that folder is, default: OUT/report.json")
       ->type_name("FILE");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return report_command(line.report, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::report, line.report); });
 }
 
 void add_record(CLI::App& app, CommandLine& line) {
@@ -107,7 +120,7 @@ void add_record(CLI::App& app, CommandLine& line) {
       ->type_name("FILE.mcap");
   add_scanner_options(*command, line.record.scanner);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return record_command(line.record, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::record, line.record); });
 }
 
 void add_extract(CLI::App& app, CommandLine& line) {
@@ -129,7 +142,7 @@ void add_extract(CLI::App& app, CommandLine& line) {
   add_refused_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return extract_command(line.extract, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::extract, line.extract); });
 }
 
 void add_align(CLI::App& app, CommandLine& line) {
@@ -140,7 +153,7 @@ void add_align(CLI::App& app, CommandLine& line) {
   add_refused_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return align_command(line.align, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::align, line.align); });
 }
 
 void add_synth(CLI::App& app, CommandLine& line) {
@@ -148,7 +161,7 @@ void add_synth(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("synth", "Scan a scene that is known exactly, for tests and demonstrations");
   auto* scene =
       command->add_option("scene", synth.scene, "Name of a scene (--list), or a closed mesh file")->type_name("SCENE");
-  line.words[scene] = scene_names();
+  line.words[scene].assign(kSceneNames.begin(), kSceneNames.end());
   auto* output = command->add_option("-o,--output", synth.output, "Folder of the new recording")->type_name("DIR");
   command->add_option("--frames", synth.frames, "Number of frames")->check(CLI::Range(1, 100'000))->type_name("N");
   command->add_option("--width", synth.width, "Width of the pictures, pixels")->check(CLI::Range(16, 4096));
@@ -169,7 +182,7 @@ void add_synth(CLI::App& app, CommandLine& line) {
     const SynthArguments& given = line.synth;
     if (!given.only_list && given.scene.empty()) throw CLI::RequiredError("SCENE (or --list)");
     if (!given.only_list && given.output.empty()) throw CLI::RequiredError("--output");
-    line.command = [&line] { return synth_command(line.synth, line.common); };
+    line.command = from_module(line, &CommandsModule::synth, line.synth);
   });
 }
 
@@ -194,7 +207,7 @@ void add_convert(CLI::App& app, CommandLine& line) {
   command->final_callback([&line] {
     const std::string why = why_not_mcap(line.convert.output.string());
     if (line.convert.target == ConvertTarget::kMcap && !why.empty()) throw CLI::ValidationError("--output", why);
-    line.command = [&line] { return convert_command(line.convert, line.common); };
+    line.command = from_module(line, &CommandsModule::convert, line.convert);
   });
 }
 
@@ -205,7 +218,7 @@ void add_repair(CLI::App& app, CommandLine& line) {
       ->check(why_not_mcap)
       ->type_name("OUT.mcap");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return repair_command(line.repair, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::repair, line.repair); });
 }
 
 void add_info(CLI::App& app, CommandLine& line) {
@@ -214,7 +227,7 @@ void add_info(CLI::App& app, CommandLine& line) {
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_volume_options(*command, line, line.info.options);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return info_command(line.info, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::info, line.info); });
 }
 
 void add_distance(CLI::App& app, CommandLine& line) {
@@ -226,7 +239,7 @@ void add_distance(CLI::App& app, CommandLine& line) {
                    "The run's trajectory.txt, where it has a world of its own")
       ->type_name("FILE");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = [&line] { return distance_command(line.distance, line.common); }; });
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::distance, line.distance); });
 }
 
 void add_config(CLI::App& app, CommandLine& line) {
@@ -249,13 +262,13 @@ void add_config(CLI::App& app, CommandLine& line) {
 }
 
 void add_devices(CLI::App& app, CommandLine& line) {
-  const auto add = [&](const char* name, const char* text, int (*command)(const CommonArguments&)) {
+  const auto add = [&](const char* name, const char* text, auto command) {
     CLI::App* added = app.add_subcommand(name, text);
     add_common(*added, line);
-    added->final_callback([&line, command] { line.command = [&line, command] { return command(line.common); }; });
+    added->final_callback([&line, command] { line.command = from_module(line, command); });
   };
-  add("devices", "List the scanners that are plugged in", devices_command);
-  add("doctor", "Find what keeps a scanner from working", doctor_command);
+  add("devices", "List the scanners that are plugged in", &CommandsModule::devices);
+  add("doctor", "Find what keeps a scanner from working", &CommandsModule::doctor);
 
   CLI::App* rules = app.add_subcommand("udev-rules", "Print the rules that let you use your scanners");
   rules
@@ -264,8 +277,7 @@ void add_devices(CLI::App& app, CommandLine& line) {
                    "default: of all that are known")
       ->type_name("VID:PID");
   add_common(*rules, line);
-  rules->final_callback(
-      [&line] { line.command = [&line] { return udev_rules_command(line.rules_device, line.common); }; });
+  rules->final_callback([&line] { line.command = from_module(line, &CommandsModule::udev_rules, line.rules_device); });
 }
 
 void add_completion(CLI::App& app, CommandLine& line) {

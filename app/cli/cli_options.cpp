@@ -63,17 +63,15 @@ CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& 
 }
 
 void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options) {
-  const std::vector<std::string> types = {"int8",   "uint8", "int16",  "uint16", "int32",
-                                          "uint32", "int64", "uint64", "float",  "double"};
   const std::vector<std::string> orders = {"little", "big"};
   auto* dims = add_parsed(app, "--dims", options.dims, parse_dims, "samples such as 256x256x108",
                           "Raw file: samples along i (fastest), j, k")
                    ->type_name("NXxNYxNZ");
   auto* type = add_parsed(app, "--type", options.type, sample_type_named,
-                          fmt::format("one of {}", fmt::join(types, ", ")), "Raw file: its samples")
+                          fmt::format("one of {}", fmt::join(kSampleTypeNames, ", ")), "Raw file: its samples")
                    ->needs(dims)
                    ->type_name("TYPE");
-  line.words[type] = types;
+  line.words[type].assign(kSampleTypeNames.begin(), kSampleTypeNames.end());
   add_parsed(app, "--spacing", options.spacing, parse_spacing, "millimetres such as 0.5 or 0.5x0.5x1.2",
              "Raw file or folder of images: millimetres between samples")
       ->type_name("MM|XxYxZ");
@@ -108,7 +106,7 @@ void add_common(CLI::App& app, CommandLine& line) {
                   ->allow_extra_args(false)
                   ->group("Configuration");
   for (const ConfigKey& key : config_schema()) line.words[set].push_back(key.name + "=");
-  app.add_option("--threads", line.threads, "Threads to use; the result does not depend on it")
+  app.add_option("--threads", line.common.threads, "Threads to use; the result does not depend on it")
       ->check(CLI::Range(1, 1024))
       ->type_name("N")
       ->group("General");

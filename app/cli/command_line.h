@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <cstddef>
 #include <functional>
 #include <map>
 #include <string>
@@ -31,7 +30,6 @@ struct CommandLine {
   CompletionArguments completion;
   ManArguments man;
   std::string rules_device;
-  std::size_t threads = 0;  ///< 0: as many as the machine has processors
   bool is_quiet = false, is_verbose = false;
   std::function<int()> command;
 

@@ -5,10 +5,12 @@
 
 #include "app/commands/commands.h"
 #include "app/report/conclude.h"
+#include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"
 #include "scan/mesh/write_texture.h"
 
 namespace scanknit {
+
 int align_command(const AlignArguments& arguments, const CommonArguments& common) {
   const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto begin = std::chrono::steady_clock::now();
@@ -21,7 +23,7 @@ int align_command(const AlignArguments& arguments, const CommonArguments& common
   request.has_voxel_size = loaded->gives("fusion.voxel_size");
 
   const ScanJob job = job_of(request.inputs.front(), loaded->config, *outputs);
-  Console console(common.verbosity);
+  ScanConsole console(common.verbosity);
   ScanResult scan = align_and_mesh(job, request, console, stop_on_signal.token());
   CommandRun run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
   return conclude(run, *outputs, common);

@@ -1,6 +1,7 @@
-// One function for each command. It takes the arguments and returns the exit code.
+// One function for each command. It takes the arguments, plain values that need no room, and returns the exit code.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -15,7 +16,7 @@
 #include "app/terminal/console.h"
 #include "extract/volume/slice_reader.h"
 #include "scan/align/align.h"
-#include "scan/live/live_scanner.h"
+#include "scan/scan.h"
 #include "view/live_view.h"
 
 namespace scanknit {
@@ -23,6 +24,7 @@ namespace scanknit {
 /// The arguments that every command has.
 struct CommonArguments {
   ConfigSources config;
+  std::size_t threads = 0;  ///< 0: as many as the machine has
   bool is_json = false;
   Verbosity verbosity = Verbosity::kNormal;
 };
@@ -134,6 +136,7 @@ struct ManArguments {
 
 struct CommandDescription;  // app/cli/command_tree.h
 
+// These need the rooms: they are in the module (commands_module.h).
 [[nodiscard]] int run_command(const RunArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int capture_command(const CaptureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int view_command(const ShowArguments& arguments, const CommonArguments& common);
@@ -150,15 +153,14 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int doctor_command(const CommonArguments& common);
 /// `device`: empty for all known cameras.
 [[nodiscard]] int udev_rules_command(const std::string& device, const CommonArguments& common);
+
+// These need none: they are in the program itself.
 [[nodiscard]] int config_print_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_check_command(const ConfigArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int config_schema_command();
 [[nodiscard]] int config_docs_command();
 [[nodiscard]] int completion_command(const CommandDescription& program, const CompletionArguments& arguments);
 [[nodiscard]] int man_command(const CommandDescription& program, const ManArguments& arguments);
-
-/// Puts configs/default.yaml, with which `run` begins, before all other sources.
-[[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
 
 /// Writes a result to stdout. Returns kExitOk; if stdout cannot be written, reports that and returns the exit code of
 /// kOutput.

@@ -39,7 +39,7 @@ int convert_command(const ConvertArguments& arguments, const CommonArguments& co
   Console console(common.verbosity);
   for (const std::string& warning : (*source)->info().warnings) console.warn(warning);
   const std::size_t frames = (*source)->info().frames;
-  const auto progress = [&](std::size_t done) { console.on_progress("converting", done, frames); };
+  const auto progress = [&](std::size_t done) { console.progress("converting", done, frames); };
   const auto summary =
       convert_recording(**source, arguments.target, arguments.output, progress, stop_on_signal.token());
   if (!summary) return fail(summary.error(), common);

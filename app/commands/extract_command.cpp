@@ -3,6 +3,7 @@
 
 #include "app/commands/commands.h"
 #include "app/report/conclude.h"
+#include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"
 #include "scan/mesh/write_texture.h"
 #include "scan/volume/extract_volume.h"
@@ -23,7 +24,7 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
                         loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kNotGiven};
   if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
   const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
-  Console console(common.verbosity);
+  ScanConsole console(common.verbosity);
   ScanResult scan = extract_volume(job, request, console, stop_on_signal.token());
   CommandRun run = close_run(std::move(scan), stop_on_signal.token().stop_requested(), begin);
   return conclude(run, *outputs, common, arguments.wants_stats);

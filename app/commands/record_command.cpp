@@ -5,6 +5,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/commands/commands.h"
+#include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"
 #include "core/files/atomic_file.h"
 #include "scan/live/live_scanner.h"
@@ -72,7 +73,7 @@ int record_command(const RecordArguments& arguments, const CommonArguments& comm
   const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
-  Console console(common.verbosity);
+  ScanConsole console(common.verbosity);
   ScanSession session(console, {});
   const auto recorded = record(arguments, loaded->config, stop_on_signal.token(), session);
   if (!recorded) return fail(recorded.error(), common);

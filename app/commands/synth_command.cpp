@@ -13,6 +13,7 @@
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
 #include "synth/scene/scene.h"
+#include "synth/scene/scene_names.h"
 #include "synth/write_recording.h"
 
 namespace scanknit {
@@ -53,9 +54,8 @@ SynthConfig synth_config(const SynthArguments& arguments) {
 }
 
 int list_scenes(const CommonArguments& common) {
-  const std::vector<std::string> names = scene_names();
-  if (common.is_json) return print_result(Json(names).dump() + "\n", common);
-  return print_result(fmt::format("{}\n", fmt::join(names, "\n")), common);
+  if (common.is_json) return print_result(Json(kSceneNames).dump() + "\n", common);
+  return print_result(fmt::format("{}\n", fmt::join(kSceneNames, "\n")), common);
 }
 
 int print_summary(const SynthSummary& summary, const SynthArguments& arguments, const CommonArguments& common) {
@@ -85,7 +85,7 @@ int synth_command(const SynthArguments& arguments, const CommonArguments& common
   Console console(common.verbosity);
   const auto scene = open_scene(arguments, console);
   if (!scene) return fail(scene.error(), common);
-  const auto progress = [&](std::size_t done, std::size_t total) { console.on_progress("rendering", done, total); };
+  const auto progress = [&](std::size_t done, std::size_t total) { console.progress("rendering", done, total); };
   const auto summary =
       write_synthetic_recording(**scene, synth_config(arguments), arguments.output, progress, stop_on_signal.token());
   if (!summary) return fail(summary.error(), common);

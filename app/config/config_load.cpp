@@ -213,6 +213,11 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Loade
   return problems;
 }
 
+ConfigSources with_run_defaults(ConfigSources sources) {
+  sources.starts_from_run_defaults = true;
+  return sources;
+}
+
 Result<LoadedConfig> load_config(const ConfigSources& sources) {
   LoadedConfig loaded;
   std::vector<ConfigProblem> problems;

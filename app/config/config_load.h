@@ -22,6 +22,9 @@ struct ConfigSources {
   bool starts_from_run_defaults = false;
 };
 
+/// `run` begins with configs/default.yaml; whatever else was asked for comes after it.
+[[nodiscard]] ConfigSources with_run_defaults(ConfigSources sources);
+
 /// A configuration, and which of its keys a preset, a file or --set gave.
 struct LoadedConfig {
   ScanConfig config = {};

@@ -225,7 +225,7 @@ void ScanView::note_trouble(DropReason reason) {
 
 /// Shows progress on the page only before the first frame and after the last one.
 void ScanView::on_progress(std::string_view what, std::size_t done, std::size_t total) {
-  console_.on_progress(what, done, total);
+  console_.progress(what, done, total);
   const bool has_frames = state_.phase != ViewPhase::kExporting && !(state_.phase == ViewPhase::kWaiting && !mesh_);
   if (server_ == nullptr || has_frames) return;
   state_.message = done < total ? fmt::format("{} {} of {}", what, done, total) : "";

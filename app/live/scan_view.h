@@ -31,8 +31,8 @@ class ScanView final : public ScanObserver {
   /// All references outlive it. `stop` ends serve_result().
   ScanView(const ViewArguments& arguments, const ScanJob& job, Mode mode, std::stop_token stop, Console& console);
 
-  void on_message(LogLevel level, std::string_view text) override { console_.on_message(level, text); }
-  void on_warning(const ScanWarning& warning) override { console_.on_warning(warning); }
+  void on_message(LogLevel level, std::string_view text) override { console_.say(level, text); }
+  void on_warning(const ScanWarning& warning) override { console_.warn(warning.text); }
   void on_progress(std::string_view what, std::size_t done, std::size_t total) override;
 
   /// Starts the server and prints its links on the console. Refuses commands until on_begin(). Errors: those of

@@ -58,7 +58,7 @@ Console::~Console() {
   clear_line();
 }
 
-void Console::on_message(LogLevel level, std::string_view message) {
+void Console::say(LogLevel level, std::string_view message) {
   clear_line();
   logger_->log(level_of(level), "{}", message);
 }
@@ -68,7 +68,7 @@ void Console::plain(std::string_view lines) {
   print(fmt::format("{}\n", lines));
 }
 
-void Console::on_progress(std::string_view what, std::size_t done, std::size_t total) {
+void Console::progress(std::string_view what, std::size_t done, std::size_t total) {
   if (is_quiet_ || total == 0) return;
   if (!is_terminal_) {
     const std::size_t tenths = done * 10 / total;

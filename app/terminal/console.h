@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "scan/scan_observer.h"
+#include "core/log.h"
 
 namespace spdlog {
 class logger;
@@ -17,24 +17,24 @@ namespace scanknit {
 
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
-/// For one thread. Quiet: prints errors only. Uses colours on a terminal unless NO_COLOR is set. As an observer of a
-/// scan, prints its messages and warnings and draws its progress.
-class Console final : public ScanObserver {
+/// For one thread. Quiet: prints errors only. Uses colours on a terminal unless NO_COLOR is set.
+class Console {
  public:
   explicit Console(Verbosity verbosity);
-  ~Console() override;
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
 
-  void info(std::string_view message) { on_message(LogLevel::kInfo, message); }
-  void warn(std::string_view message) { on_message(LogLevel::kWarning, message); }
-  void error(std::string_view message) { on_message(LogLevel::kError, message); }
+  void say(LogLevel level, std::string_view message);
+  void info(std::string_view message) { say(LogLevel::kInfo, message); }
+  void warn(std::string_view message) { say(LogLevel::kWarning, message); }
+  void error(std::string_view message) { say(LogLevel::kError, message); }
 
   /// Prints lines unchanged, at every verbosity.
   void plain(std::string_view lines);
 
-  void on_message(LogLevel level, std::string_view message) override;
-  void on_warning(const ScanWarning& warning) override { warn(warning.text); }
   /// Prints "fusing 12/50": on a terminal one line, redrawn at most ten times a second; else one line for each tenth.
-  void on_progress(std::string_view what, std::size_t done, std::size_t total) override;
+  void progress(std::string_view what, std::size_t done, std::size_t total);
 
  private:
   void clear_line();

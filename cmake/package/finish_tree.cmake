@@ -8,6 +8,7 @@ foreach(component IN LISTS components)
   endforeach()
   # The libraries lie where the system looks.
   file(GLOB binaries ${component}/usr/bin/* ${component}/usr/lib/*.so* ${component}/usr/lib/*/*.so*
+       ${component}/usr/lib/*/scanknit/*.so
        ${component}/usr/lib/python3/dist-packages/scanknit/*.so)
   foreach(binary IN LISTS binaries)
     if(NOT IS_SYMLINK ${binary})

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
 
   // For each frame: mask what is smeared, estimate normals, fuse. The pose is camera-to-world.
   scanknit::Frame frame = look_at_the_wall();
-  scanknit::filter_frame(frame, scanknit::AcquireConfig{}, scanknit::NoiseModel{});
+  if (!is_good(scanknit::filter_frame(frame, scanknit::AcquireConfig{}, scanknit::NoiseModel{}))) return 1;
   if (!is_good(scanknit::integrate(frame, scanknit::Pose::Identity(), *volume))) return 1;
 
   // The surface lies where the signed distance is 0. Voxels that nothing has seen leave an open border.

@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
+#include "core/picture/decode_picture.h"
 #include "export/mesh/mesh_builder.h"
 #include "export/texture/srgb.h"
-#include "export/texture/texture_picture.h"
 
 namespace scanknit {
 namespace {
@@ -127,7 +127,7 @@ Result<ColourImage> BaseColours::decoded(const tinygltf::Image& image) {
   const auto file = file_of(model_, image);
   if (!file) return file.error();
   if (file->empty()) return input_error("its picture is not in the file");
-  auto picture = decode_texture(*file, limits_);
+  auto picture = decode_picture(*file, limits_);
   if (!picture) return input_error("its picture cannot be shown: " + picture.error().message);
   return picture;
 }

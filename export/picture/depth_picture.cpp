@@ -1,13 +1,16 @@
 #include "export/picture/depth_picture.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "core/picture/jpeg_codec.h"
 
 namespace scanknit {
 
 std::vector<std::uint8_t> depth_picture(const DepthImage& depth_m) {
   constexpr int kMostWidth = 320;
+  constexpr int kJpegQuality = 80;
   if (depth_m.empty()) return {};
   const int step = (depth_m.width() + kMostWidth - 1) / kMostWidth;
   cv::Mat small(depth_m.height() / step, depth_m.width() / step, CV_32F);
@@ -37,13 +40,15 @@ std::vector<std::uint8_t> depth_picture(const DepthImage& depth_m) {
   cv::Mat colours;
   cv::applyColorMap(grey, colours, cv::COLORMAP_TURBO);
   colours.setTo(cv::Scalar(0, 0, 0), small <= 0);
-  std::vector<std::uint8_t> jpeg;
-  try {
-    if (!cv::imencode(".jpg", colours, jpeg, {cv::IMWRITE_JPEG_QUALITY, 80})) jpeg.clear();
-  } catch (const cv::Exception&) {
-    jpeg.clear();
+  ColourImage picture(colours.cols, colours.rows);
+  for (int y = 0; y < picture.height(); ++y) {
+    for (int x = 0; x < picture.width(); ++x) {
+      const auto& bgr = colours.at<cv::Vec3b>(y, x);
+      picture.at(x, y) = {bgr[2], bgr[1], bgr[0]};
+    }
   }
-  return jpeg;
+  auto jpeg = encode_jpeg(picture, kJpegQuality);
+  return jpeg ? *std::move(jpeg) : std::vector<std::uint8_t>();
 }
 
 }  // namespace scanknit

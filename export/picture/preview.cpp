@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/files/atomic_file.h"
-#include "export/picture/encode_picture.h"
+#include "core/picture/png_codec.h"
 #include "export/picture/rasteriser.h"
 #include "export/texture/view_choice.h"
 

@@ -12,8 +12,9 @@
 #include "core/files/read_file.h"
 #include "core/limits.h"
 #include "extract/volume/dicom_structure.h"
+#include "extract/volume/file_layout.h"
 #include "extract/volume/header_text.h"
-#include "extract/volume/readers.h"
+#include "extract/volume/slice_files.h"
 
 namespace scanknit {
 namespace {

@@ -12,6 +12,7 @@
 #include "extract/volume/header_text.h"
 #include "extract/volume/natural_order.h"
 #include "extract/volume/readers.h"
+#include "extract/volume/slice_files.h"
 
 namespace scanknit {
 namespace {
@@ -195,11 +196,6 @@ class ImageStackReader final : public SliceReader {
 };
 
 }  // namespace
-
-bool has_image_name(const Path& path) {
-  const std::string extension = lower_case(path.extension().string());
-  return extension == ".png" || extension == ".tif" || extension == ".tiff";
-}
 
 Result<std::unique_ptr<SliceReader>> open_image_stack(const Path& folder, const VolumeOptions& options) {
   const auto usage = [&](const char* message) { return Error{ErrorCode::kUsage, message, folder.string()}; };

@@ -1,6 +1,7 @@
 // The headers of NRRD, MetaImage and NIfTI-1, read by ITK's own libraries for them: teem's NrrdIO, MetaIO and niftilib.
 // One level below itk::ImageIOBase, which loses what a file says: NRRD's space and units, NIfTI's sform, the data's
-// place. Neither samples nor memory for them are asked of these libraries.
+// place. Neither samples nor memory for them are asked of these libraries. All are in the module: call them by
+// volume_files.h.
 #pragma once
 
 #include <cstddef>

@@ -10,6 +10,7 @@
 #include "extract/volume/header_text.h"
 #include "extract/volume/itk_headers.h"
 #include "extract/volume/readers.h"
+#include "extract/volume/volume_files.h"
 
 namespace scanknit {
 namespace {
@@ -55,6 +56,12 @@ Opened open_layout(const Path& path, Result<FileLayout> layout, const VolumeOpti
   return open_encoded_samples(data_path, std::move(*layout), options.memory_budget_bytes);
 }
 
+Opened open_dicom(const Path& path, const VolumeOptions& options) {
+  const auto files = load_volume_files();
+  if (!files) return files.error();
+  return (*files)->open_dicom_series(path, options);
+}
+
 // `path` without ".gz", in whatever case.
 Path without_gz(const Path& path) {
   return lower_case(path.extension().string()) == ".gz" ? Path(path).replace_extension() : path;
@@ -83,7 +90,9 @@ Opened open_nifti(Path path, const VolumeOptions& options) {
   }
   auto bytes = first_bytes(path, true);
   if (!bytes) return bytes.error();
-  auto layout = read_nifti_header(*bytes, path);
+  const auto files = load_volume_files();
+  if (!files) return files.error();
+  auto layout = (*files)->read_nifti_header(*bytes, path);
   if (!layout) return layout.error();
   const bool is_pair = *(bytes->begin() + 345) == std::byte{'i'};
   const auto data_path = is_pair ? partner_of(path, ".img") : path;
@@ -126,6 +135,12 @@ Opened open_raw(const Path& path, const VolumeOptions& options) {
   return open_raw_samples(path, std::move(layout), options.memory_budget_bytes);
 }
 
+Opened open_images(const Path& folder, const VolumeOptions& options) {
+  const auto files = load_volume_files();
+  if (!files) return files.error();
+  return (*files)->open_image_stack(folder, options);
+}
+
 bool has_other_image_name(const Path& path) {
   constexpr std::array kEndings = {".jpg", ".jpeg", ".jp2", ".bmp", ".gif", ".webp", ".pgm", ".ppm"};
   return std::ranges::find(kEndings, lower_case(path.extension().string())) != kEndings.end();
@@ -135,7 +150,7 @@ Opened open_folder(const Path& path, const VolumeOptions& options) {
   std::error_code code;
   std::string other_image;  // the first by name
   for (std::filesystem::directory_iterator entry(path, code), end; !code && entry != end; entry.increment(code)) {
-    if (has_image_name(entry->path())) return open_image_stack(path, options);
+    if (has_image_name(entry->path())) return open_images(path, options);
     const std::string name = entry->path().filename().string();
     if (has_other_image_name(name) && (other_image.empty() || name < other_image)) other_image = name;
   }
@@ -144,7 +159,7 @@ Opened open_folder(const Path& path, const VolumeOptions& options) {
     return bad_volume(path, "no PNG or TIFF slices in this folder, but " + other_image +
                                 "; of images only PNG and TIFF are read: convert them");
   }
-  return open_dicom_series(path, options);
+  return open_dicom(path, options);
 }
 
 bool is_nifti_name(const Path& path) {
@@ -156,9 +171,11 @@ Opened open_self_described(const Path& path, const VolumeOptions& options) {
   auto bytes = first_bytes(path, false);
   if (!bytes) return bytes.error();
   const std::string name = lower_case(path.filename().string());
-  if (starts_with(*bytes, "NRRD000")) return open_layout(path, read_nrrd_header(path), options);
-  if (name.ends_with(".mhd") || name.ends_with(".mha")) {
-    return open_layout(path, read_meta_header(path), options);
+  const bool is_nrrd = starts_with(*bytes, "NRRD000");
+  if (is_nrrd || name.ends_with(".mhd") || name.ends_with(".mha")) {
+    const auto files = load_volume_files();
+    if (!files) return files.error();
+    return open_layout(path, is_nrrd ? (*files)->read_nrrd_header(path) : (*files)->read_meta_header(path), options);
   }
   if (is_nifti_name(path)) return open_nifti(path, options);
   if (has_image_name(path)) {
@@ -166,12 +183,17 @@ Opened open_self_described(const Path& path, const VolumeOptions& options) {
                       "a single image; name the folder of all slices, with at least 2 of them, each in a file of its "
                       "own (no TIFF of several pages)");
   }
-  if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom_series(path, options);
+  if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom(path, options);
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return bad_volume(path, "not NRRD, or truncated");
   return bad_volume(path, std::string("unknown format; ") + kExpected);
 }
 
 }  // namespace
+
+bool has_image_name(const Path& path) {
+  const std::string extension = lower_case(path.extension().string());
+  return extension == ".png" || extension == ".tif" || extension == ".tiff";
+}
 
 Opened open_volume(const Path& path, const VolumeOptions& options) {
   std::error_code code;

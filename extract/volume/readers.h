@@ -1,4 +1,4 @@
-// The readers behind open_volume, one function for each way that samples come.
+// The readers behind open_volume that need no module: samples in one file.
 #pragma once
 
 #include <memory>
@@ -17,13 +17,7 @@ namespace scanknit {
 [[nodiscard]] Result<std::unique_ptr<SliceReader>> open_encoded_samples(const std::filesystem::path& data_path,
                                                                         FileLayout layout, std::size_t budget_bytes);
 
-/// A folder of PNG or TIFF slices. Errors: kUsage (no spacing), kInput, kBudget.
-[[nodiscard]] Result<std::unique_ptr<SliceReader>> open_image_stack(const std::filesystem::path& folder,
-                                                                    const VolumeOptions& options);
+/// A PNG or TIFF, by its ending.
 [[nodiscard]] bool has_image_name(const std::filesystem::path& path);
-
-/// The DICOM series that `path` belongs to, or the largest of the folder `path`. Errors: kInput, kBudget.
-[[nodiscard]] Result<std::unique_ptr<SliceReader>> open_dicom_series(const std::filesystem::path& path,
-                                                                     const VolumeOptions& options);
 
 }  // namespace scanknit

@@ -14,23 +14,22 @@ namespace {
 
 struct TypeFacts {
   SampleType type;
-  std::string_view name;
   std::size_t bytes;
   bool is_signed;
   bool is_floating_point;
 };
 
 // In the order of the enumeration.
-constexpr std::array<TypeFacts, 10> kTypes = {{{SampleType::kInt8, "int8", 1, true, false},
-                                               {SampleType::kUint8, "uint8", 1, false, false},
-                                               {SampleType::kInt16, "int16", 2, true, false},
-                                               {SampleType::kUint16, "uint16", 2, false, false},
-                                               {SampleType::kInt32, "int32", 4, true, false},
-                                               {SampleType::kUint32, "uint32", 4, false, false},
-                                               {SampleType::kInt64, "int64", 8, true, false},
-                                               {SampleType::kUint64, "uint64", 8, false, false},
-                                               {SampleType::kFloat, "float", 4, true, true},
-                                               {SampleType::kDouble, "double", 8, true, true}}};
+constexpr std::array<TypeFacts, 10> kTypes = {{{SampleType::kInt8, 1, true, false},
+                                               {SampleType::kUint8, 1, false, false},
+                                               {SampleType::kInt16, 2, true, false},
+                                               {SampleType::kUint16, 2, false, false},
+                                               {SampleType::kInt32, 4, true, false},
+                                               {SampleType::kUint32, 4, false, false},
+                                               {SampleType::kInt64, 8, true, false},
+                                               {SampleType::kUint64, 8, false, false},
+                                               {SampleType::kFloat, 4, true, true},
+                                               {SampleType::kDouble, 8, true, true}}};
 
 const TypeFacts& facts(SampleType type) {
   return kTypes[static_cast<std::size_t>(type)];
@@ -59,15 +58,6 @@ void decode(std::span<const std::byte> bytes, bool is_swapped, const Rescale& re
 
 std::size_t bytes_per_sample(SampleType type) {
   return facts(type).bytes;
-}
-
-std::string_view sample_type_name(SampleType type) {
-  return facts(type).name;
-}
-
-std::optional<SampleType> sample_type_named(std::string_view name) {
-  const auto found = std::ranges::find(kTypes, name, &TypeFacts::name);
-  return found == kTypes.end() ? std::nullopt : std::optional(found->type);
 }
 
 std::optional<SampleType> sample_type_of(std::size_t bytes, bool is_signed, bool is_floating_point) {

@@ -1,6 +1,8 @@
 // SampleType: how a file stores a sample, and how it becomes a float.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,11 +13,21 @@
 
 namespace scanknit {
 
+/// In the order of the enumeration.
+inline constexpr std::array<std::string_view, 10> kSampleTypeNames = {"int8",   "uint8", "int16",  "uint16", "int32",
+                                                                      "uint32", "int64", "uint64", "float",  "double"};
+
 [[nodiscard]] std::size_t bytes_per_sample(SampleType type);
 /// "int8", "uint8" ... "uint64", "float", "double".
-[[nodiscard]] std::string_view sample_type_name(SampleType type);
+[[nodiscard]] constexpr std::string_view sample_type_name(SampleType type) {
+  return kSampleTypeNames[static_cast<std::size_t>(type)];
+}
 /// The type of that name; nothing for any other word.
-[[nodiscard]] std::optional<SampleType> sample_type_named(std::string_view name);
+[[nodiscard]] constexpr std::optional<SampleType> sample_type_named(std::string_view name) {
+  const auto found = std::ranges::find(kSampleTypeNames, name);
+  if (found == kSampleTypeNames.end()) return std::nullopt;
+  return static_cast<SampleType>(found - kSampleTypeNames.begin());
+}
 /// The type of a floating-point, signed or unsigned number of 1, 2, 4 or 8 bytes; nothing where there is none.
 [[nodiscard]] std::optional<SampleType> sample_type_of(std::size_t bytes, bool is_signed, bool is_floating_point);
 

@@ -49,12 +49,14 @@ class ScanAligner {
     result_.is_placed.assign(models.size(), false);
   }
 
-  [[nodiscard]] Alignment align() {
+  [[nodiscard]] Result<Alignment> align() {
     if (models_.empty() || !(result_.scale.fine_m > 0)) return std::move(result_);
     prepare();
     for (std::size_t from = 0; from < models_.size(); ++from) {
       for (std::size_t to = from + 1; to < models_.size(); ++to) {
-        result_.pairs.push_back(priors_.are_final ? measure_given(from, to) : find_pair(from, to));
+        auto pair = priors_.are_final ? measure_given(from, to) : find_pair(from, to);
+        if (!pair) return pair.error();
+        result_.pairs.push_back(*std::move(pair));
         const std::size_t total = models_.size() * (models_.size() - 1) / 2;
         if (progress_ && !progress_(result_.pairs.size(), total)) return std::move(result_);
       }
@@ -85,10 +87,12 @@ class ScanAligner {
     features_.resize(models_.size());
   }
 
-  const std::vector<SurfaceFeature>& features(std::size_t scan) {
-    if (features_[scan].empty())
-      features_[scan] = surface_features(prepared_[scan].coarse.points, kFeatureRadius * result_.scale.coarse_m);
-    return features_[scan];
+  [[nodiscard]] Result<void> describe(std::size_t scan) {
+    if (!features_[scan].empty()) return {};
+    auto features = surface_features(prepared_[scan].coarse.points, kFeatureRadius * result_.scale.coarse_m);
+    if (!features) return features.error();
+    features_[scan] = *std::move(features);
+    return {};
   }
 
   [[nodiscard]] std::optional<Pose> prior_of(std::size_t from, std::size_t to) const {
@@ -144,13 +148,13 @@ class ScanAligner {
     return pair;
   }
 
-  AlignedPair measure_given(std::size_t from, std::size_t to) {
+  [[nodiscard]] Result<AlignedPair> measure_given(std::size_t from, std::size_t to) {
     FineMatch match = match_finely(prepared_[from].fine, prepared_[to].fine, *prior_of(from, to), 1);
     match.T_a_b = *prior_of(from, to);
     return pair_of(from, to, measured(from, to, match, CheckLevel::kFine), "given");
   }
 
-  AlignedPair find_pair(std::size_t from, std::size_t to) {
+  [[nodiscard]] Result<AlignedPair> find_pair(std::size_t from, std::size_t to) {
     matches_[{from, to}] = {};
     if (const auto prior = prior_of(from, to)) {
       const FoundPose found = refined(from, to, *prior, true);
@@ -167,11 +171,14 @@ class ScanAligner {
     return search_pair(from, to);
   }
 
-  AlignedPair search_pair(std::size_t from, std::size_t to) {
+  [[nodiscard]] Result<AlignedPair> search_pair(std::size_t from, std::size_t to) {
+    for (const std::size_t scan : {from, to}) {
+      if (auto described = describe(scan); !described) return described.error();
+    }
     const PreparedScan &a = prepared_[from], &b = prepared_[to];
     std::vector<FoundPose> candidates;
     const std::uint64_t seed = from * models_.size() + to;
-    for (const Pose& start : search_coarsely(a.coarse, features(from), b.coarse, features(to), seed)) {
+    for (const Pose& start : search_coarsely(a.coarse, features_[from], b.coarse, features_[to], seed)) {
       const FoundPose found =
           measured(from, to, match_finely(a.coarse, b.coarse, start, kCoarseRounds), CheckLevel::kCoarse);
       if (found.match.pairs > 0) add_distinct(candidates, found, to);
@@ -375,7 +382,8 @@ class ScanAligner {
 
 }  // namespace
 
-Alignment align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors, const AlignProgress& progress) {
+Result<Alignment> align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
+                              const AlignProgress& progress) {
   SCANKNIT_CHECK(priors.T_world_scan.empty() || priors.T_world_scan.size() == models.size());
   return ScanAligner(models, priors, progress).align();
 }

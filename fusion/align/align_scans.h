@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/pose.h"
+#include "core/result.h"
 #include "fusion/align/pair_check.h"
 #include "fusion/align/scan_model.h"
 
@@ -51,8 +52,9 @@ using AlignProgress = std::function<bool(std::size_t done, std::size_t total)>;
 /// contradictions of free space, and how well the shape determines the motion. Then a pose graph of all pairs that
 /// count. Rejects pairs that contradict the others. If a pair could slide, a prior that may hold fixes it. Checks
 /// rejected pairs again at the poses that the other pairs give them. The world is the first scan's frame, moved by its
-/// prior if it has one. The same bits for any number of threads.
-[[nodiscard]] Alignment align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
-                                    const AlignProgress& progress = {});
+/// prior if it has one. The same bits for any number of threads. Error: as surface_features(), if a pair needs the
+/// coarse search.
+[[nodiscard]] Result<Alignment> align_scans(const std::vector<ScanModel>& models, const AlignPriors& priors,
+                                            const AlignProgress& progress = {});
 
 }  // namespace scanknit

@@ -51,7 +51,9 @@ class AlignRun {
     if (session_.is_stopped()) return stopped_while("the scans were read");
     if (!loaded) return loaded;
     if (auto known = find_priors(); !known) return known;
-    alignment_ = session_.timed("align", [&] { return compare(); });
+    auto compared = session_.timed("align", [&] { return compare(); });
+    if (!compared) return compared.error();
+    alignment_ = *std::move(compared);
     if (session_.is_stopped()) return stopped_while("pairs of scans were compared");
     if (auto described = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !described)
       return described;
@@ -105,7 +107,7 @@ class AlignRun {
     return {};
   }
 
-  [[nodiscard]] Alignment compare() {
+  [[nodiscard]] Result<Alignment> compare() {
     return align_scans(inputs_.models, priors_, [&](std::size_t done, std::size_t total) {
       session_.progress("comparing", done, total);
       return !session_.is_stopped();

@@ -47,7 +47,7 @@ Selection visit_samples(const std::filesystem::path& recording, const ScanConfig
   (void)for_each_frame(**source, stop, [&](Frame& frame) -> Result<Reading> {
     if (!frame.T_world_camera) return Reading::kContinue;
     frame.colour.reset();  // only depth is needed
-    filter_frame(frame, config.acquire, config.fusion.noise);
+    if (auto filtered = filter_frame(frame, config.acquire, config.fusion.noise); !filtered) return filtered.error();
     return visit(std::move(frame)) ? Reading::kContinue : Reading::kStop;
   });
   return selection;

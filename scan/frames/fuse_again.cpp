@@ -15,7 +15,7 @@ Result<std::size_t> fuse_again(FrameSource& source, const FramesToFuse& frames, 
     const auto pose = frames.T_world_camera.find(frame.sequence);
     if (pose == frames.T_world_camera.end()) return Reading::kContinue;
     if (frames.edit) frames.edit(frame);
-    filter_frame(frame, config.acquire, config.fusion.noise);
+    if (auto filtered = filter_frame(frame, config.acquire, config.fusion.noise); !filtered) return filtered.error();
     if (const auto done = integrate(frame, pose->second, volume); !done) return done.error();
     session.progress("fusing again", ++fused, wanted);
     return fused < wanted ? Reading::kContinue : Reading::kStop;

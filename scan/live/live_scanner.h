@@ -1,7 +1,6 @@
 // Finds a scanner for a live scan or a recording, opens it, and chooses its streams.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <stop_token>

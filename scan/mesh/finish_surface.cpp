@@ -173,7 +173,9 @@ class SurfaceFinisher {
     GroundSearch search;
     search.expected_up = direction(up_).cast<double>();
     search.tolerance_m = kGroundVoxels * voxel_m;
-    ground_ = session_.timed("finish", [&] { return find_ground(mesh, search); });
+    const auto found = session_.timed("finish", [&] { return find_ground(mesh, search); });
+    if (!found) return refuse("ground", found.error().text());
+    ground_ = *found;
     clearance_m_ = wish_.ground_clearance_m.value_or(kGroundVoxels * voxel_m);
     if (!ground_) {
       refuse("ground",

@@ -8,8 +8,9 @@
 #include <variant>
 #include <vector>
 
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 #include "export/mesh/write_mesh.h"
-#include "export/picture/encode_picture.h"
 #include "export/texture/mesh_texture.h"
 #include "export/texture/texel_size.h"
 #include "export/texture/texture_atlas.h"

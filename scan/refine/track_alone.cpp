@@ -20,7 +20,7 @@ Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::
   const auto read = for_each_frame(source, stop, [&](Frame& frame) -> Result<Reading> {
     if (frame.sequence != sequences[poses.size()]) return Reading::kContinue;
     frame.T_world_camera.reset();
-    filter_frame(frame, config.acquire, config.fusion.noise);
+    if (auto filtered = filter_frame(frame, config.acquire, config.fusion.noise); !filtered) return filtered.error();
     const TrackResult tracked = tracker.track(frame, *volume);
     is_lost = tracked.is_lost();
     if (is_lost) return Reading::kStop;

@@ -70,7 +70,7 @@ Result<void> TurntableRefiner::read_frames(std::size_t every, const Visit& visit
   const auto source = archive_.open(every);
   if (!source) return source.error();
   return for_each_frame(**source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
-    visit(frame);
+    if (auto visited = visit(frame); !visited) return visited.error();
     return Reading::kContinue;
   });
 }
@@ -94,9 +94,10 @@ Result<void> TurntableRefiner::learn() {
   const auto begun = session_.timed("refine", [&] {
     const std::size_t to_read = (frames + every - 1) / every;
     std::size_t read_so_far = 0;
-    auto read = read_frames(every, [&](Frame& frame) {
+    auto read = read_frames(every, [&](Frame& frame) -> Result<void> {
       session_.progress("learning what stands still", std::min(++read_so_far, to_read), to_read);
       add_sample(frame);
+      return {};
     });
     still_ = StillScene::learn(samples_, config_.fusion.noise);
     const std::vector<DepthImage> moving = moving_parts();
@@ -179,17 +180,18 @@ bool TurntableRefiner::find_space_of_object() {
 }
 
 Result<void> TurntableRefiner::measure_pairs(TurntablePairs& pairs) {
-  return read_frames(1, [&](Frame& frame) {
+  return read_frames(1, [&](Frame& frame) -> Result<void> {
     const auto node = nodes_.find(frame.sequence);
-    if (!node) return;
+    if (!node) return {};
     if (frame.has_clock) nodes_.times_ns[*node] = frame.timestamp_ns;
     nodes_.stamps[*node] = stamp_of(frame);
-    if (!(frame.intrinsics == camera_)) return;
-    filter_frame(frame, config_.acquire, config_.fusion.noise);
+    if (!(frame.intrinsics == camera_)) return {};
+    if (auto filtered = filter_frame(frame, config_.acquire, config_.fusion.noise); !filtered) return filtered;
     cut_to_space(frame.depth_m, camera_, *space_, space_->disc_m ? -kOverDisc_m : kUnderDisc_m);
     crop_frame(frame, *space_rect_);
     pairs.add(*node, pyramid_of(frame, config_.fusion.noise));
     session_.progress("registering", *node + 1, nodes_.sequences.size());
+    return {};
   });
 }
 

@@ -67,7 +67,7 @@ class TurntableRefiner final : public PoseRefiner {
     std::vector<Pose> T_world_camera;  ///< the recording's poses, if it has any
     [[nodiscard]] std::optional<std::size_t> find(std::uint64_t sequence) const;
   };
-  using Visit = std::function<void(Frame&)>;
+  using Visit = std::function<Result<void>(Frame&)>;
 
   [[nodiscard]] Result<void> read_frames(std::size_t every, const Visit& visit) const;
   void add_sample(Frame& frame);

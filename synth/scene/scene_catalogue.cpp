@@ -4,6 +4,7 @@
 
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
+#include "synth/scene/scene_names.h"
 
 namespace scanknit {
 namespace {
@@ -246,28 +247,17 @@ std::unique_ptr<SyntheticScene> twins() {
   return std::move(drawing).scene("twins", crossing_path({2.0, 1.4, 125 * kDegree}), 300);
 }
 
-struct Entry {
-  const char* name;
-  std::unique_ptr<SyntheticScene> (*make)();
-};
-
-constexpr std::array kScenes = {Entry{"sphere", sphere},   Entry{"turntable", turntable}, Entry{"tower", tower},
-                                Entry{"desk", desk},       Entry{"plates", plates},       Entry{"room", room},
-                                Entry{"gallery", gallery}, Entry{"twins", twins}};
+// In the order of kSceneNames.
+constexpr std::array<std::unique_ptr<SyntheticScene> (*)(), kSceneNames.size()> kScenes = {
+    sphere, turntable, tower, desk, plates, room, gallery, twins};
 
 }  // namespace
 
-std::vector<std::string> scene_names() {
-  std::vector<std::string> names;
-  for (const Entry& entry : kScenes) names.emplace_back(entry.name);
-  return names;
-}
-
 Result<std::unique_ptr<SyntheticScene>> make_scene(std::string_view name) {
   std::string known;
-  for (const Entry& entry : kScenes) {
-    if (name == entry.name) return entry.make();
-    known += known.empty() ? entry.name : std::string(", ") + entry.name;
+  for (std::size_t i = 0; i < kScenes.size(); ++i) {
+    if (name == kSceneNames[i]) return kScenes[i]();
+    known += (known.empty() ? "" : ", ") + std::string(kSceneNames[i]);
   }
   return Error{ErrorCode::kUsage, "no such scene; there are: " + known, std::string(name)};
 }

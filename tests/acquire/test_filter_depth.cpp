@@ -111,7 +111,7 @@ TEST(FilterFrame, AppliesWhatTheConfigurationAsksFor) {
   config.bilateral = true;
   config.outlier_neighbours = 8;
   config.outlier_sigmas = 100;
-  filter_frame(frame, config, {});
+  ASSERT_TRUE(filter_frame(frame, config, {}));
   EXPECT_EQ(frame.depth_m.at(5, 5), 0.0F);
   EXPECT_EQ(frame.normals.width(), kCamera.width);
   EXPECT_NEAR(frame.normals.at(80, 60).z(), -1.0F, 1e-4F);

@@ -259,15 +259,16 @@ TEST(StatisticalOutliers, LoseTheLonePointAndKeepTheWall) {
   const CameraIntrinsics camera{40, 30, 50, 50, 19.5, 14.5};
   DepthImage depth_m(40, 30, 1.0F);
   depth_m.at(20, 15) = 0.3F;
-  const DepthImage cleaned = remove_statistical_outliers(depth_m, camera, 8, 3.0);
-  EXPECT_EQ(cleaned.at(20, 15), 0.0F);
-  EXPECT_EQ(cleaned.at(10, 15), 1.0F);
+  const auto cleaned = remove_statistical_outliers(depth_m, camera, 8, 3.0);
+  ASSERT_TRUE(cleaned) << cleaned.error().text();
+  EXPECT_EQ(cleaned->at(20, 15), 0.0F);
+  EXPECT_EQ(cleaned->at(10, 15), 1.0F);
 }
 
 TEST(StatisticalOutliers, OfNoNeighboursChangeNothing) {
   const DepthImage depth_m(4, 3, 1.0F);
-  EXPECT_EQ(remove_statistical_outliers(depth_m, {4, 3, 5, 5, 2, 1}, 0, 1.0), depth_m);
-  EXPECT_EQ(remove_statistical_outliers(depth_m, {4, 3, 5, 5, 2, 1}, 100, 1.0), depth_m);
+  EXPECT_EQ(remove_statistical_outliers(depth_m, {4, 3, 5, 5, 2, 1}, 0, 1.0).value(), depth_m);
+  EXPECT_EQ(remove_statistical_outliers(depth_m, {4, 3, 5, 5, 2, 1}, 100, 1.0).value(), depth_m);
 }
 
 }  // namespace

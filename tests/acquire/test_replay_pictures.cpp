@@ -5,8 +5,8 @@
 
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
-#include "core/files/jpeg_structure.h"
-#include "core/files/png_structure.h"
+#include "core/picture/decode_picture.h"
+#include "core/picture/jpeg_structure.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {
@@ -108,14 +108,14 @@ TEST(ScaledDepth, HoldsMetresAndNoReturnForZeroAndSaturation) {
 }
 
 TEST(ColourPicture, IsReadFromPng) {
-  const auto colour = decode_colour(colour_file("c.png"), {});
+  const auto colour = decode_picture(colour_file("c.png"), {});
   ASSERT_TRUE(colour) << colour.error().text();
   EXPECT_EQ(colour->at(3, 5), (Rgb8{200, 100, 50}));
 }
 
 TEST(ColourPicture, IsReadFromJpeg) {
   constexpr int kJpegError = 4;  // rounding of YCbCr and of the DCT
-  const auto colour = decode_colour(colour_file("c.jpg"), {});
+  const auto colour = decode_picture(colour_file("c.jpg"), {});
   ASSERT_TRUE(colour) << colour.error().text();
   EXPECT_NEAR(colour->at(3, 5).r, 200, kJpegError);
   EXPECT_NEAR(colour->at(3, 5).g, 100, kJpegError);
@@ -125,13 +125,13 @@ TEST(ColourPicture, IsReadFromJpeg) {
 TEST(ColourPicture, IsRefusedWhenJpegIsCutAtAnyByte) {
   const auto whole = colour_file("c.jpg");
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    EXPECT_FALSE(decode_colour(std::span(whole).first(size), {})) << "cut at " << size;
+    EXPECT_FALSE(decode_picture(std::span(whole).first(size), {})) << "cut at " << size;
   }
 }
 
 TEST(ColourPicture, OfNeitherFormatIsRefused) {
   const std::vector<std::byte> bytes(100, std::byte{'x'});
-  const auto colour = decode_colour(bytes, {});
+  const auto colour = decode_picture(bytes, {});
   ASSERT_FALSE(colour);
   EXPECT_EQ(colour.error().message, "neither a PNG nor a JPEG file");
 }

@@ -142,7 +142,7 @@ TEST(RealNormals, CoverTheHoleLatticeOfTheBoxScan) {
     return std::count_if(depth_m.pixels().begin(), depth_m.pixels().end(), [](float z) { return z > 0; });
   };
   const auto before = valid(frame.depth_m);
-  filter_frame(frame, config, {});
+  ASSERT_TRUE(filter_frame(frame, config, {}));
   const auto after = valid(frame.depth_m);
   const auto known = std::count_if(frame.normals.pixels().begin(), frame.normals.pixels().end(),
                                    [](const Eigen::Vector3f& n) { return n.squaredNorm() > 0; });

@@ -33,7 +33,7 @@ inline std::vector<Frame> small_scan(
     if (!std::holds_alternative<Frame>(event)) break;
     scan.push_back(std::get<Frame>(std::move(event)));
     change(scan.size() - 1, scan.back());
-    filter_frame(scan.back(), AcquireConfig{}, noise);
+    if (!filter_frame(scan.back(), AcquireConfig{}, noise)) break;
   }
   return scan;
 }

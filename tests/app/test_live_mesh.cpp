@@ -169,7 +169,7 @@ TEST_F(LiveMeshTest, AnAirLeafThatGetsMatterIsShownWithTheOthers) {
     frame.intrinsics = {160, 120, 131.25, 131.25, 79.5, 59.5};
     frame.depth_m = DepthImage(160, 120, static_cast<float>(-z_m));
     frame.T_world_camera = Pose(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
-    filter_frame(frame, AcquireConfig{}, NoiseModel{});
+    EXPECT_TRUE(filter_frame(frame, AcquireConfig{}, NoiseModel{}));
     return frame;
   };
   constexpr double kBoundary_m = -12 * 8 * kVoxel_m;  // of two layers of leaves

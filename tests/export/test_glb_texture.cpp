@@ -7,11 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/files/crc32.h"
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 #include "export/glb/glb_container.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/write_mesh.h"
-#include "export/picture/encode_picture.h"
 #include "export/texture/mesh_texture.h"
 #include "export/texture/srgb.h"
 #include "tests/core/temporary_folder.h"

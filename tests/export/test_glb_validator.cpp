@@ -8,8 +8,9 @@
 #include <sstream>
 #include <vector>
 
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 #include "export/mesh/write_mesh.h"
-#include "export/picture/encode_picture.h"
 #include "export/texture/mesh_texture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"

@@ -7,7 +7,6 @@
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/write_mesh.h"
-#include "export/picture/encode_picture.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/every_packing.h"
 #include "tests/export/texture_samples.h"

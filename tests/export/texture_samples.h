@@ -5,7 +5,8 @@
 #include <functional>
 
 #include "core/frame.h"
-#include "export/picture/encode_picture.h"
+#include "core/picture/jpeg_codec.h"
+#include "core/picture/png_codec.h"
 #include "export/texture/mesh_texture.h"
 #include "export/texture/texture_atlas.h"
 #include "tests/export/export_samples.h"

@@ -48,10 +48,17 @@ Mesh desk(const Eigen::Vector3d& up) {
   return mesh;
 }
 
+std::optional<GroundPlane> ground_of(const Mesh& mesh, const GroundSearch& search) {
+  const auto found = find_ground(mesh, search);
+  if (found) return *found;
+  ADD_FAILURE() << found.error().text();
+  return std::nullopt;
+}
+
 const Eigen::Vector3d kUp = Eigen::Vector3d(0.3, -0.15, 0.94).normalized();
 
 TEST(GroundPlane, IsTheTableNotTheWall) {
-  const auto ground = find_ground(desk(kUp), {.tolerance_m = 0.004});
+  const auto ground = ground_of(desk(kUp), {.tolerance_m = 0.004});
   ASSERT_TRUE(ground);
   EXPECT_LT(std::acos(std::min(1.0, ground->up.dot(kUp))), 0.002);  // a tenth of a degree
   EXPECT_LT(std::abs(ground->height_m({0.1, 0.2, 0.3})), 0.0003);
@@ -61,15 +68,15 @@ TEST(GroundPlane, IsTheTableNotTheWall) {
 
 TEST(GroundPlane, IsTheSameEveryTime) {
   const Mesh mesh = desk(kUp);
-  const auto once = find_ground(mesh, {.tolerance_m = 0.004});
-  const auto again = find_ground(mesh, {.tolerance_m = 0.004});
+  const auto once = ground_of(mesh, {.tolerance_m = 0.004});
+  const auto again = ground_of(mesh, {.tolerance_m = 0.004});
   ASSERT_TRUE(once && again);
   EXPECT_TRUE(once->up == again->up && once->point == again->point);
 }
 
 TEST(GroundPlane, ThereIsNoneUnderABallOrInNothing) {
-  EXPECT_FALSE(find_ground(test::sphere(), {.tolerance_m = 0.004}));
-  EXPECT_FALSE(find_ground(Mesh(), {}));
+  EXPECT_FALSE(ground_of(test::sphere(), {.tolerance_m = 0.004}));
+  EXPECT_FALSE(ground_of(Mesh(), {}));
 }
 
 // A ball on a plinth that is smaller than it: cutting at the plinth's top would cut the thing.
@@ -82,14 +89,14 @@ TEST(GroundPlane, ThePlinthOfAThingIsNone) {
     add_square({0, 0, 0}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), side_m, 0, mesh);
     return mesh;
   };
-  EXPECT_FALSE(find_ground(scene(0.12), {.tolerance_m = 0.004}));
-  EXPECT_TRUE(find_ground(scene(0.4), {.tolerance_m = 0.004}));
+  EXPECT_FALSE(ground_of(scene(0.12), {.tolerance_m = 0.004}));
+  EXPECT_TRUE(ground_of(scene(0.4), {.tolerance_m = 0.004}));
 }
 
 TEST(GroundPlane, OfACeilingIsNone) {
   Mesh mesh;
   add_square({0, 0, 2}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(), 1, 0, mesh);  // faces down
-  EXPECT_FALSE(find_ground(mesh, {}));
+  EXPECT_FALSE(ground_of(mesh, {}));
 }
 
 }  // namespace

@@ -27,6 +27,10 @@ run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/mesh_a_wall ${WORK_DIR}/build/wall.glb)
 run(${prefix}/bin/scanknit --version)
 run(${prefix}/bin/scanknit info ${WORK_DIR}/build/wall.glb)
+# By the module that reads volumes.
+file(WRITE ${WORK_DIR}/cube.nrrd
+     "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n")
+run(${prefix}/bin/scanknit info ${WORK_DIR}/cube.nrrd)
 run(${prefix}/bin/scanknit info ${prefix}/share/scanknit/samples/turntable.mcap)
 
 # The example of a whole scan writes the program's bytes.

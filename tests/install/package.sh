@@ -34,13 +34,19 @@ IsBuilt() {
 }
 
 HoldsWhatItShould() {
-  expect_files scanknit usr/bin/scanknit 'usr/lib/(.*/)?libscanknit_core\.so\.[0-9.]+' usr/lib/udev/rules.d/60-scanknit.rules \
+  expect_files scanknit usr/bin/scanknit 'usr/lib/(.*/)?libscanknit_core\.so\.[0-9.]+' 'usr/lib/(.*/)?scanknit/libscanknit_commands\.so' usr/lib/udev/rules.d/60-scanknit.rules \
     usr/share/man/man1/scanknit.1.gz usr/share/man/man1/scanknit-run.1.gz usr/share/bash-completion/completions/scanknit \
     usr/share/zsh/vendor-completions/_scanknit usr/share/fish/vendor_completions.d/scanknit.fish \
     usr/share/scanknit/configs/turntable.yaml usr/share/scanknit/samples/turntable.mcap usr/share/doc/scanknit/copyright usr/share/doc/scanknit/changelog.gz
   expect_files libscanknit-dev usr/include/scanknit/scan/scan.h usr/include/scanknit/fusion/volume/tsdf_volume.h 'usr/lib/(.*/)?libscanknit_core\.so' \
     'usr/lib/(.*/)?cmake/ScanKnit/ScanKnitConfig.cmake' 'usr/lib/(.*/)?pkgconfig/scanknit.pc' \
     usr/share/doc/libscanknit-dev/examples/cpp/mesh_a_wall.cpp usr/share/doc/libscanknit-dev/copyright
+  local module
+  for module in acquire_pcl align_pcl finish_pcl volume_files; do
+    expect_files scanknit "usr/lib/(.*/)?scanknit/libscanknit_$module\\.so"
+  done
+  expect_field scanknit Depends 'libpcl-io'
+  expect_field scanknit Depends 'libgdcm'
   expect_field scanknit Depends 'libopenvdb'
   expect_field scanknit Depends 'libtbb12'
   expect_field scanknit Depends 'libc6'
@@ -89,6 +95,12 @@ live_inside() {
   [ -s out/report.json ] || fail "no report"
   scanknit synth sphere --frames 8 --width 160 --height 120 -o recording --quiet
   scanknit run recording --set fusion.voxel_size=8mm -o other --quiet
+  if ldd /usr/lib/*/scanknit/*.so | grep 'not found'; then fail "a module lacks a library"; fi
+  local module_settings=(fusion.voxel_size=8mm acquire.outlier_neighbours=8 finish.ground=remove)
+  scanknit run recording "${module_settings[@]/#/--set=}" -o by_modules --quiet 2>said || { cat said; fail "a module is not found"; }
+  if grep 'cannot be used' said; then fail "a module is not found"; fi
+  printf '%s\n' NRRD0004 'type: uint8' 'dimension: 3' 'sizes: 2 2 2' 'spacings: 1 1 1' 'encoding: ascii' '' '0 1 2 3 4 5 6 7' >cube.nrrd
+  scanknit info cube.nrrd
   local preset
   preset="$(find /usr/share/scanknit/configs -name object.yaml)"
   scanknit config check "$preset" >/dev/null
@@ -106,6 +118,7 @@ live_inside() {
   cmp wall.glb same.glb || fail "two builds of the example differ"
   if is_installed python3-scanknit; then
     python3 -c 'import scanknit; print("python3", scanknit.__version__)'
+    python3 -c 'import sys, scanknit; scanknit.scan("recording", "by_python", settings=sys.argv[1:])' "${module_settings[@]}"
   fi
 
   local names

@@ -8,6 +8,7 @@
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"
+#include "synth/scene/scene_names.h"
 #include "synth/scene/surface_samples.h"
 #include "tests/synth/test_synthetic_meshes.h"
 
@@ -26,12 +27,16 @@ Vector3d random_point(const Eigen::AlignedBox3d& box, std::uint64_t number) {
   return p;
 }
 
-class EveryScene : public ::testing::TestWithParam<std::string> {
+class EveryScene : public ::testing::TestWithParam<std::string_view> {
  protected:
   std::unique_ptr<SyntheticScene> scene_ = *make_scene(GetParam());
 };
-INSTANTIATE_TEST_SUITE_P(Synthetic, EveryScene, ::testing::ValuesIn(scene_names()),
-                         [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(Synthetic, EveryScene, ::testing::ValuesIn(kSceneNames),
+                         [](const auto& scene) { return std::string(scene.param); });
+
+TEST_P(EveryScene, IsTheOneOfThatName) {
+  EXPECT_EQ(scene_->name(), GetParam());
+}
 
 TEST_P(EveryScene, HasRigidPosesTo1e12) {
   for (const Pose& pose : camera_path(*scene_, 50)) {

@@ -1,4 +1,4 @@
-#include "core/files/png_structure.h"
+#include "core/picture/png_structure.h"
 
 #include <algorithm>
 #include <array>

@@ -14,6 +14,7 @@ struct JpegHeader {
   int height = 0;
 };
 
+/// SOI and the first byte of another marker.
 [[nodiscard]] bool looks_like_jpeg(std::span<const std::byte> bytes);
 
 /// Walks the marker segments (ITU-T T.81, annex B) from SOI over a frame header to EOI, so that a file cut at any byte

@@ -1,4 +1,4 @@
-#include "core/files/jpeg_structure.h"
+#include "core/picture/jpeg_structure.h"
 
 #include <cstdint>
 #include <optional>
@@ -47,7 +47,8 @@ Result<JpegHeader> parse_frame_header(std::span<const std::byte> segment, const 
 }  // namespace
 
 bool looks_like_jpeg(std::span<const std::byte> bytes) {
-  return bytes.size() >= 2 && bytes[0] == std::byte{kMarker} && bytes[1] == std::byte{kSoi};
+  return bytes.size() >= 3 && bytes[0] == std::byte{kMarker} && bytes[1] == std::byte{kSoi} &&
+         bytes[2] == std::byte{kMarker};
 }
 
 Result<JpegHeader> check_jpeg(std::span<const std::byte> bytes, const Limits& limits) {

@@ -18,11 +18,6 @@ int fail(const Error& error, const CommonArguments& common) {
   return exit_code_of(error.code);
 }
 
-ConfigSources with_run_defaults(ConfigSources sources) {
-  sources.starts_from_run_defaults = true;
-  return sources;
-}
-
 int print_result(std::string_view text, const CommonArguments& common) {
   const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (is_written) return kExitOk;

@@ -1,0 +1,29 @@
+// What libscanknit_commands.so gives: the commands that need the rooms, and so the libraries that these bring.
+#pragma once
+
+#include <string>
+
+#include "app/commands/commands.h"
+
+namespace scanknit {
+
+/// Each is the function of that name in commands.h, with no more threads than CommonArguments::threads.
+struct CommandsModule {
+  int (*run)(const RunArguments&, const CommonArguments&);
+  int (*capture)(const CaptureArguments&, const CommonArguments&);
+  int (*view)(const ShowArguments&, const CommonArguments&);
+  int (*report)(const ReportArguments&, const CommonArguments&);
+  int (*record)(const RecordArguments&, const CommonArguments&);
+  int (*extract)(const ExtractArguments&, const CommonArguments&);
+  int (*align)(const AlignArguments&, const CommonArguments&);
+  int (*synth)(const SynthArguments&, const CommonArguments&);
+  int (*convert)(const ConvertArguments&, const CommonArguments&);
+  int (*repair)(const RepairArguments&, const CommonArguments&);
+  int (*info)(const InfoArguments&, const CommonArguments&);
+  int (*distance)(const DistanceArguments&, const CommonArguments&);
+  int (*devices)(const CommonArguments&);
+  int (*doctor)(const CommonArguments&);
+  int (*udev_rules)(const std::string&, const CommonArguments&);
+};
+
+}  // namespace scanknit

@@ -1,0 +1,22 @@
+// The scenes that ScanKnit knows by name.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace scanknit {
+
+/// The analytic scenes:
+///   sphere     radius 0.1 m, alone. Euler characteristic 2.
+///   turntable  a figurine of 24 cm with one handle, alone: a closed surface of genus 1, Euler characteristic 0.
+///   tower      blocks of 20 cm on each other, alone; Euler characteristic 2. One turn seen from 28 degrees above shows
+///              everything except the underside.
+///   desk       objects on a desk in a room; the camera goes round it at 3 degrees and 5 cm a frame.
+///   plates     plates of 6 to 20 mm standing in a room, seen from 0.6 m to 3 m.
+///   room       a furnished room of 5 x 4 m; the camera walks a loop and comes back to where it began.
+///   gallery    a corridor of 2 m round a block of 5.8 x 3.8 m: its beginning comes into view again after 26 m only.
+///   twins      two corners 8 m apart that look the same in every detail; nothing is seen twice.
+inline constexpr std::array<std::string_view, 8> kSceneNames = {"sphere", "turntable", "tower",   "desk",
+                                                                "plates", "room",      "gallery", "twins"};
+
+}  // namespace scanknit

@@ -1,0 +1,117 @@
+// What a command does not need is not loaded, and what it needs and does not find is told.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/module_folder.h"
+#include "tests/app/program.h"
+#include "tests/app/range_grids.h"
+#include "tests/app/volume_files.h"
+
+namespace scanknit {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Modules, AreNotLoadedWithTheProgram) {
+  ::setenv("LD_TRACE_LOADED_OBJECTS", "1", 1);  // the loader then lists what it loads, and ends
+  const Outcome outcome = scanknit_command({"--version"});
+  ::unsetenv("LD_TRACE_LOADED_OBJECTS");
+  ASSERT_TRUE(contains(outcome.out, "libc.so")) << outcome.out;
+  for (const char* library : {"libpcl_", "libvtk", "libITK", "libOpenNI2"}) {
+    EXPECT_FALSE(contains(outcome.out, library)) << library << " in\n" << outcome.out;
+  }
+}
+
+/// No module is found.
+class MissingModule : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!modules_.is_used()) GTEST_SKIP() << "SKIPPED: the program of a static build finds its modules beside itself";
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void make_recording() const {
+    const Outcome made = scanknit_command(
+        {"synth", "desk", "--frames", "3", "--width", "160", "--height", "120", "-o", path("recording"), "--quiet"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  static void expect_told(const Outcome& outcome, const std::string& file, const std::string& package) {
+    EXPECT_EQ(outcome.exit_code, 1);
+    for (const std::string& part : {file, std::string("No such file or directory. Install scanknit again"), package}) {
+      EXPECT_TRUE(contains(outcome.err, part)) << "no '" << part << "' in\n" << outcome.err;
+    }
+  }
+
+  TempFolder folder_;
+  ModuleFolder modules_;
+};
+
+TEST_F(MissingModule, OfVolumeFilesIsTold) {
+  write_nrrd({}, folder_ / "ball.nrrd");
+  write_meta_image({}, folder_ / "ball.mha");
+  write_nifti({}, folder_ / "ball.nii");
+  write_dicom_series({}, folder_ / "series");
+  for (const char* volume : {"ball.nrrd", "ball.mha", "ball.nii", "series"}) {
+    expect_told(modules_.run({"extract", path(volume), "-o", path("ball.ply")}), "libscanknit_volume_files.so",
+                "libgdcm3.0");
+  }
+  write_tiff_stack({}, folder_ / "stack");
+  expect_told(modules_.run({"info", path("stack"), "--spacing", "1x1x1"}), "libscanknit_volume_files.so",
+              "libopencv-imgcodecs406");
+}
+
+TEST_F(MissingModule, IsNotAskedForByRawSamples) {
+  const Ball ball;
+  write_raw(ball, folder_ / "ball.raw");
+  const Outcome outcome =
+      modules_.run({"extract", path("ball.raw"), "--dims", ball.dims_option(), "--type", "uint16", "--spacing",
+                    ball.spacing_option(), "--isovalue", kBallIsovalue, "-o", path("ball.ply")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(MissingModule, OfPcdRecordingsIsToldOnceAndNotForEachFrame) {
+  std::filesystem::create_directory(folder_ / "clouds");
+  std::ofstream(folder_ / "clouds" / "a.pcd") << "# .PCD v0.7\n";
+  expect_told(modules_.run({"run", path("clouds"), "-o", path("out")}), "libscanknit_acquire_pcl.so", "libpcl-io1.13");
+}
+
+TEST_F(MissingModule, OfTheOutlierFilterIsTold) {
+  make_recording();
+  expect_told(modules_.run({"run", path("recording"), "-o", path("out"), "--set", "acquire.outlier_neighbours=8"}),
+              "libscanknit_acquire_pcl.so", "libpcl-filters1.13");
+}
+
+TEST_F(MissingModule, OfAligningIsTold) {
+  write_hills(folder_ / "a.ply", 0, Pose::Identity());
+  write_hills(folder_ / "b.ply", 0.05, Pose(Eigen::Translation3d(0.3, -0.1, 0.05)));
+  expect_told(modules_.run({"align", path("a.ply"), path("b.ply"), "-o", path("out")}), "libscanknit_align_pcl.so",
+              "libpcl-features1.13");
+}
+
+TEST_F(MissingModule, OfTheGroundLeavesThatStepOutAndTheScanIsKept) {
+  make_recording();
+  const Outcome outcome = modules_.run(
+      {"run", path("recording"), "-o", path("out"), "--set", "fusion.voxel_size=8mm", "--set", "finish.ground=remove"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "libscanknit_finish_pcl.so")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "libpcl-segmentation1.13")) << outcome.err;
+  const auto report = nlohmann::json::parse(read_text(folder_ / "out" / "report.json"), nullptr, false);
+  EXPECT_TRUE(contains(report["finish"]["steps"].dump(), "libscanknit_finish_pcl.so")) << report["finish"];
+  EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out" / "model.glb"));
+}
+
+TEST_F(MissingModule, ThatIsNoLibraryIsToldToo) {
+  std::ofstream(modules_ / "libscanknit_volume_files.so") << "no library";
+  write_nrrd({}, folder_ / "ball.nrrd");
+  const Outcome outcome = modules_.run({"info", path("ball.nrrd")});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "libscanknit_volume_files.so: ")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "Install scanknit again")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace scanknit
