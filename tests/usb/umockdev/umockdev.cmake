@@ -37,6 +37,6 @@ if(SCANKNIT_BUILD_APP)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
     SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
       ../view/page_client.cpp
-    LIBRARIES scanknit_app_cli scanknit_umockdev_bus ScanKnit::export Boost::headers nlohmann_json::nlohmann_json)
+    LIBRARIES scanknit_app_cli scanknit_umockdev_bus ScanKnit::export ScanKnit::synth Boost::headers nlohmann_json::nlohmann_json)
   add_dependencies(test_usb_capture scanknit_commands)
 endif()
