@@ -6,8 +6,8 @@
 # SCANKNIT_VM_MACHINES of them (one unless said) run the command side by side, each its share of a GoogleTest program's tests.
 # FOLDER keeps the kernel (fetched the first time, about 70 MB) and of the last run each machine's output and its kernel's
 # messages. Ends with the command's exit code, with 77 and the reason where there can be no such machine, and with 1 where it
-# did not come to an end. A machine that gives no sign of life any more is begun again, once: its kernel or QEMU has frozen, which
-# no program in it can bring about by rights; a command that hangs is told apart by them.
+# did not come to an end. A machine that gives no sign of life for two minutes is begun again, once: its kernel or QEMU has frozen.
+# A command that hangs does not stop the signs of life: it is not run again, and the kernel's messages say what waits where.
 set -euo pipefail
 export PATH="$PATH:/usr/sbin:/sbin"
 here="$(cd "$(dirname "$0")" && pwd)"
