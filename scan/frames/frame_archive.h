@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stop_token>
+#include <utility>
 
 #include "acquire/frame_source.h"
 #include "core/result.h"
@@ -17,16 +19,21 @@ class FrameArchive {
 
   /// An archive of frames that were not kept.
   FrameArchive() = default;
-  explicit FrameArchive(Open open) : open_(std::move(open)) {}
+  /// `most_frames`: open() yields no more.
+  explicit FrameArchive(Open open, std::size_t most_frames = std::numeric_limits<std::size_t>::max())
+      : open_(std::move(open)), most_frames_(most_frames) {}
 
   /// False: the frames were not kept. open() must not be called.
   [[nodiscard]] bool is_kept() const { return static_cast<bool>(open_); }
+
+  [[nodiscard]] std::size_t most_frames() const { return most_frames_; }
 
   /// Opens every `every`-th frame, from the first one. Errors: why they cannot be read.
   [[nodiscard]] Result<std::unique_ptr<FrameSource>> open(std::size_t every = 1) const { return open_(every); }
 
  private:
   Open open_;
+  std::size_t most_frames_ = 0;
 };
 
 /// Whether reading goes on after a frame.

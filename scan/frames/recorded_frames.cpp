@@ -15,7 +15,8 @@ Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const Seque
 }
 
 FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only) {
-  return FrameArchive([&job, only](std::size_t every) { return open_frames(job, only, every); });
+  const auto open = [&job, only](std::size_t every) { return open_frames(job, only, every); };
+  return only == nullptr ? FrameArchive(open) : FrameArchive(open, only->size());
 }
 
 }  // namespace scanknit

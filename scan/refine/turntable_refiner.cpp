@@ -89,7 +89,7 @@ Result<void> TurntableRefiner::learn() {
   if (!source) return source.error();
   if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
   const std::size_t selected = selected_frames((*source)->info(), config_.acquire);
-  const std::size_t frames = job_.frames ? std::min(selected, job_.frames->size()) : selected;
+  const std::size_t frames = std::min(selected, archive_.most_frames());
   const std::size_t every = std::max<std::size_t>(1, (frames + kSamples - 1) / kSamples);
   const auto begun = session_.timed("refine", [&] {
     const std::size_t to_read = (frames + every - 1) / every;
