@@ -29,7 +29,8 @@ TEST(Module, IsTheSameWhenItIsOpenedAgain) {
 }
 
 TEST(Module, OfAnotherVersionIsRefused) {
-  expect_refused("old_module", std::string("it is of ScanKnit 0.0.1-old, not of ") + kVersion);
+  std::string why = "it is of ScanKnit 0.0.1-old, not of ";
+  expect_refused("old_module", why.append(kVersion));
 }
 
 TEST(Module, WithoutItsFunctionIsRefused) {
