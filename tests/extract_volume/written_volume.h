@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "extract/volume/sample_type.h"
 #include "extract/volume/slice_reader.h"
 #include "tests/core/deflated.h"
 
