@@ -75,6 +75,7 @@ function(scanknit_test name)
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} scanknit_test_places GTest::gtest_main)
   scanknit_flags(${name})
+  target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)  # false as those two
   if(TEST_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE <gtest/gtest.h> ${SCANKNIT_PRECOMPILED} ${TEST_PRECOMPILE})
   else()
