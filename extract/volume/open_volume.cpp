@@ -185,7 +185,7 @@ Opened open_self_described(const Path& path, const VolumeOptions& options) {
   }
   if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom(path, options);
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return bad_volume(path, "not NRRD, or truncated");
-  return bad_volume(path, std::string("unknown format; ") + kExpected);
+  return bad_volume(path, std::string(kExpected).insert(0, "unknown format; "));
 }
 
 }  // namespace

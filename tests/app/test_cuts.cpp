@@ -32,7 +32,8 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
   }
 
   /// The first frame after a cut whose pose `tracker` believes to know, of six.
-  [[nodiscard]] Found find_after(std::size_t first, std::size_t cut, ModelTracker tracker, const TsdfVolume& volume) const {
+  [[nodiscard]] Found find_after(std::size_t first, std::size_t cut, ModelTracker tracker,
+                                 const TsdfVolume& volume) const {
     constexpr std::size_t kPatience = 6;
     for (std::size_t i = first + cut; i < std::min(first + cut + kPatience, frames_.size()); ++i) {
       Frame frame = frames_[i];
@@ -60,7 +61,7 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
 TEST_P(Cuts, NeverLeadToAWrongPlace) {
   auto volume = TsdfVolume::create(config_);
   ASSERT_TRUE(volume);
-  ModelTracker tracker;
+  ModelTracker tracker(PosePrior::kIgnore);
   int found = 0, tried = 0;
   for (std::size_t i = 0; i <= kLastCut; ++i) {
     for (const std::size_t cut : {5u, 8u, 20u, 40u}) {
