@@ -18,8 +18,9 @@ namespace {
 using Path = std::filesystem::path;
 using Opened = Result<std::unique_ptr<SliceReader>>;
 
-constexpr const char* kExpected =
-    "expected NRRD, MetaImage, NIfTI-1, a folder of DICOM, PNG or TIFF slices, or raw samples with their dims, type "
+constexpr const char* kUnknown =
+    "unknown format; expected NRRD, MetaImage, NIfTI-1, a folder of DICOM, PNG or TIFF slices, or raw samples with "
+    "their dims, type "
     "and spacing given";
 
 // At most kNiftiHeaderBytes of the file; decompressed where it is gzip and `is_inflated`.
@@ -185,7 +186,7 @@ Opened open_self_described(const Path& path, const VolumeOptions& options) {
   }
   if (starts_with(*bytes, "DICM", 128) || name.ends_with(".dcm")) return open_dicom(path, options);
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return bad_volume(path, "not NRRD, or truncated");
-  return bad_volume(path, std::string(kExpected).insert(0, "unknown format; "));
+  return bad_volume(path, kUnknown);
 }
 
 }  // namespace
