@@ -20,8 +20,7 @@ using Opened = Result<std::unique_ptr<SliceReader>>;
 
 constexpr const char* kUnknown =
     "unknown format; expected NRRD, MetaImage, NIfTI-1, a folder of DICOM, PNG or TIFF slices, or raw samples with "
-    "their dims, type "
-    "and spacing given";
+    "their dims, type and spacing given";
 
 // At most kNiftiHeaderBytes of the file; decompressed where it is gzip and `is_inflated`.
 Result<std::vector<std::byte>> first_bytes(const Path& path, bool is_inflated) {
