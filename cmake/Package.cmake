@@ -50,7 +50,7 @@ scanknit_package(dev NAME libscanknit-dev SECTION libdevel
 writes a manifold, coloured mesh of it.
 .
 This package holds what programs need to use the libraries by CMake's
-find_package(ScanKnit) or by pkg-config, and an example.")
+find_package(ScanKnit) or by pkg-config, and two examples.")
 if(TARGET scanknit_openni2)
   scanknit_package(openni2 NAME scanknit-openni2 SECTION graphics DEPENDS "scanknit (${same_version})"
     SUMMARY "coloured meshes from depth cameras (OpenNI2)"

@@ -128,7 +128,7 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
   const auto extension = arguments.file.extension();
-  if (extension == ".mcap" || extension == ".bag") return recording.error();
+  if (extension == ".mcap" || extension == ".bag" || extension == ".oni") return recording.error();
   const auto volume = describe_volume(arguments, config);
   std::error_code ignored;
   if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;
