@@ -11,16 +11,16 @@
 
 namespace scanknit {
 
-/// The program finds libscanknit_core.so in this folder, and so looks here for modules. Empty else.
+/// The program finds libscanknit_core.so in this folder, and so looks here for modules. Its commands are the only one.
 class ModuleFolder {
  public:
   ModuleFolder() {
     const auto libraries = std::filesystem::path(test::kProgram).parent_path().parent_path() / "lib";
     for (const auto& entry : std::filesystem::directory_iterator(libraries)) {
       const std::string name = entry.path().filename().string();
-      if (!name.starts_with("libscanknit_core.so.")) continue;
-      std::filesystem::create_symlink(entry.path(), folder_ / name);
-      is_used_ = true;
+      const bool is_core = name.starts_with("libscanknit_core.so.");
+      if (is_core || name == "libscanknit_commands.so") std::filesystem::create_symlink(entry.path(), folder_ / name);
+      is_used_ = is_used_ || is_core;
     }
   }
 
