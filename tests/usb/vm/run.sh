@@ -77,7 +77,7 @@ begin_machine() {
     -display none -kernel "$kernel" -initrd initramfs.gz \
     -append "console=ttyS0 quiet panic=-1 GTEST_TOTAL_SHARDS=$machines GTEST_SHARD_INDEX=$1" \
     -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
-    -serial "file:kernel.$1.log" -serial "file:raw.$1.log" -serial "file:alive.$1.log" </dev/null
+    -serial "file:kernel.$1.log" -serial "file:raw.$1.log" -debugcon "file:alive.$1.log" </dev/null
 }
 
 # has_ended PID NUMBER: waits for the machine; false where it gave no sign of life for two minutes, and was stopped.
@@ -87,7 +87,7 @@ has_ended() {
     sleep 2
     now="$(stat -c %s "alive.$2.log" 2>/dev/null || echo 0)"
     if [ "$now" != "$signs" ]; then signs="$now" silent_since=$SECONDS; fi
-    if [ $((SECONDS - silent_since)) -lt 120 ]; then continue; fi
+    if [ "$signs" = 0 ] || [ $((SECONDS - silent_since)) -lt 120 ]; then continue; fi
     kill "$1"
     wait "$1" || true
     return 1
@@ -106,7 +106,7 @@ run_machine() {
     begin_machine "$1" &
     has_ended $! "$1" || true
   fi
-  { cat "frozen.$1.log" 2>/dev/null; sed 's/\r$//' "raw.$1.log"; } >"output.$1.log"
+  { if [ -f "frozen.$1.log" ]; then cat "frozen.$1.log"; fi; sed 's/\r$//' "raw.$1.log"; } >"output.$1.log"
 }
 rm -f output.*.log kernel.*.log raw.*.log alive.*.log frozen.*.log
 for ((number = 0; number < machines; number++)); do run_machine "$number" & done
