@@ -43,6 +43,13 @@ if ! { cmake -S "$source_dir/tests/sanitizers/project" -B "$build_dir" -G Ninja 
 fi
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
+if [ "$kind" = address ]; then
+  # OpenNI2 finds its drivers beside itself. They leak, and are unloaded before their names are looked for.
+  openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / { print $NF; exit }')
+  mkdir -p "$build_dir/without_drivers"
+  if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
+  export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+fi
 run() { ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error "$@"; }
 too_slow='LeavesTheProcessorAlone|ArrivesWithoutALoss|SlowConsumer'  # they measure what an instrumented program cannot give
 run -j "$jobs" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow|UsbVm"  # whose machine is no place for sanitizers
@@ -58,11 +65,6 @@ if $runs_program; then
     left_out+='|Interrupted\.CaptureStopsAtOnce'
     taskset -p -c "$(awk '/^Cpus_allowed_list/ { print $2 + 0 }' /proc/self/status)" $$ >/dev/null
   else
-    # OpenNI2 finds its drivers beside itself. They leak, and are unloaded before their names are looked for.
-    openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / { print $NF; exit }')
-    mkdir -p "$build_dir/without_drivers"
-    if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
-    export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
     left_out+='|CaptureView'
   fi
   run -L '^usb_program$' -E "$left_out"
