@@ -41,9 +41,9 @@ Result<const void*> open_module(const std::string& name, const std::string& reme
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorCode::kInternal, "the module " + file + " cannot be used: " + why + ". " + remedy};
   };
-  // What it gives points into it, so that it is never unloaded. Functions are bound when they are called, as the
-  // program's own are: the tens of thousands that its libraries have among each other would take a moment.
-  void* module = ::dlopen(module_path(file).c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
+  // What it gives points into it, so that it is never unloaded. A symbol that is missing is an error here, not the end
+  // of the program when it is first called.
+  void* module = ::dlopen(module_path(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (module == nullptr) return refuse(::dlerror());
   const auto entry_of = reinterpret_cast<const ModuleEntry* (*)()>(::dlsym(module, "scanknit_module"));
   if (entry_of == nullptr) return refuse("it is no module of ScanKnit");
