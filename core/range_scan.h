@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/image.h"
+#include "core/pixels/sight_lines.h"
 #include "core/pose.h"
-#include "core/sight_lines.h"
 
 namespace scanknit {
 

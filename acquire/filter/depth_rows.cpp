@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "acquire/filter/depth_rows.h"
-#include "core/pixel_vectors.inl"
+#include "core/pixels/pixel_vectors.inl"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {

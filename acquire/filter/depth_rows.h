@@ -8,7 +8,7 @@
 #include <span>
 
 #include "core/camera.h"
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 
 namespace scanknit {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/image.h"
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 
 namespace scanknit {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/image.h"
-#include "core/sight_lines.h"
+#include "core/pixels/sight_lines.h"
 
 namespace scanknit {
 

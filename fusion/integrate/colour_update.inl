@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/pixel_vectors.inl"
+#include "core/pixels/pixel_vectors.inl"
 #include "fusion/integrate/update_block.h"
 
 HWY_BEFORE_NAMESPACE();

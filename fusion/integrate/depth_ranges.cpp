@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "core/pixel_vectors.inl"
+#include "core/pixels/pixel_vectors.inl"
 #include "fusion/integrate/depth_ranges.h"
 
 HWY_BEFORE_NAMESPACE();

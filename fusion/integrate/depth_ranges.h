@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/image.h"
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 #include "fusion/turntable/picture_part.h"
 
 namespace scanknit {

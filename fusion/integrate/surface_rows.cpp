@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/pixel_vectors.inl"
+#include "core/pixels/pixel_vectors.inl"
 #include "fusion/integrate/surface_rows.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "core/camera.h"
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 #include "fusion/fusion_config.h"
 #include "fusion/integrate/depth_pyramid.h"
 #include "fusion/integrate/surface_image.h"

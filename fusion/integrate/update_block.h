@@ -7,7 +7,7 @@
 
 #include "core/camera.h"
 #include "core/image.h"
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 #include "core/pose.h"
 #include "core/voxel_codes.h"
 #include "fusion/fusion_config.h"

@@ -6,7 +6,7 @@
 
 #include <array>
 
-#include "core/pixel_vectors.inl"
+#include "core/pixels/pixel_vectors.inl"
 #include "fusion/track/pyramid_rows.h"
 
 HWY_BEFORE_NAMESPACE();

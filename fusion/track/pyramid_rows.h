@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 #include "fusion/integrate/surface_rows.h"
 
 namespace scanknit {

@@ -39,7 +39,7 @@ std::vector<Include> all_includes() {
   for (const std::string& room : kRooms) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
       const auto extension = entry.path().extension();
-      if (extension != ".h" && extension != ".cpp") continue;
+      if (extension != ".h" && extension != ".cpp" && extension != ".inl") continue;
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {
         std::smatch match;
@@ -85,7 +85,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"openvdb", {"core/field_view.h", "fusion", "extract", "finish", "scan", "app"}},
     {"boost", {"extract", "view"}},
     {"qrcodegen", {"view"}},
-    {"hwy", {"acquire", "fusion", "extract"}},
+    {"hwy", {"core", "acquire", "fusion", "extract"}},
     {"meshoptimizer.h", {"export", "finish"}},
     {"png.h", {"core"}},
     {"jpeglib.h", {"core"}},

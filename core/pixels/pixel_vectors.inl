@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/pixel_rows.h"
+#include "core/pixels/pixel_rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {
