@@ -51,9 +51,10 @@ void add_run(CLI::App& app, CommandLine& line) {
       ->type_name("N");
   command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
-  add_choice(*command, line, "--pace", run.pace,
-             {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}},
-             "fast; realtime: by the recording's clock; stepped: a frame for each Enter; the mesh is the same")
+  const OptionText pace = {
+      "--pace", "fast; realtime: by the recording's clock; stepped: a frame for each Enter; the mesh is the same"};
+  add_choice(*command, line, pace, run.pace,
+             {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}})
       ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--poses", "acquire.poses",
@@ -193,13 +194,12 @@ void add_convert(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("RECORDING");
   command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
-  add_choice(*command, line, "--to", convert.target,
+  add_choice(*command, line, {"--to", "mcap, tum, open3d, 7-scenes, fakenect"}, convert.target,
              {{"mcap", ConvertTarget::kMcap},
               {"tum", ConvertTarget::kTum},
               {"open3d", ConvertTarget::kOpen3d},
               {"7-scenes", ConvertTarget::kSevenScenes},
-              {"fakenect", ConvertTarget::kFakenect}},
-             "mcap, tum, open3d, 7-scenes, fakenect")
+              {"fakenect", ConvertTarget::kFakenect}})
       ->required()
       ->type_name("LAYOUT");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
@@ -282,8 +282,8 @@ void add_devices(CLI::App& app, CommandLine& line) {
 
 void add_completion(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("completion", "Print what lets a shell complete this program's command line");
-  add_choice(*command, line, "shell", line.completion.shell,
-             {{"bash", Shell::kBash}, {"zsh", Shell::kZsh}, {"fish", Shell::kFish}}, "bash, zsh, fish")
+  add_choice(*command, line, {"shell", "bash, zsh, fish"}, line.completion.shell,
+             {{"bash", Shell::kBash}, {"zsh", Shell::kZsh}, {"fish", Shell::kFish}})
       ->required()
       ->type_name("SHELL");
   command->final_callback([&app, &line] {

@@ -25,14 +25,14 @@ std::vector<std::string> preset_names() {
 
 /// An option whose text `parse` converts; the value goes to `place`.
 template <typename Value, typename Parse>
-CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& place, const Parse& parse,
-                        const std::string& expected, const std::string& text) {
-  const auto assign = [&place, parse, name, expected](const std::string& given) {
+CLI::Option* add_parsed(CLI::App& app, const OptionText& text, Value& place, const Parse& parse,
+                        const std::string& expected) {
+  const auto assign = [&place, parse, name = text.name, expected](const std::string& given) {
     const auto value = parse(given);
     if (!value) throw CLI::ValidationError(name, "expected " + expected + ", got '" + given + "'");
     place = *value;
   };
-  return app.add_option_function<std::string>(name, assign, text)->group("Raw samples and stacks of images");
+  return app.add_option_function<std::string>(text.name, assign, text.help)->group("Raw samples and stacks of images");
 }
 
 std::optional<ByteOrder> byte_order_named(std::string_view name) {
@@ -64,24 +64,24 @@ CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& 
 
 void add_volume_options(CLI::App& app, CommandLine& line, VolumeOptions& options) {
   const std::vector<std::string> orders = {"little", "big"};
-  auto* dims = add_parsed(app, "--dims", options.dims, parse_dims, "samples such as 256x256x108",
-                          "Raw file: samples along i (fastest), j, k")
+  auto* dims = add_parsed(app, {"--dims", "Raw file: samples along i (fastest), j, k"}, options.dims, parse_dims,
+                          "samples such as 256x256x108")
                    ->type_name("NXxNYxNZ");
-  auto* type = add_parsed(app, "--type", options.type, sample_type_named,
-                          fmt::format("one of {}", fmt::join(kSampleTypeNames, ", ")), "Raw file: its samples")
+  auto* type = add_parsed(app, {"--type", "Raw file: its samples"}, options.type, sample_type_named,
+                          fmt::format("one of {}", fmt::join(kSampleTypeNames, ", ")))
                    ->needs(dims)
                    ->type_name("TYPE");
   line.words[type].assign(kSampleTypeNames.begin(), kSampleTypeNames.end());
-  add_parsed(app, "--spacing", options.spacing, parse_spacing, "millimetres such as 0.5 or 0.5x0.5x1.2",
-             "Raw file or folder of images: millimetres between samples")
+  add_parsed(app, {"--spacing", "Raw file or folder of images: millimetres between samples"}, options.spacing,
+             parse_spacing, "millimetres such as 0.5 or 0.5x0.5x1.2")
       ->type_name("MM|XxYxZ");
-  auto* order =
-      add_parsed(app, "--byte-order", options.byte_order, byte_order_named, "little or big", "Raw file: little or big")
-          ->needs(dims)
-          ->type_name("ORDER");
+  auto* order = add_parsed(app, {"--byte-order", "Raw file: little or big"}, options.byte_order, byte_order_named,
+                           "little or big")
+                    ->needs(dims)
+                    ->type_name("ORDER");
   line.words[order] = orders;
-  add_parsed(app, "--header-bytes", options.header_bytes, parse_header_bytes, "a whole number of bytes, 0 or more",
-             "Raw file: bytes before the first sample")
+  add_parsed(app, {"--header-bytes", "Raw file: bytes before the first sample"}, options.header_bytes,
+             parse_header_bytes, "a whole number of bytes, 0 or more")
       ->needs(dims)
       ->type_name("N");
 }

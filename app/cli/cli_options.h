@@ -14,11 +14,16 @@ namespace scanknit {
 CLI::Option* add_shorthand(CLI::App& app, CommandLine& line, const std::string& name, const std::string& key,
                            const std::string& text);
 
+/// An option's name, as of "--pace", and its text in the help.
+struct OptionText {
+  std::string name, help;
+};
+
 /// An option whose value is one of a few words.
 template <typename Value>
-CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& name, Value& place,
-                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& text) {
-  const auto assign = [&place, name, choices](const std::string& given) {
+CLI::Option* add_choice(CLI::App& app, CommandLine& line, const OptionText& text, Value& place,
+                        const std::vector<std::pair<std::string, Value>>& choices) {
+  const auto assign = [&place, name = text.name, choices](const std::string& given) {
     std::string words;
     for (const auto& [word, value] : choices) {
       if (word == given) {
@@ -29,7 +34,7 @@ CLI::Option* add_choice(CLI::App& app, CommandLine& line, const std::string& nam
     }
     throw CLI::ValidationError(name, "expected one of " + words + ", got '" + given + "'");
   };
-  CLI::Option* option = app.add_option_function<std::string>(name, assign, text);
+  CLI::Option* option = app.add_option_function<std::string>(text.name, assign, text.help);
   for (const auto& choice : choices) line.words[option].push_back(choice.first);
   return option;
 }
