@@ -60,12 +60,8 @@ class RecordingScan {
       : job_(job), session_(observer, stop), archive_(archive_of(job)) {}
 
   [[nodiscard]] ScanResult run() {
-    result_.outcome = scan();
-    result_.input = job_.input.string();
-    result_.config = job_.config;
-    result_.warnings = session_.warnings();
-    result_.stages = session_.times();
-    return std::move(result_);
+    Result<void> outcome = scan();
+    return session_.conclude(std::move(outcome), job_, std::move(result_));
   }
 
  private:

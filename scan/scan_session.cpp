@@ -21,4 +21,15 @@ std::vector<ScanWarning> ScanSession::warnings() const {
   return valid;
 }
 
+ScanResult ScanSession::conclude(Result<void> outcome, const ScanJob& job, ScanResult result) const {
+  result.outcome = std::move(outcome);
+  result.input = job.input.string();
+  result.config = job.config;
+  const std::vector<ScanWarning> warned = warnings();
+  result.warnings.insert(result.warnings.begin(), warned.begin(), warned.end());
+  add_times(times_, result.stages);
+  for (const auto& [kind, path] : result.mesh.files) result.files[kind] = path;
+  return result;
+}
+
 }  // namespace scanknit

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "scan/scan_job.h"
 #include "scan/scan_observer.h"
+#include "scan/scan_result.h"
 #include "scan/scan_warning.h"
 #include "scan/stage_times.h"
 
@@ -50,6 +52,9 @@ class ScanSession {
   }
   void note_time(const char* stage, double milliseconds) { times_[stage].samples_ms.push_back(milliseconds); }
   [[nodiscard]] StageTimesByName& times() { return times_; }
+
+  /// The result of the scan, completed with how it ended, what was scanned, its warnings, times and files.
+  [[nodiscard]] ScanResult conclude(Result<void> outcome, const ScanJob& job, ScanResult result) const;
 
  private:
   static constexpr std::size_t kAnyMesh = 0;

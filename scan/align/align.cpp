@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/files/atomic_file.h"
 #include "core/files/quantity.h"
@@ -33,13 +34,8 @@ class AlignRun {
       : job_(job), request_(request), session_(observer, stop) {}
 
   [[nodiscard]] ScanResult run() {
-    result_.outcome = align();
-    result_.input = job_.input.string();
-    result_.config = job_.config;
-    result_.warnings = session_.warnings();
-    result_.stages = session_.times();
-    for (const auto& [kind, path] : result_.mesh.files) result_.files[kind] = path;
-    return std::move(result_);
+    Result<void> outcome = align();
+    return session_.conclude(std::move(outcome), job_, std::move(result_));
   }
 
  private:

@@ -45,13 +45,8 @@ class LiveScan {
       : job_(job), request_(request), stop_(stop), session_(observer, {}) {}
 
   [[nodiscard]] ScanResult run() {
-    result_.input = job_.input.string();
-    result_.outcome = scan();
-    result_.config = job_.config;
-    std::vector<ScanWarning> warnings = session_.warnings();
-    result_.warnings.insert(result_.warnings.begin(), warnings.begin(), warnings.end());
-    add_times(session_.times(), result_.stages);
-    return std::move(result_);
+    Result<void> outcome = scan();
+    return session_.conclude(std::move(outcome), job_, std::move(result_));
   }
 
  private:

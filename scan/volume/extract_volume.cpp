@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/files/quantity.h"
 #include "export/picture/preview.h"
@@ -103,13 +104,8 @@ class VolumeExtraction {
       : job_(job), request_(request), session_(observer, stop) {}
 
   [[nodiscard]] ScanResult run() {
-    result_.outcome = extract();
-    result_.input = job_.input.string();
-    result_.config = job_.config;
-    result_.warnings = session_.warnings();
-    result_.stages = session_.times();
-    for (const auto& [kind, path] : result_.mesh.files) result_.files[kind] = path;
-    return std::move(result_);
+    Result<void> outcome = extract();
+    return session_.conclude(std::move(outcome), job_, std::move(result_));
   }
 
  private:
