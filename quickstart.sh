@@ -47,6 +47,9 @@ install_packages() {
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
+# Where their packages are installed.
+with_optional_parts=(-DSCANKNIT_BUILD_PYTHON=AUTO -DSCANKNIT_WITH_OPENNI2=AUTO)
+
 # Debian's only where there is no other.
 install_npm() { command -v npm >/dev/null || install_packages nodejs npm; }
 
@@ -77,7 +80,7 @@ build() {
 build_tests() {
   install_packages "${required_packages[@]}" "${test_packages[@]}"
   install_page_packages
-  build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON
+  build -DSCANKNIT_BUILD_TESTS=ON -DSCANKNIT_BUILD_BENCHMARKS=ON "${with_optional_parts[@]}"
   tests/prepare.sh "$build_dir"
 }
 
@@ -90,7 +93,7 @@ case "$job" in
   sample)
     install_packages "${required_packages[@]}"
     install_page_packages
-    build -DSCANKNIT_BUILD_TESTS=OFF
+    build -DSCANKNIT_BUILD_TESTS=OFF -DSCANKNIT_BUILD_PYTHON=OFF -DSCANKNIT_WITH_OPENNI2=OFF
     if [ ! -f out/sample_recording/trajectory.log ]; then
       echo "Rendering the sample recording with the synthetic scanner ..."
       "$build_dir/bin/scanknit" synth turntable --frames 120 --noise --seed 1 -o out/sample_recording --quiet
@@ -107,7 +110,7 @@ case "$job" in
   build)
     install_packages "${required_packages[@]}"
     install_page_packages
-    build -DSCANKNIT_BUILD_TESTS=OFF
+    build -DSCANKNIT_BUILD_TESTS=OFF "${with_optional_parts[@]}"
     ;;
   *)
     sed -n '2,9s/^# \{0,1\}//p' "$0" >&2
