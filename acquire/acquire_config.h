@@ -37,6 +37,17 @@ enum class RecordingFormat {
   kOni
 };
 
+/// A kind of depth sensor, of which range, noise and in part the camera are known (acquire/sensor/sensor_profile.h).
+enum class SensorModel {
+  kNone,  ///< another one, or unknown
+  kKinectV1,
+  kRealsenseD400,
+  kPhoneLidar,
+  kTumFreiburg1,
+  kTumFreiburg2,
+  kTumFreiburg3
+};
+
 /// Where a frame's pose comes from.
 enum class PoseMode {
   kAuto,       ///< kRecording when the recording has poses, else kTrack
@@ -62,6 +73,7 @@ struct AcquireConfig {
   RecordingFormat format = RecordingFormat::kAuto;
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
   std::optional<CameraModel> intrinsics;  ///< overrides the recording's
+  std::optional<SensorModel> sensor;      ///< nothing: recognised by the recording
   PoseMode poses = PoseMode::kAuto;
   ScannerColour colour = ScannerColour::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
@@ -70,12 +82,12 @@ struct AcquireConfig {
   std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, inclusive
   std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
 
-  double min_depth_m = 0.0;     ///< nearer depth is dropped; >= 0
-  double max_depth_m = 0.0;     ///< farther depth is dropped; 0: no limit
-  double edge_sigmas = 3.0;     ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
-  int outlier_neighbours = 0;   ///< statistical outlier removal: number of neighbours of a point; 0: off
-  double outlier_sigmas = 2.0;  ///< points whose mean distance to them is this many sigma above the mean are dropped
-  bool bilateral = false;       ///< edge-preserving smoothing of the depth
+  std::optional<double> min_depth_m;  ///< nearer depth is dropped, >= 0; nothing: a scan takes the sensor's
+  std::optional<double> max_depth_m;  ///< farther depth is dropped, 0: no limit; nothing: a scan chooses it
+  double edge_sigmas = 3.0;           ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
+  int outlier_neighbours = 0;         ///< statistical outlier removal: number of neighbours of a point; 0: off
+  double outlier_sigmas = 2.0;        ///< points whose mean distance to them is this many sigma above the mean go
+  bool bilateral = false;             ///< edge-preserving smoothing of the depth
   Limits limits;
 };
 

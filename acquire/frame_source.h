@@ -17,6 +17,12 @@
 
 namespace scanknit {
 
+/// Which sensor made a recording, and how that is known.
+struct RecognisedSensor {
+  SensorModel model = SensorModel::kNone;
+  std::string reason;  ///< for the user: "its depth lies on ..."
+};
+
 /// The properties of a recording that are known without decoding all frames.
 struct RecordingInfo {
   std::string format;            ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap",
@@ -31,6 +37,7 @@ struct RecordingInfo {
   std::optional<CameraIntrinsics> colour_intrinsics;  ///< of the first colour frame
   std::optional<double> depth_scale;                  ///< raw units per metre; nothing when depth is floating point
   std::optional<double> duration_s;                   ///< nothing when the recording has no clock
+  std::optional<RecognisedSensor> sensor;             ///< nothing: not recognised, or config.sensor names it
   UpAxis world_up = UpAxis::kMinusY;                  ///< -y: the world is a camera's frame (y down)
   std::vector<std::string> warnings;                  ///< messages: faults of the recording as a whole
 };

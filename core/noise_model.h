@@ -1,5 +1,9 @@
-// NoiseModel: the axial noise of a structured-light depth camera.
+// NoiseModel: the axial noise of a depth camera.
 #pragma once
+
+#include <cmath>
+#include <limits>
+#include <optional>
 
 namespace scanknit {
 
@@ -14,8 +18,25 @@ struct NoiseModel {
     const double beyond = z_m - from_m;
     return floor_m + growth_per_m * beyond * beyond;
   }
+  /// The distance beyond which sigma(z) exceeds `sigma_m`, which is at least the floor; infinity where it never does.
+  [[nodiscard]] double reach_m(double sigma_m) const {
+    if (!(growth_per_m > 0)) return std::numeric_limits<double>::infinity();
+    return from_m + std::sqrt((sigma_m - floor_m) / growth_per_m);
+  }
   /// sigma(z) times `scale`.
   [[nodiscard]] NoiseModel scaled(double scale) const { return {floor_m * scale, growth_per_m * scale, from_m}; }
+
+  friend bool operator==(const NoiseModel&, const NoiseModel&) = default;
+};
+
+/// What is given of a sensor's noise; nothing: as the sensor has it.
+struct GivenNoise {
+  std::optional<double> floor_m, growth_per_m, from_m;
+
+  [[nodiscard]] NoiseModel over(const NoiseModel& sensor) const {
+    return {floor_m.value_or(sensor.floor_m), growth_per_m.value_or(sensor.growth_per_m),
+            from_m.value_or(sensor.from_m)};
+  }
 };
 
 }  // namespace scanknit

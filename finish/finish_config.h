@@ -51,6 +51,7 @@ struct FinishConfig {
   Watertight watertight = Watertight::kOff;
   double max_hole_m = 0.02;                ///< for Watertight::kSmall: the diagonal of a patch's bounding box
   std::optional<Rgb8> invented_colour;     ///< of closed holes; nothing: as their surroundings
+  bool drops_crumbs = false;               ///< removes pieces that few frames saw
   double min_piece_share = 0;              ///< removes smaller pieces: share of the largest one's area
   double min_piece_size_m = 0;             ///< likewise: diagonal of the bounding box
   std::size_t smooth_steps = 0;            ///< pairs of Taubin's two passes

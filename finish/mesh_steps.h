@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -21,6 +22,19 @@ struct PiecesRemoved {
 /// Removes the pieces (triangles joined by vertices) whose area is less than `min_share` of the largest one's, or whose
 /// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of the rest is unchanged.
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
+
+/// The vertices of the pieces whose area is less than `max_share` of the largest one's, ascending.
+[[nodiscard]] std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh);
+
+/// The frames that have a reading of a vertex, and those that confirm it.
+struct Confirmation {
+  std::uint16_t readings = 0, views = 0;
+};
+
+/// Removes the pieces whose vertices, on average, fewer than `least_views` frames confirm, or less than `least_share`
+/// of the frames that have a reading. The largest piece stays. `confirmed`: of each vertex.
+PiecesRemoved remove_unconfirmed_pieces(std::span<const Confirmation> confirmed, double least_views, double least_share,
+                                        Mesh& mesh);
 
 /// What a mesh loses without the triangles marked with 1: these triangles, their area, and the pieces that vanish
 /// completely.

@@ -5,45 +5,102 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/check.h"
 #include "core/mesh/mesh_area.h"
 #include "core/mesh/mesh_pieces.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
-PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
+namespace {
+
+/// The pieces of a mesh, each at the number of one of its vertices; the others have no triangles.
+class Pieces {
+ public:
   struct Piece {
     double area_m2 = 0;
     std::size_t triangles = 0;
     Eigen::AlignedBox3f box;
   };
-  DisjointSets sets = pieces_of(mesh);
-  std::vector<Piece> pieces(mesh.positions_m.size());  // by root
-  for (const Triangle& t : mesh.triangles) {
-    Piece& piece = pieces[sets.root(t[0])];
-    piece.area_m2 += area_vector_m2(mesh, t).norm();
-    ++piece.triangles;
-    for (const std::uint32_t vertex : t) piece.box.extend(mesh.positions_m[vertex]);
+
+  explicit Pieces(const Mesh& mesh) : sets_(pieces_of(mesh)), pieces_(mesh.positions_m.size()) {
+    for (const Triangle& t : mesh.triangles) {
+      Piece& piece = pieces_[sets_.root(t[0])];
+      piece.area_m2 += area_vector_m2(mesh, t).norm();
+      ++piece.triangles;
+      for (const std::uint32_t vertex : t) piece.box.extend(mesh.positions_m[vertex]);
+    }
+    largest_ = static_cast<std::size_t>(
+        std::max_element(pieces_.begin(), pieces_.end(),
+                         [](const Piece& a, const Piece& b) { return a.area_m2 < b.area_m2; }) -
+        pieces_.begin());
   }
-  const auto largest = std::max_element(pieces.begin(), pieces.end(),
-                                        [](const Piece& a, const Piece& b) { return a.area_m2 < b.area_m2; });
-  PiecesRemoved removed;
-  std::vector<std::uint8_t> keeps_piece(pieces.size(), 1);
-  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-    if (piece->triangles == 0 || piece == largest) continue;
-    const bool is_small =
-        piece->area_m2 < min_share * largest->area_m2 || static_cast<double>(piece->box.diagonal().norm()) < min_size_m;
-    if (!is_small) continue;
-    keeps_piece[static_cast<std::size_t>(piece - pieces.begin())] = 0;
-    ++removed.pieces;
-    removed.triangles += piece->triangles;
-    removed.area_m2 += piece->area_m2;
+
+  [[nodiscard]] std::size_t of(std::uint32_t vertex) { return sets_.root(vertex); }
+  [[nodiscard]] const Piece& operator[](std::size_t number) const { return pieces_[number]; }
+  [[nodiscard]] double largest_area_m2() const { return pieces_.empty() ? 0 : pieces_[largest_].area_m2; }
+
+  /// Removes from the mesh the pieces that `goes` says; the largest stays.
+  template <typename Goes>
+  PiecesRemoved remove(Mesh& mesh, Goes&& goes) {
+    PiecesRemoved removed;
+    std::vector<std::uint8_t> keeps_piece(pieces_.size(), 1);
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (pieces_[i].triangles == 0 || i == largest_ || !goes(i)) continue;
+      keeps_piece[i] = 0;
+      ++removed.pieces;
+      removed.triangles += pieces_[i].triangles;
+      removed.area_m2 += pieces_[i].area_m2;
+    }
+    if (removed.pieces == 0) return removed;
+    std::vector<std::uint8_t> keeps;
+    keeps.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) keeps.push_back(keeps_piece[of(t[0])]);
+    keep_triangles(keeps, mesh);
+    return removed;
   }
-  if (removed.pieces == 0) return removed;
-  std::vector<std::uint8_t> keeps;
-  keeps.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) keeps.push_back(keeps_piece[sets.root(t[0])]);
-  keep_triangles(keeps, mesh);
-  return removed;
+
+ private:
+  DisjointSets sets_;
+  std::vector<Piece> pieces_;
+  std::size_t largest_ = 0;
+};
+
+}  // namespace
+
+PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
+  Pieces pieces(mesh);
+  return pieces.remove(mesh, [&](std::size_t i) {
+    return pieces[i].area_m2 < min_share * pieces.largest_area_m2() ||
+           static_cast<double>(pieces[i].box.diagonal().norm()) < min_size_m;
+  });
+}
+
+std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh) {
+  Pieces pieces(mesh);
+  std::vector<std::uint32_t> vertices;
+  for (std::uint32_t i = 0; i < mesh.positions_m.size(); ++i) {
+    if (pieces[pieces.of(i)].area_m2 < max_share * pieces.largest_area_m2()) vertices.push_back(i);
+  }
+  return vertices;
+}
+
+PiecesRemoved remove_unconfirmed_pieces(std::span<const Confirmation> confirmed, double least_views, double least_share,
+                                        Mesh& mesh) {
+  SCANKNIT_CHECK(confirmed.size() == mesh.positions_m.size());
+  struct Sums {
+    double vertices = 0, readings = 0, views = 0;
+  };
+  Pieces pieces(mesh);
+  std::vector<Sums> sums(confirmed.size());  // by piece
+  for (std::uint32_t i = 0; i < confirmed.size(); ++i) {
+    Sums& of_piece = sums[pieces.of(i)];
+    ++of_piece.vertices;
+    of_piece.readings += confirmed[i].readings;
+    of_piece.views += confirmed[i].views;
+  }
+  return pieces.remove(mesh, [&](std::size_t i) {
+    return sums[i].views < least_views * sums[i].vertices || sums[i].views < least_share * sums[i].readings;
+  });
 }
 
 PiecesRemoved count_removed(const Mesh& mesh, const std::vector<std::uint8_t>& is_left_out) {

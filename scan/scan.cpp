@@ -8,6 +8,7 @@
 #include "acquire/convert/cut_recording.h"
 #include "scan/frames/budget_check.h"
 #include "scan/frames/recorded_frames.h"
+#include "scan/frames/settle_sensor.h"
 #include "scan/refine/loop_refiner.h"
 #include "scan/refine/turntable_refiner.h"
 #include "scan/scan_pass.h"
@@ -57,7 +58,7 @@ Result<void> check_cut_recording(const ScanJob& job) {
 class RecordingScan {
  public:
   RecordingScan(const ScanJob& job, ScanObserver& observer, const std::stop_token& stop)
-      : job_(job), session_(observer, stop), archive_(archive_of(job)) {}
+      : job_(job), session_(observer, stop), archive_(archive_of(job_)) {}
 
   [[nodiscard]] ScanResult run() {
     Result<void> outcome = scan();
@@ -87,6 +88,7 @@ class RecordingScan {
     auto opened = open_recording(job_.input, job_.config.acquire);
     if (!opened) return opened.error();
     for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
+    settle_sensor((*opened)->info().sensor, job_.config, session_);
     source_ = paced(*std::move(opened), job_.pace, job_.pace_control());
     const PoseMode poses = source_->info().poses;
     if (auto fits = check_budget(job_.input, poses, job_.config, session_.stop()); !fits) return fits;
@@ -140,7 +142,7 @@ class RecordingScan {
     return {.source = source, .archive = archive_, .stop = session_.stop(), .is_paced = job_.pace == Pace::kRealtime};
   }
 
-  const ScanJob& job_;
+  ScanJob job_;  ///< its configuration is settled when the recording is open
   ScanSession session_;
   FrameArchive archive_;
   std::unique_ptr<FrameSource> source_;

@@ -13,6 +13,7 @@ namespace scanknit {
 struct ScanConfig {
   AcquireConfig acquire;
   ScannerSettings scanner;  ///< also keys of `acquire:`
+  GivenNoise noise;         ///< the keys of `fusion.noise:`; a scan sets fusion.noise by it and the sensor
   FusionConfig fusion;
   TurntableConfig turntable;
   ExtractConfig extract;

@@ -28,7 +28,8 @@ Result<void> ScanPass::run() {
 
 Result<void> ScanPass::begin() {
   warn_of_holes(job_.config.extract, session_);
-  const Reconstruction::Options options{intake_.info().poses, job_.measures_fit};
+  const bool keeps_depth_samples = job_.measures_fit || job_.config.finish.drops_crumbs;
+  const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples};
   auto scan = Reconstruction::create(job_.config, options, refiner_, session_);
   if (!scan) return scan.error();
   scan_.emplace(*std::move(scan));

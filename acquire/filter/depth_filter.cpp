@@ -149,9 +149,9 @@ DepthImage smooth_bilateral(const DepthImage& depth_m, const NoiseModel& noise) 
 }
 
 Result<void> filter_frame(Frame& frame, const AcquireConfig& config, const NoiseModel& noise) {
-  if (config.min_depth_m > 0 || config.max_depth_m > 0) {
-    frame.depth_m = clip_range(frame.depth_m, config.min_depth_m, config.max_depth_m);
-  }
+  const double min_m = config.min_depth_m.value_or(0);
+  const double max_m = config.max_depth_m.value_or(0);
+  if (min_m > 0 || max_m > 0) frame.depth_m = clip_range(frame.depth_m, min_m, max_m);
   if (config.outlier_neighbours > 0) {
     auto cleaned =
         remove_statistical_outliers(frame.depth_m, frame.intrinsics, config.outlier_neighbours, config.outlier_sigmas);

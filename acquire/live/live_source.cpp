@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acquire/live/raw_decode.h"
+#include "acquire/sensor/recognise_sensor.h"
 
 namespace scanknit {
 namespace {
@@ -27,6 +28,7 @@ RecordingInfo describe(const LiveScanner& scanner, const LiveOptions& options) {
   info.poses = options.poses;
   info.intrinsics = scanner.calibration.depth.intrinsics;
   info.depth_scale = 1 / scanner.calibration.depth_unit_m;
+  info.sensor = sensor_by_name({info.format, {}, scanner.calibration.device});
   info.has_colour = stream_of(scanner.streams, StreamKind::kColour) != nullptr;
   if (info.has_colour) info.colour_intrinsics = scanner.calibration.colour.intrinsics;
   return info;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acquire/replay/undistort.h"
+#include "acquire/sensor/recognise_sensor.h"
 
 namespace scanknit {
 namespace {
@@ -63,6 +64,7 @@ void IndexedSource::describe() {
   info_.format = recording_.format;
   info_.folder = recording_.folder;
   info_.frames = entries.size();
+  info_.sensor = recording_.sensor;
   info_.world_up = recording_.world_up;
   info_.warnings = recording_.warnings;
   if (!recording_.has_metric_depth) {
@@ -106,6 +108,7 @@ void IndexedSource::look_at_first_frames() {
       std::optional<Result<Pose>> pose;
       const auto loaded = load_pictures(entry, pose);
       if (const auto* frame = std::get_if<Frame>(&loaded)) {
+        if (!config_.sensor && !info_.sensor) info_.sensor = sensor_by_depth(frame->depth_m, frame->intrinsics);
         if (!info_.intrinsics) info_.intrinsics = frame->intrinsics;
         // A camera whose picture is mirrored top to bottom looks into a world whose y points up (ICL-NUIM).
         if (frame->intrinsics.fy < 0) info_.world_up = UpAxis::kY;

@@ -9,6 +9,8 @@
 #include "acquire/replay/indexed_source.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/raw_recording.h"
+#include "acquire/sensor/recognise_sensor.h"
+#include "acquire/sensor/sensor_profile.h"
 
 namespace scanknit {
 namespace {
@@ -241,10 +243,15 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
                      std::to_string(frames) + ", counted from 0",
                  recording->folder.string()};
   }
+  if (!config.sensor) recording->sensor = sensor_by_name({recording->format, recording->folder, recording->device});
+  AcquireConfig settled = config;
   if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
-    return missing_camera(recording->folder);
+    const auto recognised = recording->sensor ? recording->sensor->model : SensorModel::kNone;
+    const SensorProfile* sensor = find_sensor(config.sensor.value_or(recognised));
+    if (sensor == nullptr || !sensor->camera) return missing_camera(recording->folder);
+    settled.intrinsics = sensor->camera;
   }
-  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config));
+  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), settled));
 }
 
 }  // namespace scanknit

@@ -68,7 +68,10 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
   if (config.intrinsics) raw.calibration.depth = {config.intrinsics->intrinsics, {}};
   if (config.depth_scale) raw.calibration.depth_unit_m = 1 / *config.depth_scale;
 
-  Recording recording{.format = raw.format, .folder = raw.file, .depth_scale = 1 / raw.calibration.depth_unit_m};
+  Recording recording{.format = raw.format,
+                      .folder = raw.file,
+                      .device = raw.calibration.device,
+                      .depth_scale = 1 / raw.calibration.depth_unit_m};
   recording.frames_bring_camera = raw.calibration.depth.intrinsics.fx != 0;  // its size may be left open
   recording.warnings = std::move(raw.warnings);
   const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };

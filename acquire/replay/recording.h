@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "acquire/acquire_config.h"
+#include "acquire/frame_source.h"
 #include "core/axes.h"
 #include "core/camera.h"
 #include "core/frame.h"
@@ -72,6 +72,8 @@ using DecodeFrame = std::function<OrDrop<DecodedFrame>(const FrameEntry&, const 
 struct Recording {
   const char* format = "";
   std::filesystem::path folder = {};
+  std::string device = {};                      ///< the sensor's name; empty: the recording does not say it
+  std::optional<RecognisedSensor> sensor = {};  ///< by its names
   std::vector<FrameEntry> entries = {};
   std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: the size of the picture
   double depth_scale = 1000.0;                  ///< raw units per metre, for entries without their own

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "acquire/sensor/sensor_profile.h"
 #include "app/cli/exit_codes.h"
 #include "app/commands/commands.h"
 #include "core/mesh.h"
@@ -31,9 +32,15 @@ Json intrinsics_json(const std::optional<CameraIntrinsics>& camera) {
           {"fy", camera->fy},       {"cx", camera->cx},         {"cy", camera->cy}};
 }
 
+Json sensor_json(const std::optional<RecognisedSensor>& sensor) {
+  const SensorProfile* profile = sensor ? find_sensor(sensor->model) : nullptr;
+  return profile != nullptr ? Json(profile->name) : Json(nullptr);
+}
+
 Json recording_json(const RecordingInfo& info) {
   Json json = {{"kind", "recording"},
                {"format", info.format},
+               {"sensor", sensor_json(info.sensor)},
                {"frames", info.frames},
                {"width", info.intrinsics ? Json(info.intrinsics->width) : Json(nullptr)},
                {"height", info.intrinsics ? Json(info.intrinsics->height) : Json(nullptr)},

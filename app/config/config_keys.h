@@ -49,6 +49,22 @@ void bind_plain(ConfigKey& key, Field field) {
   };
 }
 
+/// For a std::optional member: `auto` is std::nullopt.
+template <typename Stored, typename Field>
+void bind_optional(ConfigKey& key, Field field) {
+  key.allows_auto = true;
+  key.get = [field](const ScanConfig& config) {
+    const auto& member = field(config);
+    return member ? ConfigValue(static_cast<Stored>(*member)) : ConfigValue();
+  };
+  key.set = [field](ScanConfig& config, const ConfigValue& value) {
+    auto& member = field(config);
+    member.reset();
+    using Member = typename std::remove_cvref_t<decltype(member)>::value_type;
+    if (const auto* given = std::get_if<Stored>(&value)) member = static_cast<Member>(*given);
+  };
+}
+
 template <typename Field>
 ConfigKey boolean(const Key& key, Field field) {
   ConfigKey described = describe(ConfigType::kBool, key);
@@ -78,28 +94,21 @@ ConfigKey length(const Key& key, Range range_m, Field field) {
   return described;
 }
 
+/// For a std::optional member: see bind_optional.
+template <typename Field>
+ConfigKey optional_length(const Key& key, Range range_m, Field field) {
+  ConfigKey described = describe(ConfigType::kLength, key, range_m);
+  described.unit = "m";
+  bind_optional<double>(described, field);
+  return described;
+}
+
 template <typename Field>
 ConfigKey memory(const Key& key, Range range_mib, Field field) {
   ConfigKey described = describe(ConfigType::kMemory, key, range_mib);
   described.unit = "MiB";
   bind_plain<std::int64_t>(described, field);
   return described;
-}
-
-/// For a std::optional member: `auto` is std::nullopt.
-template <typename Stored, typename Field>
-void bind_optional(ConfigKey& key, Field field) {
-  key.allows_auto = true;
-  key.get = [field](const ScanConfig& config) {
-    const auto& member = field(config);
-    return member ? ConfigValue(static_cast<Stored>(*member)) : ConfigValue();
-  };
-  key.set = [field](ScanConfig& config, const ConfigValue& value) {
-    auto& member = field(config);
-    member.reset();
-    using Member = typename std::remove_cvref_t<decltype(member)>::value_type;
-    if (const auto* given = std::get_if<Stored>(&value)) member = static_cast<Member>(*given);
-  };
 }
 
 template <typename E>

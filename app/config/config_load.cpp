@@ -132,7 +132,7 @@ class ConfigReader {
 std::vector<ConfigProblem> check_together(const ScanConfig& config) {
   std::vector<ConfigProblem> problems;
   const AcquireConfig& acquire = config.acquire;
-  if (acquire.max_depth_m != 0 && acquire.max_depth_m <= acquire.min_depth_m) {
+  if (acquire.max_depth_m.value_or(0) != 0 && *acquire.max_depth_m <= acquire.min_depth_m.value_or(0)) {
     problems.push_back({"configuration", "acquire.max_depth: not beyond acquire.min_depth: no depth would be left"});
   }
   const FinishConfig& finish = config.finish;

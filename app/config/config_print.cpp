@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "acquire/sensor/sensor_profile.h"
 #include "app/config/config_schema.h"
 #include "core/files/quantity.h"
 
@@ -172,6 +173,22 @@ Json key_schema(const ConfigKey& key) {
   return schema;
 }
 
+std::string sensors_markdown() {
+  std::string page =
+      "\n## Sensors\n\n"
+      "What `acquire.sensor` stands for; values that are given win. A recording's own camera wins over a data "
+      "set's.\n\n"
+      "| `acquire.sensor` | what | range | noise: floor, growth, from | camera |\n|---|---|---|---|---|\n";
+  for (const SensorProfile& sensor : kSensorProfiles) {
+    const NoiseModel& noise = sensor.noise;
+    page += fmt::format("| `{}` | {} | {} to {} | {}, {} 1/m, {} | {} |\n", sensor.name, sensor.what,
+                        format_length(sensor.min_depth_m), format_length(sensor.max_depth_m),
+                        format_length(noise.floor_m), format_number(noise.growth_per_m), format_length(noise.from_m),
+                        sensor.camera ? camera_text(*sensor.camera) : "");
+  }
+  return page;
+}
+
 }  // namespace
 
 std::string config_to_yaml(const ScanConfig& config) {
@@ -243,7 +260,7 @@ std::string config_markdown(const ScanConfig& run_defaults) {
     page += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, allowed_text(key), built_in,
                         run == built_in ? "" : run, key.text);
   }
-  return page;
+  return page + sensors_markdown();
 }
 
 }  // namespace scanknit

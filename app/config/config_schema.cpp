@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "acquire/sensor/sensor_profile.h"
 #include "app/cli/suggestion.h"
 #include "app/config/config_keys.h"
 #include "core/files/ascii_numbers.h"
@@ -20,6 +21,40 @@ using namespace config_keys;
 Words<UpAxis> axis_words() {
   return {{"x", UpAxis::kX},       {"y", UpAxis::kY},       {"z", UpAxis::kZ},
           {"-x", UpAxis::kMinusX}, {"-y", UpAxis::kMinusY}, {"-z", UpAxis::kMinusZ}};
+}
+
+Words<SensorModel> sensor_words() {
+  Words<SensorModel> words = {{"none", SensorModel::kNone}};
+  for (const SensorProfile& profile : kSensorProfiles) words.emplace_back(profile.name, profile.model);
+  return words;
+}
+
+/// A part of the noise model. What is given also is in force before a sensor is known.
+template <typename Part>
+ConfigKey noise_key(ConfigKey key, std::optional<double> GivenNoise::*given, Part part) {
+  bind_optional<double>(
+      key, [given](auto& c) -> auto& { return c.noise.*given; });
+  key.set = [given, part, set_given = key.set](ScanConfig& config, const ConfigValue& value) {
+    set_given(config, value);
+    config.fusion.noise.*part = (config.noise.*given).value_or(NoiseModel{}.*part);
+  };
+  return key;
+}
+
+std::vector<ConfigKey> noise_keys() {
+  ConfigKey floor = describe(ConfigType::kLength,
+                             {"fusion.noise.floor", "m",
+                              "Depth noise of the sensor: sigma(z) = floor + growth (z - from)^2. This is its floor. "
+                              "auto: the sensor's; of an unknown one, a Kinect's."},
+                             {0, 1});
+  ConfigKey growth =
+      describe(ConfigType::kNumber,
+               {"fusion.noise.growth", "1/m", "How the noise grows with the square of the distance."}, {0, 1});
+  ConfigKey from = describe(ConfigType::kLength,
+                            {"fusion.noise.from", "m", "The distance at which the noise is at its floor."}, {0, 100});
+  return {noise_key(std::move(floor), &GivenNoise::floor_m, &NoiseModel::floor_m),
+          noise_key(std::move(growth), &GivenNoise::growth_per_m, &NoiseModel::growth_per_m),
+          noise_key(std::move(from), &GivenNoise::from_m, &NoiseModel::from_m)};
 }
 
 std::vector<ConfigKey> acquire_keys() {
@@ -70,6 +105,11 @@ std::vector<ConfigKey> acquire_keys() {
           [](auto& c) -> auto& { return c.acquire.format; }),
       std::move(depth_scale),
       std::move(intrinsics),
+      optional_choice<SensorModel>(
+          {"acquire.sensor", "",
+           "The sensor, of which range and noise are known (below), and the camera of a data set. none: another one. "
+           "auto: recognised by what the recording says, or by the steps of its depth and its camera."},
+          sensor_words(), [](auto& c) -> auto& { return c.acquire.sensor; }),
       choice<PoseMode>(
           {"acquire.poses", "",
            "Where poses come from. recording: from the recording, a frame without one is dropped; track: found from "
@@ -103,12 +143,15 @@ std::vector<ConfigKey> acquire_keys() {
       integer(
           {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},
           {0, 2}, [](auto& c) -> auto& { return c.acquire.min_confidence; }),
-      length(
-          {"acquire.min_depth", "", "Nearer depth is dropped."}, {0, 100},
+      optional_length(
+          {"acquire.min_depth", "", "Nearer depth is dropped. auto: as the sensor's range begins."}, {0, 100},
           [](auto& c) -> auto& { return c.acquire.min_depth_m; }),
-      length(
-          {"acquire.max_depth", "", "Farther depth is dropped; 0: no limit."}, {0, 1000},
-          [](auto& c) -> auto& { return c.acquire.max_depth_m; }),
+      optional_length(
+          {"acquire.max_depth", "",
+           fmt::format("Farther depth is dropped; 0: no limit. auto: where the sensor's range ends, or where its noise "
+                       "exceeds {} voxels.",
+                       kMostNoiseVoxels)},
+          {0, 1000}, [](auto& c) -> auto& { return c.acquire.max_depth_m; }),
       number(
           {"acquire.edge_sigmas", "sigma",
            "Depth beside a step of more than this many standard deviations of the noise is dropped: it is often "
@@ -129,7 +172,7 @@ std::vector<ConfigKey> acquire_keys() {
   };
 }
 
-std::vector<ConfigKey> fusion_keys() {
+std::vector<ConfigKey> band_keys() {
   return {
       length(
           {"fusion.voxel_size", "",
@@ -144,16 +187,11 @@ std::vector<ConfigKey> fusion_keys() {
            "The band also is at least this many standard deviations of the noise wide, so that it grows with the "
            "distance; 0: a band of fixed width."},
           {0, 100}, [](auto& c) -> auto& { return c.fusion.truncation_sigmas; }),
-      length(
-          {"fusion.noise.floor", "",
-           "Depth noise of the sensor: sigma(z) = floor + growth (z - from)^2. This is its floor."},
-          {0, 1}, [](auto& c) -> auto& { return c.fusion.noise.floor_m; }),
-      number(
-          {"fusion.noise.growth", "1/m", "How the noise grows with the square of the distance."}, {0, 1},
-          [](auto& c) -> auto& { return c.fusion.noise.growth_per_m; }),
-      length(
-          {"fusion.noise.from", "", "The distance at which the noise is at its floor."}, {0, 100},
-          [](auto& c) -> auto& { return c.fusion.noise.from_m; }),
+  };
+}
+
+std::vector<ConfigKey> volume_keys() {
+  return {
       number(
           {"fusion.max_weight", "",
            "Observations beyond this weight replace old ones, so that the volume follows a scene that changes."},
@@ -315,7 +353,8 @@ std::vector<ConfigKey> export_keys() {
 
 std::vector<ConfigKey> all_keys() {
   std::vector<ConfigKey> keys;
-  for (auto section : {acquire_keys(), fusion_keys(), turntable_keys(), extract_keys(), finish_keys(), export_keys()}) {
+  for (auto section : {acquire_keys(), band_keys(), noise_keys(), volume_keys(), turntable_keys(), extract_keys(),
+                       finish_keys(), export_keys()}) {
     std::move(section.begin(), section.end(), std::back_inserter(keys));
   }
   return keys;

@@ -71,6 +71,11 @@ std::vector<ConfigKey> mesh_keys() {
   bind_optional<double>(
       error, [](auto& c) -> auto& { return c.finish.simplify_error_m; });
   return {
+      choice<bool>(
+          {"finish.crumbs", "",
+           "Separate pieces that float and that few frames confirm are noise. remove: they are left out and counted; a "
+           "piece that several frames saw stays, however small it is. keep: all stay."},
+          {{"remove", true}, {"keep", false}}, [](auto& c) -> auto& { return c.finish.drops_crumbs; }),
       number(
           {"finish.min_piece_share", "",
            "Separate pieces whose area is a smaller share of the largest one's are left out; 0: keep all."},

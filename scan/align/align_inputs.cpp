@@ -14,6 +14,7 @@
 #include "extract/extract_surface.h"
 #include "scan/frames/frame_count.h"
 #include "scan/frames/frame_intake.h"
+#include "scan/frames/settle_sensor.h"
 #include "scan/reconstruction.h"
 #include "scan/stage_times.h"
 #include "scan/tracking_verdict.h"
@@ -164,6 +165,8 @@ class InputLoader {
                      .world_up = (*source)->info().world_up};
     if (input.name.empty()) input.name = path.parent_path().filename().string();
     ScanSession own(session_.observer(), session_.stop());
+    input.config = config_;
+    settle_sensor((*source)->info().sensor, input.config, own);
     const auto model = model_of_frames(**source, own, input);
     add_times(own.times(), session_.times());
     if (!model) return model.error();
@@ -174,9 +177,9 @@ class InputLoader {
 
   /// Tracks and fuses all frames.
   [[nodiscard]] Result<ScanModel> model_of_frames(FrameSource& source, ScanSession& session, AlignInput& input) {
-    FrameIntake intake(source, config_.acquire, session, {session.stop(), {}});
+    FrameIntake intake(source, input.config.acquire, session, {session.stop(), {}});
     NoRefiner refiner;
-    auto scan = Reconstruction::create(config_, {source.info().poses}, refiner, session);
+    auto scan = Reconstruction::create(input.config, {source.info().poses}, refiner, session);
     if (!scan) return scan.error();
     std::vector<ModelSight> sights;
     const std::size_t every = std::max<std::size_t>(1, selected_frames(source.info(), config_.acquire) / kSightFrames);

@@ -135,11 +135,11 @@ Result<std::size_t> AlignedFusion::fuse(std::size_t scan, TsdfVolume& volume) {
         session_.timed("integrate", [&] { return integrate(view, input.noise_m, T_world_scan, volume); });
     return fused ? Result<std::size_t>(1) : fused.error();
   }
-  const auto source = open_recording(input.path, job_.config.acquire);
+  const auto source = open_recording(input.path, input.config.acquire);
   if (!source) return source.error();
   PosesBySequence poses;
   for (const auto& [sequence, T_scan_camera] : input.T_scan_camera) poses[sequence] = T_world_scan * T_scan_camera;
-  return session_.timed("integrate", [&] { return fuse_again(**source, {poses}, job_.config, volume, session_); });
+  return session_.timed("integrate", [&] { return fuse_again(**source, {poses}, input.config, volume, session_); });
 }
 
 Result<void> AlignedFusion::write_poses() {

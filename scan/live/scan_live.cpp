@@ -8,6 +8,7 @@
 #include "acquire/record/recorder.h"
 #include "core/files/atomic_file.h"
 #include "scan/frames/recorded_frames.h"
+#include "scan/frames/settle_sensor.h"
 #include "scan/live/live_scanner.h"
 #include "scan/refine/loop_refiner.h"
 #include "scan/refine/turntable_refiner.h"
@@ -85,6 +86,7 @@ class LiveScan {
     auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder_.get());
     if (!source) return source.error();
     source_ = *std::move(source);
+    settle_sensor(source_->info().sensor, job_.config, session_);
     is_recording_ = recorder_ != nullptr;
     has_recording_ = is_recording_;
     session_.info("scanning; Ctrl-C ends the scan and makes the mesh");
@@ -187,7 +189,7 @@ class LiveScan {
     return losses;
   }
 
-  const ScanJob& job_;
+  ScanJob job_;  ///< its configuration is settled when the scanner is open
   const LiveScanRequest& request_;
   std::stop_token stop_;  ///< ends the frames
   ScanSession session_;

@@ -14,6 +14,8 @@
 #include "finish/ground_plane.h"
 #include "finish/invented.h"
 #include "finish/mesh_steps.h"
+#include "scan/mesh/drop_crumbs.h"
+#include "scan/mesh/fit_band.h"
 #include "scan/stage_times.h"
 
 namespace scanknit {
@@ -78,7 +80,8 @@ class SurfaceFinisher {
         up_(request.config.output.world_up.value_or(request.world_up)),
         metres_per_unit_(request.metres_per_unit),
         session_(session),
-        result_(result) {
+        result_(result),
+        frames_(request.frames) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     session_.begin_mesh();
     result_.finish.reset();
@@ -89,7 +92,8 @@ class SurfaceFinisher {
     if (auto sound = check(whole); !sound) return sound.error();
     FieldView view = whole;
     auto surface = cropped(view);
-    if (!surface || surface->mesh.empty() || !wish_.is_anything()) return handed_on(std::move(surface));
+    if (!surface) return surface.error();
+    if (surface->mesh.empty() || !wish_.is_anything()) return from_mesh(*std::move(surface));
     find_ground_of(surface->mesh, view.field->voxelSize().x());
     if (auto cut = cut_ground(view, *surface); !cut) return cut.error();
     if (auto closed = close(view, *surface); !closed) return closed.error();
@@ -98,7 +102,9 @@ class SurfaceFinisher {
 
   [[nodiscard]] Result<FinishedSurface> from_mesh(Surface surface) {
     FinishedSurface finished{std::move(surface)};
-    if (!wish_.is_anything() || finished.surface.mesh.empty()) return finished;
+    if (finished.surface.mesh.empty()) return finished;
+    if (wish_.drops_crumbs) session_.timed("finish", [&] { remove_crumbs(finished.surface.mesh); });
+    if (!wish_.is_anything()) return finished;
     session_.timed("finish", [&] {
       drop_pieces(finished.surface.mesh);
       smooth(finished.surface.mesh);
@@ -109,7 +115,10 @@ class SurfaceFinisher {
   }
 
  private:
-  void note(const char* step, Figures figures) { result_.finish->steps.push_back({step, "", std::move(figures)}); }
+  void note(const char* step, Figures figures) {
+    if (!result_.finish) result_.finish.emplace();
+    result_.finish->steps.push_back({step, "", std::move(figures)});
+  }
 
   void refuse(const char* step, const std::string& reason) {
     result_.finish->steps.push_back({step, reason, {}});
@@ -121,11 +130,6 @@ class SurfaceFinisher {
     if (!stop_.stop_requested()) return false;
     refuse(step, "interrupted; the mesh is as the steps before left it");
     return true;
-  }
-
-  [[nodiscard]] static Result<FinishedSurface> handed_on(Result<Surface> surface) {
-    if (!surface) return surface.error();
-    return FinishedSurface{*std::move(surface)};
   }
 
   [[nodiscard]] Result<void> check(const FieldView& view) const {
@@ -287,6 +291,19 @@ class SurfaceFinisher {
     return {};
   }
 
+  void note_removed(const char* step, const PiecesRemoved& removed) {
+    note(step, {{"pieces_removed", static_cast<double>(removed.pieces)},
+                {"triangles_removed", static_cast<double>(removed.triangles)},
+                {"area_removed_mm2", removed.area_m2 * metres_per_unit_ * metres_per_unit_ * kSquareMillimetres}});
+  }
+
+  /// Says nothing of a mesh without crumbs: nothing was asked for.
+  void remove_crumbs(Mesh& mesh) {
+    if (stop_.stop_requested()) return;
+    const PiecesRemoved removed = drop_crumbs(frames_, fit_band_of(config_.fusion), mesh);
+    if (removed.pieces > 0) note_removed("crumbs", removed);
+  }
+
   void drop_pieces(Mesh& mesh) {
     if (!(wish_.min_piece_share > 0) && !(wish_.min_piece_size_m > 0)) return;
     if (is_stopped("pieces")) return;
@@ -294,9 +311,7 @@ class SurfaceFinisher {
     removed.pieces += left_out_.pieces;
     removed.triangles += left_out_.triangles;
     removed.area_m2 += left_out_.area_m2;
-    note("pieces", {{"pieces_removed", static_cast<double>(removed.pieces)},
-                    {"triangles_removed", static_cast<double>(removed.triangles)},
-                    {"area_removed_mm2", removed.area_m2 * metres_per_unit_ * metres_per_unit_ * kSquareMillimetres}});
+    note_removed("pieces", removed);
   }
 
   void smooth(Mesh& mesh) {
@@ -352,6 +367,7 @@ class SurfaceFinisher {
   double metres_per_unit_;
   ScanSession& session_;
   MeshResult& result_;
+  std::span<const PosedDepth> frames_;
   std::stop_token stop_;  ///< empty when the stop was requested before the finishing
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;

@@ -1,12 +1,14 @@
 // From a volume to the surface that is written: extraction, and the steps of `finish:` before and after it.
 #pragma once
 
+#include <span>
 #include <stop_token>
 
 #include "core/axes.h"
 #include "core/field_view.h"
 #include "core/pose.h"
 #include "core/result.h"
+#include "export/picture/surface_fit.h"
 #include "extract/extract_surface.h"
 #include "scan/scan_config.h"
 #include "scan/scan_result.h"
@@ -21,6 +23,7 @@ struct FinishRequest {
   /// A stop request during the call skips the remaining steps, which get it as their reason. A request before the call
   /// has no effect: it is the normal end of a scan.
   std::stop_token stop = {};
+  std::span<const PosedDepth> frames = {};  ///< of the scan, evenly spread: they confirm pieces of the mesh
 };
 
 struct FinishedSurface {

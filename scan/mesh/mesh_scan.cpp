@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
@@ -27,11 +28,12 @@ FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
   return view;
 }
 
-Result<FinishedSurface> surface_of(const TsdfVolume& volume, const MeshRequest& request, ScanSession& session,
+Result<FinishedSurface> surface_of(const Reconstruction& scan, const MeshRequest& request, ScanSession& session,
                                    MeshResult& result) {
+  const std::vector<PosedDepth> frames = scan.depth_samples();
+  const FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
   const auto extract = [&](const CropBox& crop) {
-    return finished_surface(field_view(volume, crop), {request.job.config, request.world_up, 1, request.stop}, session,
-                            result);
+    return finished_surface(field_view(scan.volume(), crop), finish, session, result);
   };
   auto cropped = extract(request.crop);
   if (!cropped || !request.crop || !cropped->surface.mesh.empty()) return cropped;
@@ -52,12 +54,12 @@ Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& req
   const Trajectory& trajectory = scan.trajectory();
   if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
   result.isovalue = request.job.config.extract.isovalue;
-  auto meshed = surface_of(scan.volume(), request, session, result);
+  auto meshed = surface_of(scan, request, session, result);
   if (!meshed) return meshed.error();
   // The preview's viewpoint: where the scanner was half way through the scan.
   const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
   MeshFrame frame{request.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
-  frame.depths = scan.depth_samples();
+  if (request.job.measures_fit) frame.depths = scan.depth_samples();
   for (PosedDepth& depth : frame.depths) depth.T_world_camera = meshed->T_mesh_world * depth.T_world_camera;
   if (auto written = write_surface(meshed->surface, frame, request.job, session, result); !written) {
     return written.error();

@@ -8,6 +8,7 @@
 #include "export/mesh/holes.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/preview.h"
+#include "scan/mesh/fit_band.h"
 
 namespace scanknit {
 namespace {
@@ -60,9 +61,7 @@ class SurfaceWriter {
 
  private:
   [[nodiscard]] SurfaceFit measure_fit() {
-    const FusionConfig& fusion = job_.config.fusion;
-    const FitBand band{fusion.truncation_voxels * fusion.voxel_size_m, fusion.truncation_sigmas, fusion.noise};
-    SurfaceFit fit = fit_surface(mesh_, frame_.depths, band);
+    SurfaceFit fit = fit_surface(mesh_, frame_.depths, fit_band_of(job_.config.fusion));
     result_.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
     return fit;
   }

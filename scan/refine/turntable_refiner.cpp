@@ -79,8 +79,9 @@ void TurntableRefiner::add_sample(Frame& frame) {
   if (!samples_.empty() && !(frame.intrinsics == camera_)) return;
   camera_ = frame.intrinsics;
   const AcquireConfig& filter = config_.acquire;
-  samples_.push_back(mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
-                                          config_.fusion.noise, filter.edge_sigmas));
+  samples_.push_back(
+      mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m.value_or(0), filter.max_depth_m.value_or(0)),
+                           config_.fusion.noise, filter.edge_sigmas));
   sample_sequences_.push_back(frame.sequence);
 }
 
@@ -272,8 +273,9 @@ void TurntableRefiner::add_witnesses() {
 /// To be called before the filter, which would take the rims of the cut for rims of the object.
 void TurntableRefiner::cut_to_object(Frame& frame, double angle_rad) {
   const AcquireConfig& filter = config_.acquire;
-  frame.depth_m = mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m, filter.max_depth_m),
-                                       config_.fusion.noise, filter.edge_sigmas);
+  frame.depth_m =
+      mask_discontinuities(clip_range(frame.depth_m, filter.min_depth_m.value_or(0), filter.max_depth_m.value_or(0)),
+                           config_.fusion.noise, filter.edge_sigmas);
   cut_to_space(frame.depth_m, camera_, *space_, kUnderDisc_m);
   result_.pixels_looked_through += look_through_->remove_from(frame.depth_m, camera_, angle_rad);
 }

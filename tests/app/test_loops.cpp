@@ -32,6 +32,8 @@ class Walk {
                                           "--poses",      "track",
                                           "--preset",     "room",
                                           "--set",        "fusion.voxel_size=2cm",
+                                          "--set",        "acquire.sensor=none",  // far walls: the walk drifts
+                                          "--set",        "acquire.max_depth=5m",
                                           "--trajectory", folder_ / (name + ".txt"),
                                           "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());

@@ -1,0 +1,67 @@
+#include "scan/frames/settle_sensor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "acquire/sensor/sensor_profile.h"
+#include "core/files/quantity.h"
+
+namespace scanknit {
+namespace {
+
+const SensorProfile kUnknownSensor = {};  // its noise is a Kinect's
+
+/// Where depth ends because it is noise; 0: nowhere. At tiny voxels a sensor keeps the range in which its noise is at
+/// most twice its floor, because it cannot do better.
+double noise_end_m(const FusionConfig& fusion) {
+  constexpr double kMostFloors = 2;
+  const double most_m = std::max(kMostNoiseVoxels * fusion.voxel_size_m, kMostFloors * fusion.noise.floor_m);
+  const double end_m = fusion.noise.reach_m(most_m);
+  return std::isfinite(end_m) ? std::floor(end_m * 100) / 100 : 0;
+}
+
+void say_sensor(const RecognisedSensor& sensor, ScanSession& session) {
+  session.info(fmt::format("sensor: {}, as {}; acquire.sensor=none takes it for an unknown one",
+                           find_sensor(sensor.model)->name, sensor.reason));
+}
+
+void settle_noise(const SensorProfile& sensor, ScanConfig& config) {
+  NoiseModel& noise = config.fusion.noise;
+  noise = config.noise.over(sensor.model == SensorModel::kNone ? noise : sensor.noise);
+  config.noise = {noise.floor_m, noise.growth_per_m, noise.from_m};
+}
+
+void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& session) {
+  AcquireConfig& acquire = config.acquire;
+  if (!acquire.min_depth_m) {
+    const bool leaves_nothing = acquire.max_depth_m.value_or(0) > 0 && *acquire.max_depth_m <= sensor.min_depth_m;
+    acquire.min_depth_m = leaves_nothing ? 0 : sensor.min_depth_m;
+  }
+  if (acquire.max_depth_m) return;
+  const double noise_m = noise_end_m(config.fusion);
+  const bool is_noise_first = noise_m > 0 && (sensor.max_depth_m == 0 || noise_m < sensor.max_depth_m);
+  const double end_m = is_noise_first ? noise_m : sensor.max_depth_m;
+  acquire.max_depth_m = end_m > *acquire.min_depth_m ? end_m : 0;
+  if (*acquire.max_depth_m == 0) return;
+  const std::string why = is_noise_first ? fmt::format("there the noise exceeds {} voxels of {}", kMostNoiseVoxels,
+                                                       format_length(config.fusion.voxel_size_m))
+                                         : fmt::format("there the range of {} ends", sensor.name);
+  session.info(
+      fmt::format("depth beyond {} is left out: {}; acquire.max_depth=... keeps more", format_length(end_m), why));
+}
+
+}  // namespace
+
+void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session) {
+  AcquireConfig& acquire = config.acquire;
+  if (!acquire.sensor && recognised) say_sensor(*recognised, session);
+  if (!acquire.sensor) acquire.sensor = recognised ? recognised->model : SensorModel::kNone;
+  const SensorProfile* profile = find_sensor(*acquire.sensor);
+  const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
+  settle_noise(sensor, config);
+  settle_range(sensor, config, session);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,115 @@
+// What a configuration leaves to the sensor.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "acquire/sensor/sensor_profile.h"
+#include "scan/frames/settle_sensor.h"
+
+namespace scanknit {
+namespace {
+
+/// Keeps what the user is told.
+class Listener final : public ScanObserver {
+ public:
+  void on_message(LogLevel, std::string_view text) override { lines.emplace_back(text); }
+  std::vector<std::string> lines;
+};
+
+ScanConfig settled(ScanConfig config, SensorModel recognised, std::vector<std::string>* lines = nullptr) {
+  Listener listener;
+  ScanSession session(listener, {});
+  const RecognisedSensor sensor{recognised, "it says so"};
+  settle_sensor(recognised == SensorModel::kNone ? std::nullopt : std::optional(sensor), config, session);
+  if (lines != nullptr) *lines = listener.lines;
+  return config;
+}
+
+ScanConfig with_voxels(double voxel_size_m) {
+  ScanConfig config;
+  config.fusion.voxel_size_m = voxel_size_m;
+  return config;
+}
+
+TEST(SettledSensor, GivesItsNoiseAndTheBeginOfItsRange) {
+  const SensorProfile& d400 = *find_sensor(SensorModel::kRealsenseD400);
+  const ScanConfig config = settled({}, SensorModel::kRealsenseD400);
+  EXPECT_EQ(config.acquire.sensor, SensorModel::kRealsenseD400);
+  EXPECT_EQ(config.fusion.noise, d400.noise);
+  EXPECT_EQ(config.acquire.min_depth_m, d400.min_depth_m);
+}
+
+TEST(SettledSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
+  const ScanConfig config = settled(with_voxels(0.002), SensorModel::kRealsenseD400);
+  const double sigma_m = config.fusion.noise.sigma_m(*config.acquire.max_depth_m);
+  EXPECT_LE(sigma_m, kMostNoiseVoxels * 0.002);
+  EXPECT_GT(sigma_m, kMostNoiseVoxels * 0.002 * 0.95) << "no nearer than it must";
+}
+
+TEST(SettledSensor, EndsDepthWithTheSensorsRangeAtLargeVoxels) {
+  EXPECT_EQ(settled(with_voxels(0.03), SensorModel::kKinectV1).acquire.max_depth_m, 4);
+}
+
+TEST(SettledSensor, EndsDepthOfAnUnknownSensorByAKinectsNoise) {
+  const ScanConfig config = settled(with_voxels(0.01), SensorModel::kNone);
+  EXPECT_EQ(config.acquire.sensor, SensorModel::kNone);
+  EXPECT_EQ(config.acquire.min_depth_m, 0);
+  EXPECT_NEAR(NoiseModel{}.sigma_m(*config.acquire.max_depth_m), kMostNoiseVoxels * 0.01, 0.001);
+}
+
+TEST(SettledSensor, KeepsARangeAtVoxelsFinerThanItsNoise) {
+  for (const SensorProfile& profile : kSensorProfiles) {
+    const ScanConfig config = settled(with_voxels(0.0002), profile.model);
+    EXPECT_GT(*config.acquire.max_depth_m, *config.acquire.min_depth_m) << profile.name;
+  }
+}
+
+TEST(SettledSensor, ChangesNothingThatIsGiven) {
+  ScanConfig given = with_voxels(0.002);
+  given.acquire.min_depth_m = 0.1;
+  given.acquire.max_depth_m = 0;  // no limit
+  given.noise = {0.003, 0.004, 0.5};
+  const ScanConfig config = settled(given, SensorModel::kRealsenseD400);
+  EXPECT_EQ(config.acquire.min_depth_m, 0.1);
+  EXPECT_EQ(config.acquire.max_depth_m, 0);
+  EXPECT_EQ(config.fusion.noise, (NoiseModel{0.003, 0.004, 0.5}));
+}
+
+TEST(SettledSensor, IsTheGivenOneWhateverWasRecognised) {
+  ScanConfig given;
+  given.acquire.sensor = SensorModel::kPhoneLidar;
+  EXPECT_EQ(settled(given, SensorModel::kKinectV1).fusion.noise, kPhoneNoise);
+  given.acquire.sensor = SensorModel::kNone;
+  EXPECT_EQ(settled(given, SensorModel::kRealsenseD400).fusion.noise, NoiseModel{});
+}
+
+TEST(SettledSensor, TakesANoiseThatIsGivenInPart) {
+  ScanConfig given;
+  given.noise.floor_m = 0.002;
+  const NoiseModel noise = settled(given, SensorModel::kRealsenseD400).fusion.noise;
+  EXPECT_EQ(noise.floor_m, 0.002);
+  EXPECT_EQ(noise.growth_per_m, kStereoNoise.growth_per_m);
+}
+
+TEST(SettledSensor, IsSettledOnce) {
+  const ScanConfig once = settled(with_voxels(0.002), SensorModel::kRealsenseD400);
+  std::vector<std::string> lines;
+  const ScanConfig twice = settled(once, SensorModel::kNone, &lines);
+  EXPECT_EQ(twice.acquire.max_depth_m, once.acquire.max_depth_m);
+  EXPECT_EQ(twice.fusion.noise, once.fusion.noise);
+  EXPECT_TRUE(lines.empty());
+}
+
+TEST(SettledSensor, SaysInALineEachWhatWasChosenAndWhichKeyChangesIt) {
+  std::vector<std::string> lines;
+  (void)settled(with_voxels(0.002), SensorModel::kRealsenseD400, &lines);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0], "sensor: realsense_d400, as it says so; acquire.sensor=none takes it for an unknown one");
+  EXPECT_EQ(lines[1],
+            "depth beyond 1.48 m is left out: there the noise exceeds 5 voxels of 2 mm; acquire.max_depth=... keeps "
+            "more");
+}
+
+}  // namespace
+}  // namespace scanknit
