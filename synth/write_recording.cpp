@@ -110,7 +110,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
       break;
     }
     const Shot shot = scanner.shoot(summary.frames);
-    count_views(shot.exact, config.intrinsics, shot.T_world_camera, points);
+    count_views(shot.exact, ViewCamera(config.intrinsics, shot.T_world_camera), points);
     append_log_pose(trajectory, summary.frames, shot.T_world_camera.matrix());
     if (auto done = write_shot(shot, summary.frames, config, folder); !done) return done.error();
     if (progress) progress(summary.frames + 1, scanner.pictures());
