@@ -17,7 +17,7 @@ struct RenderedView {
 };
 
 /// The renderer sees no surface farther than this along the ray.
-inline constexpr double kRenderRange_m = 30;
+inline constexpr double kRenderRange_m = 40;
 
 /// The same bits for any number of threads. `intrinsics` is valid and has a positive fx and fy.
 [[nodiscard]] RenderedView render(const SyntheticScene& scene, const CameraIntrinsics& intrinsics,
