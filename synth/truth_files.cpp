@@ -14,6 +14,7 @@
 #include "core/files/atomic_file.h"
 #include "core/files/byte_reader.h"
 #include "core/files/read_file.h"
+#include "synth/sensor/sensor_keys.h"
 
 namespace scanknit {
 namespace {
@@ -193,6 +194,21 @@ bool lie_on(const SyntheticScene& scene, const std::vector<TruthPoint>& points) 
   return true;
 }
 
+/// Every value of the sensor, and the camera that it has in truth.
+nlohmann::ordered_json sensor_json(const SynthConfig& config, const SensorModel& sensor) {
+  nlohmann::ordered_json values;
+  for (const SensorKey& key : sensor_keys()) values[std::string(key.name)] = value_of(key, sensor);
+  const CameraIntrinsics& camera = config.intrinsics;
+  return {{"sensor", {{"name", sensor.name}, {"values", values}}},
+          {"true_camera",
+           {{"fx", camera.fx},
+            {"fy", camera.fy},
+            {"cx", camera.cx},
+            {"cy", camera.cy},
+            {"k1", sensor.lens.k1},
+            {"k2", sensor.lens.k2}}}};
+}
+
 }  // namespace
 
 Result<void> write_truth(const SyntheticScene& scene, const SynthConfig& config, std::size_t frames,
@@ -205,13 +221,17 @@ Result<void> write_truth(const SyntheticScene& scene, const SynthConfig& config,
   json["height"] = config.intrinsics.height;
   json["noise"] = config.noise;
   json["seed"] = config.seed;
-  json["depth_scale"] = config.depth_scale;
+  json["depth_scale"] = units_per_metre(config);
   if (config.turntable) {
     json["turntable"] = {{"turns", config.turntable->turns},
                          {"angle_noise_rad", config.turntable->angle_noise_rad},
                          {"is_on_side", config.turntable->is_on_side},
                          {"has_hand", config.turntable->has_hand}};
   }
+  if (config.sensor) json.update(sensor_json(config, *config.sensor));
+  if (config.path != PathKind::kScene) json["path"] = kPathNames[static_cast<std::size_t>(config.path)];
+  if (!config.recorded_path.empty()) json["path"] = "recorded";
+  if (config.person != PersonKind::kNobody) json["person"] = kPersonNames[static_cast<std::size_t>(config.person)];
   json["world"] = "metres, right-handed, y down";
   json["visible_points"] = {{"file", kVisiblePointsFile}, {"count", visible.size()}, {"min_views", config.min_views}};
   if (const Mesh* mesh = scene.mesh()) {

@@ -29,6 +29,7 @@ inline constexpr const char* kPosesFile = "trajectory.log";
 inline constexpr const char* kTruePosesFile = "true_poses.log";  ///< a name that no reader takes for the recording's
                                                                  ///< poses
 inline constexpr const char* kEncoderFile = "angles.txt";
+inline constexpr const char* kTimesFile = "timestamps.txt";
 
 /// The true poses of a recording, one for each frame: from true_poses.log if it exists, else from trajectory.log.
 /// Errors (kInput): neither exists, or the file is malformed.

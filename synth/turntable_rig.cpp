@@ -53,19 +53,6 @@ CameraPath no_path() {
   return [](double) { return Pose::Identity(); };
 }
 
-/// Merges two views of the same camera: keeps the nearer pixel.
-void put_in_front(const RenderedView& other, RenderedView& view) {
-  for (int y = 0; y < view.depth_m.height(); ++y) {
-    for (int x = 0; x < view.depth_m.width(); ++x) {
-      const float z = other.depth_m.at(x, y);
-      if (!(z > 0) || (view.depth_m.at(x, y) > 0 && view.depth_m.at(x, y) <= z)) continue;
-      view.depth_m.at(x, y) = z;
-      view.cos_incidence.at(x, y) = other.cos_incidence.at(x, y);
-      view.colour.at(x, y) = other.colour.at(x, y);
-    }
-  }
-}
-
 }  // namespace
 
 TurntableRig::TurntableRig(const SyntheticScene& object, const RigConfig& config, int frames, std::uint64_t seed)

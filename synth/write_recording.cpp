@@ -49,10 +49,10 @@ Result<void> prepare_folder(const fs::path& folder) {
   return {};
 }
 
-/// Removes the poses of an older recording, because this one may have none.
+/// Removes the poses and times of an older recording, because this one may have none.
 Result<void> remove_old_poses(const fs::path& folder) {
   std::error_code code;
-  for (const char* file : {kPosesFile, kTruePosesFile, kEncoderFile}) {
+  for (const char* file : {kPosesFile, kTruePosesFile, kEncoderFile, kTimesFile}) {
     fs::remove(folder / file, code);
     if (code) return Error{ErrorCode::kOutput, "cannot be removed: " + code.message(), (folder / file).string()};
   }
@@ -60,29 +60,42 @@ Result<void> remove_old_poses(const fs::path& folder) {
 }
 
 /// One line for each frame, in degrees.
-std::string encoder_text(const TurntableRig& rig, std::size_t frames) {
+std::string encoder_text(const TurntableRig& rig, const std::vector<FrameTime>& times, std::size_t frames) {
   std::string text;
   for (std::size_t i = 0; i < frames; ++i) {
-    text += fmt::format("{:.6f}\n", rig.steady_angle_rad(i) * 180 / std::numbers::pi);
+    text += fmt::format("{:.6f}\n", rig.steady_angle_rad(times[i].stamp) * 180 / std::numbers::pi);
+  }
+  return text;
+}
+
+/// One line for each picture, in seconds.
+std::string times_text(const SyntheticScanner& scanner, std::size_t pictures) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  std::string text;
+  for (std::size_t i = 0; i < pictures; ++i) {
+    const std::int64_t time_ns = scanner.timestamp_ns(i);
+    text += fmt::format("{}.{:09}\n", time_ns / kSecond_ns, time_ns % kSecond_ns);
   }
   return text;
 }
 
 Result<void> write_poses(const SyntheticScanner& scanner, const SynthConfig& config, std::size_t pictures,
                          const std::string& trajectory, const fs::path& folder) {
+  if (config.sensor) {
+    if (auto done = write_file_atomically(folder / kTimesFile, times_text(scanner, pictures)); !done) return done;
+  }
   const TurntableRig* rig = scanner.turntable();
   if (rig == nullptr) return write_file_atomically(folder / kPosesFile, trajectory);
   if (auto done = write_file_atomically(folder / kTruePosesFile, trajectory); !done) return done;
-  return write_file_atomically(folder / kEncoderFile,
-                               encoder_text(*rig, pictures / static_cast<std::size_t>(config.stills)));
+  const std::size_t frames = pictures / static_cast<std::size_t>(config.stills);
+  return write_file_atomically(folder / kEncoderFile, encoder_text(*rig, scanner.times(), frames));
 }
 
 Result<void> write_shot(const Shot& shot, std::size_t number, const SynthConfig& config, const fs::path& folder) {
   const fs::path depth_path = folder / "depth" / fmt::format("{:06}.png", number);
-  if (auto done = write_depth_png(to_raw_depth(shot.depth_m, config.depth_scale), depth_path); !done) return done;
+  if (auto done = write_depth_png(to_raw_depth(shot.depth_m, units_per_metre(config)), depth_path); !done) return done;
   const fs::path colour_path = folder / "color" / fmt::format("{:06}.{}", number, config.jpeg_colour ? "jpg" : "png");
-  return config.jpeg_colour ? write_colour_jpeg(shot.exact.colour, colour_path)
-                            : write_colour_png(shot.exact.colour, colour_path);
+  return config.jpeg_colour ? write_colour_jpeg(shot.colour, colour_path) : write_colour_png(shot.colour, colour_path);
 }
 
 }  // namespace
@@ -94,7 +107,8 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
   if (auto ready = prepare_folder(folder); !ready) return ready.error();
   // Written first as well as last: it marks the folder as ours even if the run is killed.
   if (auto marked = write_truth(scene, config, 0, {}, folder); !marked) return marked.error();
-  if (auto done = write_camera_json(config.intrinsics, config.depth_scale, folder / "camera_intrinsic.json"); !done) {
+  const fs::path camera_file = folder / "camera_intrinsic.json";
+  if (auto done = write_camera_json(stated_camera(config), units_per_metre(config), camera_file); !done) {
     return done.error();
   }
 
@@ -110,7 +124,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
       break;
     }
     const Shot shot = scanner.shoot(summary.frames);
-    count_views(shot.exact, config.intrinsics, shot.T_world_camera, points);
+    count_views(shot.exact, shot.camera, points);
     append_log_pose(trajectory, summary.frames, shot.T_world_camera.matrix());
     if (auto done = write_shot(shot, summary.frames, config, folder); !done) return done.error();
     if (progress) progress(summary.frames + 1, scanner.pictures());

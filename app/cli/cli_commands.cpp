@@ -8,6 +8,7 @@
 #include "app/cli/cli_options.h"
 #include "app/cli/command_tree.h"
 #include "app/cli/rig_options.h"
+#include "app/cli/sensor_options.h"
 #include "app/commands/commands_module.h"
 #include "core/files/quantity.h"
 #include "core/module.h"
@@ -167,7 +168,7 @@ void add_synth(CLI::App& app, CommandLine& line) {
   command->add_option("--frames", synth.frames, "Number of frames")->check(CLI::Range(1, 100'000))->type_name("N");
   command->add_option("--width", synth.width, "Width of the pictures, pixels")->check(CLI::Range(16, 4096));
   command->add_option("--height", synth.height, "Height of the pictures, pixels")->check(CLI::Range(16, 4096));
-  command->add_flag("--noise", synth.has_noise, "Noise like a Kinect's");
+  auto* noise = command->add_flag("--noise", synth.has_noise, "Simple noise like a Kinect's");
   command->add_option("--seed", synth.seed, "Seed of the noise")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_flag("--jpeg", synth.has_jpeg_colour, "Colour pictures as JPEG, smaller than PNG");
   const auto set_size = [&synth](const std::string& text) {
@@ -176,8 +177,11 @@ void add_synth(CLI::App& app, CommandLine& line) {
     synth.size_m = length->metres;
   };
   command->add_option_function<std::string>("--size", set_size, "Longest side of a mesh: 20cm")->type_name("LENGTH");
+  add_sensor_options(*command, line, noise);
   add_rig_options(*command, synth);
-  command->add_flag("--list", synth.only_list, "List the scenes")->excludes(scene)->excludes(output);
+  command->add_flag("--list", synth.only_list, "List the scenes, paths, sensors and their values")
+      ->excludes(scene)
+      ->excludes(output);
   add_common(*command, line);
   command->final_callback([&line] {
     const SynthArguments& given = line.synth;

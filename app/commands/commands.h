@@ -17,6 +17,8 @@
 #include "extract/volume/slice_reader.h"
 #include "scan/align/align.h"
 #include "scan/scan.h"
+#include "synth/path/path_names.h"
+#include "synth/scene/person_names.h"
 #include "view/live_view.h"
 
 namespace scanknit {
@@ -100,10 +102,14 @@ struct InfoArguments {
 struct SynthArguments {
   std::string scene;  ///< a scene's name, or a mesh file
   std::filesystem::path output;
-  int frames = 0;  ///< 0: the scene's default
-  int width = 640;
-  int height = 480;
+  int frames = 0;             ///< 0: the scene's default
+  int width = 0, height = 0;  ///< 0: the sensor's own, or 640 x 480
   bool has_noise = false;
+  std::string sensor;                      ///< empty: none
+  std::vector<std::string> sensor_values;  ///< KEY=VALUE
+  PathKind path = PathKind::kScene;
+  PersonKind person = PersonKind::kNobody;
+  std::filesystem::path trajectory;  ///< a recorded path; empty: none
   bool has_jpeg_colour = false;
   std::uint64_t seed = 1;
   double size_m = 0.2;           ///< of a mesh's longest side

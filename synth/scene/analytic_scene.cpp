@@ -17,6 +17,7 @@ AnalyticScene::AnalyticScene(std::string name, CameraPath path, int default_fram
 std::optional<double> AnalyticScene::intersect(const Ray& ray, double max_t_m) const {
   std::optional<double> first;
   for (const Solid& solid : solids_) {
+    if (solid.is_missed_by(ray, first.value_or(max_t_m))) continue;
     if (const auto t = solid.intersect(ray, first.value_or(max_t_m))) first = t;
   }
   return first;
@@ -51,11 +52,18 @@ bool AnalyticScene::is_on_surface(const Eigen::Vector3d& p_world) const {
 // is the foot on a face, or lies on a seam between two faces. (It ignores corners of three solids: there it returns the
 // nearest seam point, or the bound.)
 SurfacePoint AnalyticScene::nearest_from_inside(const Eigen::Vector3d& p_world, const NearestSolid& deepest) const {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  // Where the deepest solid's own foot is surface, no solid beyond it can be nearer: most points are of this kind.
+  const bool is_simple = is_on_surface(p_world - deepest.field.distance_m * deepest.field.gradient);
+  const double reach = is_simple ? std::abs(deepest.field.distance_m) : kFar;
   std::vector<FieldSample> fields;
   fields.reserve(solids_.size());
-  for (const Solid& solid : solids_) fields.push_back(solid.field(p_world));
+  for (const Solid& solid : solids_) {
+    const bool is_beyond = solid.distance_bound(p_world) > reach;
+    fields.push_back(is_beyond ? FieldSample{kFar, Eigen::Vector3d::UnitZ()} : solid.field(p_world));
+  }
 
-  double best = std::numeric_limits<double>::infinity();
+  double best = kFar;
   SurfacePoint result{p_world - deepest.field.distance_m * deepest.field.gradient, deepest.field.gradient,
                       deepest.index};
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -66,6 +74,7 @@ SurfacePoint AnalyticScene::nearest_from_inside(const Eigen::Vector3d& p_world, 
     result = {foot, fields[i].gradient, i};
   }
   for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (std::abs(fields[i].distance_m) >= best) continue;
     for (std::size_t j = i + 1; j < fields.size(); ++j) {
       if (std::max(std::abs(fields[i].distance_m), std::abs(fields[j].distance_m)) >= best) continue;
       const auto seam = nearest_on_seam(p_world, solids_[i], solids_[j]);
@@ -105,6 +114,11 @@ std::optional<Eigen::Vector3d> AnalyticScene::nearest_on_seam(const Eigen::Vecto
 Eigen::Vector3d AnalyticScene::colour(const SurfacePoint& point) const {
   SCANKNIT_CHECK(point.part < solids_.size());
   return solids_[point.part].colour(point.position);
+}
+
+SurfaceMaterial AnalyticScene::material(const SurfacePoint& point) const {
+  SCANKNIT_CHECK(point.part < solids_.size());
+  return solids_[point.part].material();
 }
 
 }  // namespace scanknit

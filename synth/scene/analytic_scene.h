@@ -21,6 +21,7 @@ class AnalyticScene final : public SyntheticScene {
   [[nodiscard]] double distance(const Eigen::Vector3d& p_world) const override;
   [[nodiscard]] SurfacePoint nearest(const Eigen::Vector3d& p_world) const override;
   [[nodiscard]] Eigen::Vector3d colour(const SurfacePoint& point) const override;
+  [[nodiscard]] SurfaceMaterial material(const SurfacePoint& point) const override;
   [[nodiscard]] Eigen::AlignedBox3d bounds() const override { return bounds_; }
 
  private:

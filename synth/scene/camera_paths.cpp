@@ -112,6 +112,14 @@ CameraPath crossing_path(const CrossingPath& path) {
   };
 }
 
+CameraPath straight_path(const StraightPath& path) {
+  return [path](double s) {
+    const double gaze = path.gaze_rad + path.swing_rad * std::sin(3 * kFullTurn * s);
+    const Eigen::Vector3d eye = path.from + s * (path.to - path.from);
+    return look_at(eye, eye + Eigen::Vector3d(std::cos(gaze), std::sin(gaze), path.slope));
+  };
+}
+
 std::vector<Pose> camera_path(const SyntheticScene& scene, int frames) {
   const int count = frames > 0 ? frames : scene.default_frames();
   std::vector<Pose> poses;

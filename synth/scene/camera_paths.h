@@ -59,4 +59,14 @@ struct CrossingPath {
 };
 [[nodiscard]] CameraPath crossing_path(const CrossingPath& path);
 
+/// A straight walk from one point to another, which looks in one direction and swings to both sides of it.
+struct StraightPath {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  double gaze_rad = 0;   ///< from the x axis, counter-clockwise
+  double swing_rad = 0;  ///< the farthest, three times on the way
+  double slope = 0;      ///< of the line of sight; below 0: downwards
+};
+[[nodiscard]] CameraPath straight_path(const StraightPath& path);
+
 }  // namespace scanknit

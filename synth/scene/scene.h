@@ -33,6 +33,13 @@ struct SurfacePoint {
   std::size_t part = 0;
 };
 
+/// What a surface does with the near-infrared light (800 to 950 nm) of a depth sensor.
+struct SurfaceMaterial {
+  float reflectivity = 0.6f;  ///< share that comes back in all directions; paper 0.8, black cloth 0.05, nothing 0
+  float gloss = 0;            ///< from 0, matt, to 1, a mirror
+  friend bool operator==(const SurfaceMaterial&, const SurfaceMaterial&) = default;
+};
+
 /// T_world_camera at the position s of the path, 0 <= s <= 1.
 using CameraPath = std::function<Pose(double s)>;
 
@@ -61,6 +68,8 @@ class SyntheticScene {
 
   /// sRGB, each channel in [0, 1]. Independent of the viewer, so that photometric tracking works.
   [[nodiscard]] virtual Eigen::Vector3d colour(const SurfacePoint& point) const = 0;
+
+  [[nodiscard]] virtual SurfaceMaterial material(const SurfacePoint&) const { return {}; }
 
   /// A box that contains the whole surface.
   [[nodiscard]] virtual Eigen::AlignedBox3d bounds() const = 0;

@@ -2,90 +2,17 @@
 #include <cmath>
 #include <numbers>
 
-#include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
+#include "synth/scene/drawing.h"
+#include "synth/scene/real_rooms.h"
 #include "synth/scene/scene_names.h"
 
 namespace scanknit {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kSunk_m = 0.004;  // objects are sunk so deep into what they stand on, because surfaces must not only
-                                   // touch
-
-/// A texture of pastel on dark, with a different hue for each index.
-Texture paint(int index, Pattern pattern, double period_m) {
-  const double hue = 2.399963 * index;  // the golden angle: successive hues differ strongly
-  Texture texture{.pattern = pattern, .period_m = period_m};
-  for (int c = 0; c < 3; ++c) {
-    const double wave = std::cos(hue + 2 * std::numbers::pi * c / 3);
-    texture.light[c] = 0.70 + 0.25 * wave;
-    texture.dark[c] = 0.28 + 0.15 * wave;
-  }
-  return texture;
-}
-
-/// The texture of painted walls, with almost no features to track.
-Texture bare(int index) {
-  Texture texture = paint(index, Pattern::kMarble, 0.7);
-  texture.dark = texture.light - Eigen::Vector3d::Constant(0.03);
-  return texture;
-}
-
-/// Collects solids drawn on the plan (z up).
-class Drawing {
- public:
-  void add(Shape shape, const Vector3d& centre, const Texture& texture,
-           const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity()) {
-    solids_.emplace_back(std::move(shape), T_world_plan() * placed(centre, turn), texture);
-  }
-  /// A box that stands on `floor_m` at (x, y), turned about the vertical.
-  void stand_box(double x, double y, double floor_m, const Vector3d& size, const Texture& texture,
-                 double turn_degrees = 0, double rounding_m = 0.004) {
-    const Vector3d full = size + Vector3d(0, 0, kSunk_m);
-    add(Box{full / 2, rounding_m}, {x, y, floor_m - kSunk_m + full.z() / 2}, texture, yaw(turn_degrees));
-  }
-  void stand_cylinder(double x, double y, double floor_m, double radius, double height, const Texture& texture) {
-    const double full = height + kSunk_m;
-    add(Cylinder{radius, full / 2, 0.003}, {x, y, floor_m - kSunk_m + full / 2}, texture);
-  }
-  void add_room(const Vector3d& size, const Texture& texture) {
-    solids_.push_back(Solid::room(size / 2, T_world_plan() * placed({0, 0, size.z() / 2}, yaw(0)), texture));
-  }
-  [[nodiscard]] std::unique_ptr<SyntheticScene> scene(std::string name, CameraPath path, int default_frames) && {
-    return std::make_unique<AnalyticScene>(std::move(name), std::move(path), default_frames, std::move(solids_));
-  }
-
-  [[nodiscard]] static Eigen::Matrix3d yaw(double degrees) {
-    return Eigen::AngleAxisd(degrees * kDegree, Vector3d::UnitZ()).toRotationMatrix();
-  }
-  [[nodiscard]] static Eigen::Matrix3d roll(double degrees) {
-    return Eigen::AngleAxisd(degrees * kDegree, Vector3d::UnitX()).toRotationMatrix();
-  }
-
- private:
-  [[nodiscard]] static Pose placed(const Vector3d& centre, const Eigen::Matrix3d& turn) {
-    Pose pose = Pose::Identity();
-    pose.linear() = turn;
-    pose.translation() = centre;
-    return pose;
-  }
-  std::vector<Solid> solids_;
-};
-
-/// A cone whose top is cut off.
-Lathe frustum(double bottom_radius, double top_radius, double height) {
-  const double h = height / 2;
-  return {{Vector2d(0, -h), Vector2d(bottom_radius, -h), Vector2d(top_radius, h), Vector2d(0, h)}};
-}
-
-Lathe vase() {
-  return {{Vector2d(0, -0.11), Vector2d(0.04, -0.11), Vector2d(0.06, -0.03), Vector2d(0.03, 0.06),
-           Vector2d(0.045, 0.11), Vector2d(0, 0.11)}};
-}
 
 std::unique_ptr<SyntheticScene> sphere() {
   Drawing drawing;
@@ -249,7 +176,8 @@ std::unique_ptr<SyntheticScene> twins() {
 
 // In the order of kSceneNames.
 constexpr std::array<std::unique_ptr<SyntheticScene> (*)(), kSceneNames.size()> kScenes = {
-    sphere, turntable, tower, desk, plates, room, gallery, twins};
+    sphere,  turntable, tower,         desk,           plates,          room,
+    gallery, twins,     clutter_scene, corridor_scene, bare_wall_scene, hall_scene};
 
 }  // namespace
 

@@ -16,7 +16,12 @@ namespace scanknit {
 ///   room       a furnished room of 5 x 4 m; the camera walks a loop and comes back to where it began.
 ///   gallery    a corridor of 2 m round a block of 5.8 x 3.8 m: its beginning comes into view again after 26 m only.
 ///   twins      two corners 8 m apart that look the same in every detail; nothing is seen twice.
-inline constexpr std::array<std::string_view, 8> kSceneNames = {"sphere", "turntable", "tower",   "desk",
-                                                                "plates", "room",      "gallery", "twins"};
+///   clutter    a desk with some thirty things, cables, thin legs, glass, and a screen that sends no light back.
+///   corridor   18 m long and 1.8 m wide, bare but for doors; the camera walks along it.
+///   bare_wall  a wall with one poster at its end; the camera goes along it at 1.2 m.
+///   hall       a table with things on it before an open hall: depth from 0.4 to 30 m.
+inline constexpr std::array<std::string_view, 12> kSceneNames = {"sphere",  "turntable", "tower",     "desk",
+                                                                 "plates",  "room",      "gallery",   "twins",
+                                                                 "clutter", "corridor",  "bare_wall", "hall"};
 
 }  // namespace scanknit

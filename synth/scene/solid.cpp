@@ -158,11 +158,6 @@ FieldSample Solid::field(const Eigen::Vector3d& p_world) const {
   return result;
 }
 
-double Solid::distance_bound(const Eigen::Vector3d& p_world) const {
-  if (is_room_) return -std::numeric_limits<double>::infinity();
-  return (p_world - T_world_solid_.translation()).norm() - bounding_radius_m_;
-}
-
 std::optional<double> Solid::intersect(const Ray& ray, double max_t_m) const {
   const Ray local{T_solid_world_ * ray.origin, T_solid_world_.linear() * ray.direction};
   if (is_room_) {

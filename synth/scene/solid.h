@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -59,12 +60,26 @@ class Solid {
   [[nodiscard]] FieldSample field(const Eigen::Vector3d& p_world) const;
 
   /// A cheap lower bound of field(p_world).distance_m.
-  [[nodiscard]] double distance_bound(const Eigen::Vector3d& p_world) const;
+  [[nodiscard]] double distance_bound(const Eigen::Vector3d& p_world) const {
+    if (is_room_) return -std::numeric_limits<double>::infinity();
+    return (p_world - T_world_solid_.translation()).norm() - bounding_radius_m_;
+  }
+
+  /// True only if the ray passes the solid's bounding sphere, or ends before it: a cheap test before intersect().
+  [[nodiscard]] bool is_missed_by(const Ray& ray, double max_t_m) const {
+    const Eigen::Vector3d to_centre = T_world_solid_.translation() - ray.origin;
+    const double nearest_m = to_centre.dot(ray.direction);
+    const double reach_m = bounding_radius_m_ + 1e-6;  // far above rounding: intersect() decides what is close
+    if (nearest_m < -reach_m || nearest_m > max_t_m + reach_m) return !is_room_;
+    return to_centre.squaredNorm() - nearest_m * nearest_m > reach_m * reach_m && !is_room_;
+  }
 
   /// The distance along the ray, up to `max_t_m`, at which it first enters the solid.
   [[nodiscard]] std::optional<double> intersect(const Ray& ray, double max_t_m) const;
 
   [[nodiscard]] Eigen::Vector3d colour(const Eigen::Vector3d& p_world) const;
+  [[nodiscard]] const SurfaceMaterial& material() const { return material_; }
+  void set_material(const SurfaceMaterial& material) { material_ = material; }
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
 
  private:
@@ -76,6 +91,7 @@ class Solid {
   Pose T_world_solid_;
   Pose T_solid_world_;
   Texture texture_;
+  SurfaceMaterial material_;
   double bounding_radius_m_;  // radius of a bounding sphere about the solid's origin
   bool is_convex_;
   bool is_room_ = false;

@@ -80,19 +80,19 @@ std::vector<TruthPoint> sample_surface(const SyntheticScene& scene, std::size_t 
   return points;
 }
 
-void count_views(const RenderedView& view, const CameraIntrinsics& intrinsics, const Pose& T_world_camera,
-                 std::vector<TruthPoint>& points) {
+void count_views(const RenderedView& view, const ViewCamera& camera, std::vector<TruthPoint>& points) {
   constexpr double kMinCosine = 0.1736;  // 80 degrees
   constexpr double kSlack_m = 0.0005;
-  const Pose T_camera_world = T_world_camera.inverse();
+  const CameraIntrinsics& intrinsics = camera.intrinsics();
   const double pixel_rad = 1 / std::min(intrinsics.fx, intrinsics.fy);
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-    const Vector3d p = T_camera_world * points[i].position_m.cast<double>();
-    if (!(p.z() > 0)) return;
-    const Vector3d n = T_camera_world.linear() * points[i].normal.cast<double>();
+    const auto seen = camera.see(points[i].position_m.cast<double>());
+    if (!seen) return;
+    const Vector3d& p = seen->p_camera;
+    const Vector3d n = seen->R_camera_world * points[i].normal.cast<double>();
     const double cosine = -n.dot(p) / p.norm();
     if (cosine < kMinCosine) return;
-    const Eigen::Vector2d pixel = intrinsics.project(p);
+    const Eigen::Vector2d& pixel = seen->pixel;
     // Compares before rounding: a point beside the camera may project to a number too large for an int.
     if (!(pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < intrinsics.width - 0.5 &&
           pixel.y() < intrinsics.height - 0.5)) {

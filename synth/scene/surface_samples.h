@@ -6,10 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/camera.h"
-#include "core/pose.h"
 #include "synth/render.h"
 #include "synth/scene/scene.h"
+#include "synth/view_camera.h"
 
 namespace scanknit {
 
@@ -26,7 +25,6 @@ struct TruthPoint {
 
 /// Adds one view to every point that this picture sees: inside the picture, facing the camera (within 80 degrees), and
 /// not behind the exact depth of its pixel.
-void count_views(const RenderedView& view, const CameraIntrinsics& intrinsics, const Pose& T_world_camera,
-                 std::vector<TruthPoint>& points);
+void count_views(const RenderedView& view, const ViewCamera& camera, std::vector<TruthPoint>& points);
 
 }  // namespace scanknit

@@ -20,6 +20,10 @@ def synth(r):
         r.run(scene, f"synth {scene} -o {scene} --frames 3 {SMALL}")
     r.run("noise", f"synth desk -o noise --frames 4 --noise --seed 3 {SMALL}")
     r.run("jpeg", f"synth room -o jpeg --frames 4 --noise --seed 9 --jpeg {SMALL}")
+    for scene in ("clutter", "corridor", "bare_wall", "hall"):
+        r.run(scene, f"synth {scene} -o {scene} --frames 3 {SMALL}")
+    for sensor in ("ideal", "kinect1", "d435", "phone_lidar"):
+        r.run(sensor, f"synth clutter -o {sensor} --frames 3 --sensor {sensor} --path turns --person sitting {SMALL}")
     r.run("mesh", f"synth octahedron.obj -o mesh --size 20cm --frames 4 {SMALL}")
     r.run("turned", f"synth tower -o turned --turntable --angle-noise 0.5 --hand --noise --frames 12 {SMALL}")
     r.run("on_side", f"synth tower -o on_side --turntable --on-side --turns 0.7 --jpeg --frames 4 {SMALL}")

@@ -142,7 +142,9 @@ TEST(SyntheticScene, SeesAllOfTheTurntableObject) {
   const auto scene = *make_scene("turntable");
   const CameraIntrinsics camera{320, 240, 262.5, 262.5, 159.5, 119.5};
   std::vector<TruthPoint> points = sample_surface(*scene, 20'000, 1);
-  for (const Pose& pose : camera_path(*scene, 60)) count_views(render(*scene, camera, pose), camera, pose, points);
+  for (const Pose& pose : camera_path(*scene, 60)) {
+    count_views(render(*scene, camera, pose), ViewCamera(camera, pose), points);
+  }
   std::size_t seen = 0;
   for (const TruthPoint& point : points) seen += point.views >= 2 ? 1 : 0;
   EXPECT_GT(static_cast<double>(seen) / static_cast<double>(points.size()), kSeen);
