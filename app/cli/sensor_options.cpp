@@ -30,8 +30,8 @@ void add_sensor_options(CLI::App& command, CommandLine& line, CLI::Option* noise
   const std::string group = "Sensor, path, people";
   std::vector<std::pair<std::string, std::string>> sensors;
   for (const std::string_view name : kSensorNames) sensors.emplace_back(name, name);
-  add_choice(command, line, "--sensor", synth.sensor, sensors,
-             "Pictures as this sensor takes them: ideal, kinect1, d435, phone_lidar")
+  add_choice(command, line, {"--sensor", "Pictures as this sensor takes them: ideal, kinect1, d435, phone_lidar"},
+             synth.sensor, sensors)
       ->excludes(noise)
       ->type_name("SENSOR")
       ->group(group);
@@ -42,17 +42,18 @@ void add_sensor_options(CLI::App& command, CommandLine& line, CLI::Option* noise
       ->excludes(noise)
       ->type_name("KEY=VALUE")
       ->group(group);
-  auto* path = add_choice(command, line, "--path", synth.path, choices<PathKind>(kPathNames),
-                          "How the camera is carried: scene (as a machine), hand, turns, walk, orbit")
-                   ->type_name("PATH")
-                   ->group(group);
+  auto* path =
+      add_choice(command, line, {"--path", "How the camera is carried: scene (as a machine), hand, turns, walk, orbit"},
+                 synth.path, choices<PathKind>(kPathNames))
+          ->type_name("PATH")
+          ->group(group);
   command
       .add_option("--trajectory", synth.trajectory, "Fly this recorded path (TUM format), from the scene's beginning")
       ->excludes(path)
       ->type_name("FILE")
       ->group(group);
-  add_choice(command, line, "--person", synth.person, choices<PersonKind>(kPersonNames),
-             "Who is in the picture: nobody, sitting, walking")
+  add_choice(command, line, {"--person", "Who is in the picture: nobody, sitting, walking"}, synth.person,
+             choices<PersonKind>(kPersonNames))
       ->type_name("WHO")
       ->group(group);
 }
