@@ -12,7 +12,7 @@
 #include "synth/path/path_names.h"
 #include "synth/path/recorded_motion.h"
 #include "synth/scene/person_names.h"
-#include "synth/sensor/sensor_model.h"
+#include "synth/sensor/rendered_sensor.h"
 #include "synth/turntable_rig.h"
 
 namespace scanknit {
@@ -25,7 +25,7 @@ struct SynthConfig {
   KinectNoise noise_model;
   /// If set, the pictures are this sensor's, at its own pace, with time stamps; `noise` must be false. `intrinsics` are
   /// those that the camera has; the recording states what the sensor believes.
-  std::optional<SensorModel> sensor = std::nullopt;
+  std::optional<RenderedSensor> sensor = std::nullopt;
   PathKind path = PathKind::kScene;
   std::vector<PathPose> recorded_path = {};  ///< if not empty, flown from where the scene's path begins
   PersonKind person = PersonKind::kNobody;

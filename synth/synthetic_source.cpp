@@ -44,7 +44,7 @@ int poses_of(const SynthConfig& config, const SyntheticScene& scene) {
   if (config.frames > 0) return config.frames;
   if (config.turntable) return kDefaultTurntableFrames;
   if (!config.recorded_path.empty()) {
-    const double rate_hz = config.sensor.value_or(SensorModel{}).time.rate_hz;
+    const double rate_hz = config.sensor.value_or(RenderedSensor{}).time.rate_hz;
     return 1 + static_cast<int>(std::min(100'000.0, config.recorded_path.back().time_s * rate_hz));
   }
   return config.path == PathKind::kScene ? scene.default_frames()
@@ -91,7 +91,7 @@ double units_per_metre(const SynthConfig& config) {
 }
 
 SyntheticScanner::SyntheticScanner(const SyntheticScene& scene, const SynthConfig& config)
-    : scene_(scene), config_(config), sensor_(config.sensor.value_or(SensorModel{})) {
+    : scene_(scene), config_(config), sensor_(config.sensor.value_or(RenderedSensor{})) {
   SCANKNIT_CHECK(validate(config).has_value());
   const int frames = poses_of(config, scene);
   times_ = frame_times(sensor_, frames, config.seed);

@@ -51,7 +51,7 @@ class SyntheticScanner {
 
   const SyntheticScene& scene_;
   SynthConfig config_;
-  SensorModel sensor_;
+  RenderedSensor sensor_;
   Motion motion_;  ///< null for a turntable
   std::vector<FrameTime> times_;
   std::optional<TurntableRig> rig_;

@@ -195,7 +195,7 @@ bool lie_on(const SyntheticScene& scene, const std::vector<TruthPoint>& points) 
 }
 
 /// Every value of the sensor, and the camera that it has in truth.
-nlohmann::ordered_json sensor_json(const SynthConfig& config, const SensorModel& sensor) {
+nlohmann::ordered_json sensor_json(const SynthConfig& config, const RenderedSensor& sensor) {
   nlohmann::ordered_json values;
   for (const SensorKey& key : sensor_keys()) values[std::string(key.name)] = value_of(key, sensor);
   const CameraIntrinsics& camera = config.intrinsics;

@@ -38,16 +38,16 @@ Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& argumen
 }
 
 /// The sensor that was asked for, with the values that were set; nothing if none was.
-Result<std::optional<SensorModel>> sensor_of(const SynthArguments& arguments) {
+Result<std::optional<RenderedSensor>> sensor_of(const SynthArguments& arguments) {
   const bool is_asked_for = !arguments.sensor.empty() || !arguments.sensor_values.empty();
-  if (!is_asked_for) return std::optional<SensorModel>();
+  if (!is_asked_for) return std::optional<RenderedSensor>();
   auto sensor = make_sensor(arguments.sensor.empty() ? "ideal" : arguments.sensor);
   if (!sensor) return sensor.error();
   for (const std::string& assignment : arguments.sensor_values) {
     if (auto done = set_sensor_value(*sensor, assignment); !done) return done.error();
   }
   if (auto valid = validate(*sensor); !valid) return valid.error();
-  return std::optional<SensorModel>(*std::move(sensor));
+  return std::optional<RenderedSensor>(*std::move(sensor));
 }
 
 /// Without a sensor: a camera with the default horizontal field of view, whatever its shape.
@@ -86,13 +86,13 @@ Result<SynthConfig> synth_config(const SynthArguments& arguments) {
   return config;
 }
 
-Json sensor_values_json(const SensorModel& sensor) {
+Json sensor_values_json(const RenderedSensor& sensor) {
   Json values;
   for (const SensorKey& key : sensor_keys()) values[std::string(key.name)] = value_of(key, sensor);
   return values;
 }
 
-int list_as_json(const std::vector<SensorModel>& sensors, const CommonArguments& common) {
+int list_as_json(const std::vector<RenderedSensor>& sensors, const CommonArguments& common) {
   Json keys = Json::array();
   for (const SensorKey& key : sensor_keys()) {
     keys.push_back({{"name", key.name},
@@ -102,7 +102,7 @@ int list_as_json(const std::vector<SensorModel>& sensors, const CommonArguments&
                     {"meaning", key.meaning}});
   }
   Json by_name;
-  for (const SensorModel& sensor : sensors) by_name[sensor.name] = sensor_values_json(sensor);
+  for (const RenderedSensor& sensor : sensors) by_name[sensor.name] = sensor_values_json(sensor);
   const Json json = {{"scenes", kSceneNames},
                      {"paths", kPathNames},
                      {"persons", kPersonNames},
@@ -112,20 +112,20 @@ int list_as_json(const std::vector<SensorModel>& sensors, const CommonArguments&
 }
 
 /// A column for each sensor.
-std::string key_table(const std::vector<SensorModel>& sensors) {
+std::string key_table(const std::vector<RenderedSensor>& sensors) {
   std::string table = fmt::format("{:<24}", "Values of sensors");
-  for (const SensorModel& sensor : sensors) table += fmt::format("{:>12}", sensor.name);
+  for (const RenderedSensor& sensor : sensors) table += fmt::format("{:>12}", sensor.name);
   table += "\n";
   for (const SensorKey& key : sensor_keys()) {
     table += fmt::format("  {:<22}", key.name);
-    for (const SensorModel& sensor : sensors) table += fmt::format("{:>12.6g}", value_of(key, sensor));
+    for (const RenderedSensor& sensor : sensors) table += fmt::format("{:>12.6g}", value_of(key, sensor));
     table += fmt::format("  {:<6}{}\n", to_string(key.unit), key.meaning);
   }
   return table;
 }
 
 int list_everything(const CommonArguments& common) {
-  std::vector<SensorModel> sensors;
+  std::vector<RenderedSensor> sensors;
   for (const std::string_view name : kSensorNames) sensors.push_back(*make_sensor(name));
   if (common.is_json) return list_as_json(sensors, common);
   return print_result(fmt::format("Scenes\n  {}\nPaths\n  {}\nPersons\n  {}\n{}", fmt::join(kSceneNames, "\n  "),

@@ -4,7 +4,7 @@
 
 namespace scanknit {
 
-std::vector<FrameTime> frame_times(const SensorModel& sensor, int frames, std::uint64_t seed) {
+std::vector<FrameTime> frame_times(const RenderedSensor& sensor, int frames, std::uint64_t seed) {
   constexpr std::uint64_t kStream = 0x71'3E5;
   std::vector<FrameTime> times;
   for (std::size_t i = 0; i < static_cast<std::size_t>(frames); ++i) {

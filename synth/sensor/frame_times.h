@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "synth/sensor/sensor_model.h"
+#include "synth/sensor/rendered_sensor.h"
 
 namespace scanknit {
 
@@ -17,6 +17,6 @@ struct FrameTime {
 };
 
 /// The frames that arrive of `frames` pictures; the first always does. A pure function.
-[[nodiscard]] std::vector<FrameTime> frame_times(const SensorModel& sensor, int frames, std::uint64_t seed);
+[[nodiscard]] std::vector<FrameTime> frame_times(const RenderedSensor& sensor, int frames, std::uint64_t seed);
 
 }  // namespace scanknit

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/image.h"
-#include "synth/sensor/sensor_model.h"
+#include "synth/sensor/rendered_sensor.h"
 
 namespace scanknit {
 

@@ -23,7 +23,7 @@ struct Draws {
 
 class DepthSensor {
  public:
-  DepthSensor(const RenderedView& view, const CameraIntrinsics& camera, const SensorModel& sensor,
+  DepthSensor(const RenderedView& view, const CameraIntrinsics& camera, const RenderedSensor& sensor,
               const NoiseKey& noise)
       : view_(view), sensor_(sensor), noise_(noise), scale_(picture_scale(sensor, camera)), focal_px_(camera.fx) {
     depth_m_ = smear_corners(view.depth_m, focal_px_, sensor.corners.share, sensor.corners.radius_m);
@@ -161,7 +161,7 @@ class DepthSensor {
   }
 
   const RenderedView& view_;
-  const SensorModel& sensor_;
+  const RenderedSensor& sensor_;
   NoiseKey noise_;
   double scale_;
   double focal_px_;
@@ -172,7 +172,7 @@ class DepthSensor {
 
 }  // namespace
 
-DepthImage sense_depth(const RenderedView& view, const CameraIntrinsics& camera, const SensorModel& sensor,
+DepthImage sense_depth(const RenderedView& view, const CameraIntrinsics& camera, const RenderedSensor& sensor,
                        std::uint64_t seed, std::uint64_t frame) {
   SCANKNIT_CHECK(view.depth_m.width() == camera.width && view.depth_m.height() == camera.height);
   const DepthSensor depth_sensor(view, camera, sensor, {seed, 0, frame});

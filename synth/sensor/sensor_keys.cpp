@@ -14,7 +14,7 @@ namespace {
 using enum SensorUnit;
 
 // clang-format off
-#define SCANKNIT_PLACE(member) [](SensorModel& sensor) -> double& { return sensor.member; }
+#define SCANKNIT_PLACE(member) [](RenderedSensor& sensor) -> double& { return sensor.member; }
 const std::vector<SensorKey> kKeys = {
     {"disparity.baseline", kMetres, 0, 1, SCANKNIT_PLACE(disparity.baseline_m), "between the two centres; 0: depth is not made of disparity"},
     {"disparity.focal", kPixels, 0, 10'000, SCANKNIT_PLACE(disparity.focal_px), "focal length that disparity is measured with"},
@@ -102,11 +102,11 @@ std::string known_keys() {
 }
 
 /// The sensor that "on" and "off" take values from.
-Result<SensorModel> reference(const SensorModel& sensor, bool is_on) {
-  return is_on ? make_sensor(sensor.name) : SensorModel{};
+Result<RenderedSensor> reference(const RenderedSensor& sensor, bool is_on) {
+  return is_on ? make_sensor(sensor.name) : RenderedSensor{};
 }
 
-Result<void> set_key(SensorModel& sensor, const SensorKey& key, std::string_view value) {
+Result<void> set_key(RenderedSensor& sensor, const SensorKey& key, std::string_view value) {
   if (value == "on" || value == "off") {
     const auto from = reference(sensor, value == "on");
     if (!from) return from.error();
@@ -141,12 +141,12 @@ const std::vector<SensorKey>& sensor_keys() {
   return kKeys;
 }
 
-double value_of(const SensorKey& key, const SensorModel& sensor) {
-  SensorModel copy = sensor;
+double value_of(const SensorKey& key, const RenderedSensor& sensor) {
+  RenderedSensor copy = sensor;
   return key.value(copy);
 }
 
-Result<void> set_sensor_value(SensorModel& sensor, std::string_view assignment) {
+Result<void> set_sensor_value(RenderedSensor& sensor, std::string_view assignment) {
   const std::size_t equals = assignment.find('=');
   const std::string_view name = assignment.substr(0, equals);
   if (equals == std::string_view::npos) return refuse(name, "", "expected KEY=VALUE");
@@ -163,7 +163,7 @@ Result<void> set_sensor_value(SensorModel& sensor, std::string_view assignment) 
   return {};
 }
 
-Result<void> validate(const SensorModel& sensor) {
+Result<void> validate(const RenderedSensor& sensor) {
   for (const SensorKey& key : kKeys) {
     const double value = value_of(key, sensor);
     if (!(value >= key.lowest && value <= key.highest)) {

@@ -38,11 +38,11 @@ RenderedView two_walls(float left_m, float right_m) {
 }
 
 /// A sensor of the picture's own size, with all effects off.
-SensorModel nothing_but() {
+RenderedSensor nothing_but() {
   return {.width = kWidth, .height = kHeight, .picture_focal_px = kFocal_px};
 }
 
-DepthImage sensed(const RenderedView& view, const SensorModel& sensor, std::uint64_t seed = kSeed,
+DepthImage sensed(const RenderedView& view, const RenderedSensor& sensor, std::uint64_t seed = kSeed,
                   std::uint64_t frame = 0) {
   return sense_depth(view, kCamera, sensor, seed, frame);
 }
@@ -53,8 +53,8 @@ double valid_share(const DepthImage& depth_m) {
 }
 
 /// Disparity noise without steps.
-SensorModel matching(double noise_px, double window_px) {
-  SensorModel sensor = nothing_but();
+RenderedSensor matching(double noise_px, double window_px) {
+  RenderedSensor sensor = nothing_but();
   sensor.disparity = {.baseline_m = 0.075, .focal_px = 580, .noise_px = noise_px, .window_px = window_px};
   return sensor;
 }
@@ -93,7 +93,7 @@ class DisparityNoise : public ::testing::TestWithParam<float> {};
 INSTANTIATE_TEST_SUITE_P(Metres, DisparityNoise, ::testing::Values(0.6f, 1.5f, 3.0f));
 
 TEST_P(DisparityNoise, HasTheStatedDeviationAtAnyDistance) {
-  const SensorModel sensor = matching(0.1, 1);
+  const RenderedSensor sensor = matching(0.1, 1);
   const DepthImage depth_m = sensed(wall(GetParam()), sensor);
   const Image<double> error = disparity_error(depth_m, static_cast<double>(GetParam()), sensor.disparity);
   EXPECT_NEAR(std::sqrt(covariance(error, 0)), 0.1, 0.002);  // 76,800 independent draws: deviation 0.0003
@@ -101,7 +101,7 @@ TEST_P(DisparityNoise, HasTheStatedDeviationAtAnyDistance) {
 
 TEST(DisparityNoise, IsCorrelatedOverTheMatchingWindow) {
   constexpr double kWindow_px = 9;
-  const SensorModel sensor = matching(0.1, kWindow_px);
+  const RenderedSensor sensor = matching(0.1, kWindow_px);
   const Image<double> error = disparity_error(sensed(wall(1.0f), sensor), 1.0, sensor.disparity);
   const double variance = covariance(error, 0);
   EXPECT_NEAR(std::sqrt(variance), 0.1, 0.005);  // about 76,800 / 81 independent windows
@@ -110,7 +110,7 @@ TEST(DisparityNoise, IsCorrelatedOverTheMatchingWindow) {
 }
 
 TEST(DisparityNoise, IsTheSameInMetresWhenThePictureIsRenderedSmaller) {
-  SensorModel sensor = matching(0.1, 9);
+  RenderedSensor sensor = matching(0.1, 9);
   sensor.width = 2 * kWidth;  // the picture has half of the sensor's own width: a window of 4.5, made 5
   const Image<double> error = disparity_error(sensed(wall(1.0f), sensor), 1.0, sensor.disparity);
   EXPECT_NEAR(std::sqrt(covariance(error, 0)), 0.1, 0.005);
@@ -121,7 +121,7 @@ class DisparitySteps : public ::testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Pixels, DisparitySteps, ::testing::Values(1.0 / 8, 1.0 / 32));
 
 TEST_P(DisparitySteps, AreTheOnlyDisparitiesThatAreReported) {
-  SensorModel sensor = matching(0.3, 1);
+  RenderedSensor sensor = matching(0.3, 1);
   sensor.disparity.step_px = GetParam();
   const DepthImage depth_m = sensed(wall(2.0f), sensor);
   std::set<long> steps;
@@ -135,7 +135,7 @@ TEST_P(DisparitySteps, AreTheOnlyDisparitiesThatAreReported) {
 }
 
 TEST(RangingNoise, GrowsFromItsFloorWithDepth) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.ranging = {.floor_m = 0.004, .share = 0.01};
   for (const float depth : {0.5f, 2.0f, 4.0f}) {
     const DepthImage depth_m = sensed(wall(depth), sensor);
@@ -147,7 +147,7 @@ TEST(RangingNoise, GrowsFromItsFloorWithDepth) {
 }
 
 TEST(Range, EndsAtItsLimits) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.range = {.min_m = 0.5, .max_m = 4};
   EXPECT_EQ(valid_share(sensed(wall(0.49f), sensor)), 0);
   EXPECT_EQ(valid_share(sensed(wall(0.51f), sensor)), 1);
@@ -156,7 +156,7 @@ TEST(Range, EndsAtItsLimits) {
 }
 
 TEST(Shadow, IsAsWideAsTheGeometrySaysAndLiesAtTheObjectsLeft) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.shadow.right_m = 0.075;
   const DepthImage depth_m = sensed(two_walls(3.0f, 1.0f), sensor);
   const double expected_px = kFocal_px * 0.075 * (1 / 1.0 - 1 / 3.0);  // 13.1
@@ -170,7 +170,7 @@ TEST(Shadow, IsAsWideAsTheGeometrySaysAndLiesAtTheObjectsLeft) {
 }
 
 TEST(Shadow, OfTheMeasuringCameraLiesAtTheObjectsRight) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.shadow.left_m = 0.05;
   const DepthImage depth_m = sensed(two_walls(1.0f, 3.0f), sensor);
   const auto row = depth_m.row(kHeight / 2);
@@ -185,13 +185,13 @@ TEST(Shadow, IsNotThereOnASlantedPlane) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) view.depth_m.at(x, y) = static_cast<float>(1 / (0.5 + 0.002 * x));
   }
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.shadow.right_m = 0.075;
   EXPECT_EQ(valid_share(sensed(view, sensor)), 1);
 }
 
 TEST(Edges, LoseAndMixDepthBesideAStepOnly) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.edges = {.reach_px = 1, .dropout = 0.4, .flying = 0.5};
   const DepthImage depth_m = sensed(two_walls(1.0f, 2.0f), sensor);
   double dropped = 0;
@@ -213,7 +213,7 @@ TEST(Edges, LoseAndMixDepthBesideAStepOnly) {
 }
 
 TEST(Edges, AreRaggedByTheLateralDeviation) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.edges = {.reach_px = 4, .lateral_px = 1};
   const DepthImage depth_m = sensed(two_walls(1.0f, 2.0f), sensor);
   // The last pixel before the edge, which is 0.5 px away, comes from beyond it when the shift rounds to 1 or more.
@@ -223,7 +223,7 @@ TEST(Edges, AreRaggedByTheLateralDeviation) {
 }
 
 TEST(Returns, EndWhereLightFallsWithTheSquareOfDepth) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.returns.reach_m = 10;
   // sqrt(0.25) of the reach.
   EXPECT_EQ(valid_share(sensed(wall(4.9f, {.reflectivity = 0.25f}), sensor)), 1);
@@ -231,7 +231,7 @@ TEST(Returns, EndWhereLightFallsWithTheSquareOfDepth) {
 }
 
 TEST(Returns, LackOnDarkAndOnGlossySurfaces) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.returns = {.dark = 0.05, .gloss = 1};
   EXPECT_EQ(valid_share(sensed(wall(1.0f, {.reflectivity = 0.04f}), sensor)), 0);
   EXPECT_EQ(valid_share(sensed(wall(1.0f, {.reflectivity = 0.06f}), sensor)), 1);
@@ -240,13 +240,13 @@ TEST(Returns, LackOnDarkAndOnGlossySurfaces) {
 }
 
 TEST(Returns, FadeInPatchesAtTheirLimit) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.returns = {.dark = 0.1, .patches = 0.3};
   EXPECT_NEAR(valid_share(sensed(wall(1.0f, {.reflectivity = 0.1f}), sensor)), 0.5, 0.05);
 }
 
 TEST(Returns, FadeAtGrazingIncidence) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.returns.grazing_begin_deg = 70;
   sensor.returns.grazing_end_deg = 80;
   const auto share_at = [&](double degrees) {
@@ -274,7 +274,7 @@ TEST(Corners, AreSmearedTowardsTheCameraAndPlanesAreNot) {
 }
 
 TEST(Bias, GrowsWithDistanceAndStaysBelowItsShare) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.bias = {.share = 0.02, .cells = 4};
   const DepthImage near = sensed(wall(2.0f), sensor);
   const DepthImage far = sensed(wall(4.0f), sensor);
@@ -289,7 +289,7 @@ TEST(Bias, GrowsWithDistanceAndStaysBelowItsShare) {
 }
 
 TEST(Bias, BelongsToTheUnitAndIsSmooth) {
-  SensorModel sensor = nothing_but();
+  RenderedSensor sensor = nothing_but();
   sensor.bias = {.share = 0.02, .cells = 4};
   const DepthImage first = sensed(wall(4.0f), sensor);
   EXPECT_EQ(first, sensed(wall(4.0f), sensor, kSeed, 7)) << "the same in every picture";
@@ -310,7 +310,7 @@ TEST_P(EverySensor, GivesTheSameBitsForAnyNumberOfThreads) {
 }
 
 TEST_P(EverySensor, RepeatsForASeedAndAFrame) {
-  const SensorModel sensor = *make_sensor(GetParam());
+  const RenderedSensor sensor = *make_sensor(GetParam());
   const RenderedView view = two_walls(1.0f, 2.5f);
   EXPECT_EQ(sensed(view, sensor), sensed(view, sensor));
   if (GetParam() != "ideal") {

@@ -11,7 +11,7 @@ namespace {
 
 /// The error's text; empty if there is none.
 std::string error_of(const std::string& assignment) {
-  SensorModel sensor = *make_sensor("kinect1");
+  RenderedSensor sensor = *make_sensor("kinect1");
   const auto done = set_sensor_value(sensor, assignment);
   return done ? "" : done.error().message;
 }
@@ -19,7 +19,7 @@ std::string error_of(const std::string& assignment) {
 TEST(SensorKeys, HaveNamesAndPlacesOfTheirOwn) {
   std::set<std::string_view> names;
   std::set<const double*> places;
-  SensorModel sensor;
+  RenderedSensor sensor;
   for (const SensorKey& key : sensor_keys()) {
     EXPECT_TRUE(names.insert(key.name).second) << key.name;
     EXPECT_TRUE(places.insert(&key.value(sensor)).second) << key.name;
@@ -38,7 +38,7 @@ TEST(SensorKeys, AcceptEveryNamedSensor) {
 }
 
 TEST(SensorKeys, TakeNumbersWithAndWithoutUnits) {
-  SensorModel sensor;
+  RenderedSensor sensor;
   ASSERT_TRUE(set_sensor_value(sensor, "shadow.right=5cm"));
   EXPECT_DOUBLE_EQ(sensor.shadow.right_m, 0.05);
   ASSERT_TRUE(set_sensor_value(sensor, "shadow.right=0.06"));
@@ -54,7 +54,7 @@ TEST(SensorKeys, TakeNumbersWithAndWithoutUnits) {
 }
 
 TEST(SensorKeys, TurnAnEffectOffAndOn) {
-  SensorModel sensor = *make_sensor("kinect1");
+  RenderedSensor sensor = *make_sensor("kinect1");
   ASSERT_TRUE(set_sensor_value(sensor, "edges=off"));
   EXPECT_EQ(sensor.edges.dropout, 0);
   EXPECT_EQ(sensor.edges.lateral_px, 0);
@@ -66,10 +66,10 @@ TEST(SensorKeys, TurnAnEffectOffAndOn) {
 
 TEST(SensorKeys, OfEveryEffectCanBeTurnedOffUntilNothingIsLeft) {
   for (const std::string_view name : kSensorNames) {
-    SensorModel sensor = *make_sensor(name);
+    RenderedSensor sensor = *make_sensor(name);
     for (const SensorKey& key : sensor_keys()) {
       ASSERT_TRUE(set_sensor_value(sensor, std::string(key.name) + "=off")) << key.name;
-      EXPECT_EQ(value_of(key, sensor), value_of(key, SensorModel{})) << key.name;
+      EXPECT_EQ(value_of(key, sensor), value_of(key, RenderedSensor{})) << key.name;
     }
     EXPECT_TRUE(validate(sensor));
   }
@@ -86,7 +86,7 @@ TEST(SensorKeys, SayWhichValueIsWrongAndWhatWasExpected) {
 }
 
 TEST(SensorKeys, RefuseLimitsInTheWrongOrder) {
-  SensorModel sensor;
+  RenderedSensor sensor;
   sensor.range = {.min_m = 3, .max_m = 2};
   ASSERT_FALSE(validate(sensor));
   EXPECT_NE(validate(sensor).error().message.find("range.min: '3', expected less than range.max"), std::string::npos);
@@ -103,14 +103,14 @@ TEST(Sensors, NobodyKnowsAreRefused) {
 }
 
 TEST(Sensors, KeepTheirFieldOfViewAtAnySize) {
-  const SensorModel sensor = *make_sensor("d435");
+  const RenderedSensor sensor = *make_sensor("d435");
   EXPECT_EQ(camera_of(sensor, 0, 0).width, 1280);
   EXPECT_EQ(camera_of(sensor, 640, 0).height, 360);
   EXPECT_DOUBLE_EQ(camera_of(sensor, 640, 0).fx, camera_of(sensor, 0, 0).fx / 2);
 }
 
 TEST(Sensors, StateTheCameraThatTheyBelieveIn) {
-  SensorModel sensor;
+  RenderedSensor sensor;
   sensor.calibration = {.focal_share = 0.01, .centre_x_px = 2, .centre_y_px = -3};
   const CameraIntrinsics real = camera_of(sensor, 320, 240);  // half of the sensor's own size
   const CameraIntrinsics stated = stated_camera(sensor, real);

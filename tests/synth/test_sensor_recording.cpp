@@ -17,7 +17,7 @@
 namespace scanknit {
 namespace {
 
-SynthConfig small_config(const SensorModel& sensor = {}) {
+SynthConfig small_config(const RenderedSensor& sensor = {}) {
   SynthConfig config;
   config.frames = 6;
   config.sensor = sensor;
@@ -28,8 +28,8 @@ SynthConfig small_config(const SensorModel& sensor = {}) {
 }
 
 /// The ideal sensor with some values changed.
-SensorModel with(const std::vector<std::string>& assignments) {
-  SensorModel sensor;
+RenderedSensor with(const std::vector<std::string>& assignments) {
+  RenderedSensor sensor;
   for (const std::string& assignment : assignments) EXPECT_TRUE(set_sensor_value(sensor, assignment)) << assignment;
   return sensor;
 }
@@ -58,7 +58,7 @@ TEST(RollingShutter, SeesEachRowWhereTheCameraIsThen) {
   SynthConfig config = small_config(with({"shutter.depth=30ms"}));
   config.recorded_path = at_one_metre_a_second({0, 0, 1});
   const Shot rolling = SyntheticScanner(*scene, config).shoot(3);
-  config.sensor = SensorModel();
+  config.sensor = RenderedSensor();
   const Shot global = SyntheticScanner(*scene, config).shoot(3);
   EXPECT_EQ(rolling.T_world_camera.matrix(), global.T_world_camera.matrix()) << "that of the middle row";
   const int bands = 60 / 12;
@@ -228,7 +228,7 @@ TEST(SensorRecording, StatesWhatTheSensorBelievesAndKeepsTheTruth) {
 
 TEST(SensorRecording, CountsThePointsThatARollingShutterSees) {
   const auto scene = *make_scene("desk");
-  const auto visible = [&](const SensorModel& sensor) {
+  const auto visible = [&](const RenderedSensor& sensor) {
     const test::TemporaryFolder folder;
     SynthConfig config = small_config(sensor);
     config.path = PathKind::kTurns;

@@ -1,4 +1,4 @@
-// SensorModel: what a real depth sensor does to the pictures of a scene, as plain values.
+// RenderedSensor: what a real depth sensor does to the pictures of a scene, as plain values.
 #pragma once
 
 #include <string>
@@ -79,7 +79,7 @@ struct ColourModel {
   double adaptation = 0, white_balance = 0, noise = 0;
 };
 
-struct SensorModel {
+struct RenderedSensor {
   std::string name = "ideal";
   int width = 640, height = 480;  ///< of the sensor's own picture
   double picture_focal_px = 525;  ///< of that picture: depth may be registered to a colour camera
@@ -100,16 +100,16 @@ struct SensorModel {
 };
 
 /// One of kSensorNames. Error kConfig: there is no such sensor; the message lists all.
-[[nodiscard]] Result<SensorModel> make_sensor(std::string_view name);
+[[nodiscard]] Result<RenderedSensor> make_sensor(std::string_view name);
 
 /// The sensor's own camera; with a width or height above 0 the same field of view at another size. A missing one of the
 /// two follows from the sensor's shape.
-[[nodiscard]] CameraIntrinsics camera_of(const SensorModel& sensor, int width, int height);
+[[nodiscard]] CameraIntrinsics camera_of(const RenderedSensor& sensor, int width, int height);
 
 /// What the sensor says that its camera is.
-[[nodiscard]] CameraIntrinsics stated_camera(const SensorModel& sensor, const CameraIntrinsics& real);
+[[nodiscard]] CameraIntrinsics stated_camera(const RenderedSensor& sensor, const CameraIntrinsics& real);
 
 /// Pixels of the rendered picture per pixel of the sensor's own.
-[[nodiscard]] double picture_scale(const SensorModel& sensor, const CameraIntrinsics& camera);
+[[nodiscard]] double picture_scale(const RenderedSensor& sensor, const CameraIntrinsics& camera);
 
 }  // namespace scanknit

@@ -1,4 +1,4 @@
-#include "synth/sensor/sensor_model.h"
+#include "synth/sensor/rendered_sensor.h"
 
 #include <array>
 #include <cmath>
@@ -8,12 +8,12 @@
 namespace scanknit {
 namespace {
 
-SensorModel ideal() {
+RenderedSensor ideal() {
   return {};
 }
 
-SensorModel kinect1() {
-  SensorModel sensor{.name = "kinect1", .units_per_metre = 5000};
+RenderedSensor kinect1() {
+  RenderedSensor sensor{.name = "kinect1", .units_per_metre = 5000};
   sensor.disparity = {.baseline_m = 0.075, .focal_px = 580, .noise_px = 0.06, .step_px = 1.0 / 8, .window_px = 7};
   sensor.range = {.min_m = 0.45, .max_m = 9.5};
   sensor.shadow = {.right_m = 0.050, .left_m = 0.025};  // depth is registered to the colour camera between both
@@ -35,8 +35,8 @@ SensorModel kinect1() {
   return sensor;
 }
 
-SensorModel d435() {
-  SensorModel sensor{.name = "d435", .width = 1280, .height = 720, .picture_focal_px = 909, .units_per_metre = 1000};
+RenderedSensor d435() {
+  RenderedSensor sensor{.name = "d435", .width = 1280, .height = 720, .picture_focal_px = 909, .units_per_metre = 1000};
   sensor.disparity = {.baseline_m = 0.050, .focal_px = 640, .noise_px = 0.08, .step_px = 1.0 / 32, .window_px = 13};
   sensor.range = {.min_m = 0.28, .max_m = 65};
   sensor.shadow = {.right_m = 0.035, .left_m = 0.015};  // seen from the colour camera, between both
@@ -58,8 +58,8 @@ SensorModel d435() {
   return sensor;
 }
 
-SensorModel phone_lidar() {
-  SensorModel sensor{
+RenderedSensor phone_lidar() {
+  RenderedSensor sensor{
       .name = "phone_lidar", .width = 256, .height = 192, .picture_focal_px = 212, .units_per_metre = 1000};
   sensor.disparity = {.baseline_m = 0, .focal_px = 0, .noise_px = 0, .step_px = 0, .window_px = 13};
   sensor.ranging = {.floor_m = 0.0012, .share = 0.0005};
@@ -76,11 +76,11 @@ SensorModel phone_lidar() {
 }
 
 // In the order of kSensorNames.
-constexpr std::array<SensorModel (*)(), kSensorNames.size()> kSensors = {ideal, kinect1, d435, phone_lidar};
+constexpr std::array<RenderedSensor (*)(), kSensorNames.size()> kSensors = {ideal, kinect1, d435, phone_lidar};
 
 }  // namespace
 
-Result<SensorModel> make_sensor(std::string_view name) {
+Result<RenderedSensor> make_sensor(std::string_view name) {
   std::string known;
   for (std::size_t i = 0; i < kSensors.size(); ++i) {
     if (name == kSensorNames[i]) return kSensors[i]();
@@ -89,7 +89,7 @@ Result<SensorModel> make_sensor(std::string_view name) {
   return Error{ErrorCode::kConfig, "no such sensor; there are: " + known, std::string(name)};
 }
 
-CameraIntrinsics camera_of(const SensorModel& sensor, int width, int height) {
+CameraIntrinsics camera_of(const RenderedSensor& sensor, int width, int height) {
   const double shape = static_cast<double>(sensor.width) / sensor.height;
   if (width <= 0 && height <= 0) width = sensor.width;
   if (width <= 0) width = static_cast<int>(std::lround(height * shape));
@@ -98,11 +98,11 @@ CameraIntrinsics camera_of(const SensorModel& sensor, int width, int height) {
   return {width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0};
 }
 
-double picture_scale(const SensorModel& sensor, const CameraIntrinsics& camera) {
+double picture_scale(const RenderedSensor& sensor, const CameraIntrinsics& camera) {
   return static_cast<double>(camera.width) / sensor.width;
 }
 
-CameraIntrinsics stated_camera(const SensorModel& sensor, const CameraIntrinsics& real) {
+CameraIntrinsics stated_camera(const RenderedSensor& sensor, const CameraIntrinsics& real) {
   const CalibrationModel& error = sensor.calibration;
   const double scale = picture_scale(sensor, real);
   CameraIntrinsics stated = real;
