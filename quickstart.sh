@@ -6,7 +6,7 @@
 #   ./quickstart.sh test --quick  build, then run each room's unit tests
 #   ./quickstart.sh test --full   install all of those tools first (browser, Blender, QEMU ...), then the same
 #   ./quickstart.sh tools         install those tools only
-#   ./quickstart.sh build         build only
+#   ./quickstart.sh build         build only, with Python's and OpenNI2's modules if their packages are installed
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -47,7 +47,7 @@ install_packages() {
   DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-# Where their packages are installed.
+# The modules for Python and OpenNI2, if their packages are installed. The sample needs neither.
 with_optional_parts=(-DSCANKNIT_BUILD_PYTHON=AUTO -DSCANKNIT_WITH_OPENNI2=AUTO)
 
 # Debian's only where there is no other.

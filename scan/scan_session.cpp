@@ -23,7 +23,7 @@ std::vector<ScanWarning> ScanSession::warnings() const {
 
 ScanResult ScanSession::conclude(Result<void> outcome, const ScanJob& job, ScanResult result) const {
   result.outcome = std::move(outcome);
-  result.input = job.input.string();
+  if (result.input.empty()) result.input = job.input.string();
   result.config = job.config;
   const std::vector<ScanWarning> warned = warnings();
   result.warnings.insert(result.warnings.begin(), warned.begin(), warned.end());

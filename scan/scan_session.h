@@ -53,7 +53,8 @@ class ScanSession {
   void note_time(const char* stage, double milliseconds) { times_[stage].samples_ms.push_back(milliseconds); }
   [[nodiscard]] StageTimesByName& times() { return times_; }
 
-  /// The result of the scan, completed with how it ended, what was scanned, its warnings, times and files.
+  /// The result of the scan, completed with how it ended, its configuration, warnings, times and files, and with the
+  /// job's input unless it names a scanner that was found.
   [[nodiscard]] ScanResult conclude(Result<void> outcome, const ScanJob& job, ScanResult result) const;
 
  private:

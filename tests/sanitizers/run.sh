@@ -45,7 +45,7 @@ export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
 if [ "$kind" = address ]; then
   # OpenNI2 finds its drivers beside itself. They leak, and are unloaded before their names are looked for.
-  openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / { print $NF; exit }')
+  openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / && !found { print $NF; found = 1 }')  # to the end, else ldconfig fails
   mkdir -p "$build_dir/without_drivers"
   if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
   export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"

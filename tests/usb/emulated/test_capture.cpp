@@ -60,6 +60,7 @@ TEST(CaptureCommand, EndsInAMeshOfWhatTheCameraSaw) {
                       kRate, "--frames", std::to_string(kPictures), "--set", "fusion.voxel_size=8mm"}),
             0);
   const json report = json::parse(read_text(out / "report.json"));
+  EXPECT_EQ(report.at("input"), "usb:8086:0b07/0123456789ab") << "the scanner that was found";
   EXPECT_EQ(report.at("losses").at("transport"), 0);
   EXPECT_EQ(report.at("losses").at("device"), 0);
   EXPECT_EQ(report.at("frames").at("lost"), 0);
