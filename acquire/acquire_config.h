@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/camera.h"
+#include "core/frame_timing.h"
 #include "core/limits.h"
 
 namespace scanknit {
@@ -82,13 +83,17 @@ struct AcquireConfig {
   std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, inclusive
   std::size_t every = 1;                                     ///< take every n-th frame, n >= 1
 
-  std::optional<double> min_depth_m;  ///< nearer depth is dropped, >= 0; nothing: a scan takes the sensor's
-  std::optional<double> max_depth_m;  ///< farther depth is dropped, 0: no limit; nothing: a scan chooses it
-  double edge_sigmas = 3.0;           ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
-  int outlier_neighbours = 0;         ///< statistical outlier removal: number of neighbours of a point; 0: off
-  double outlier_sigmas = 2.0;        ///< points whose mean distance to them is this many sigma above the mean go
-  bool bilateral = false;             ///< edge-preserving smoothing of the depth
+  std::optional<double> min_depth_m;     ///< nearer depth is dropped, >= 0; nothing: a scan takes the sensor's
+  std::optional<double> max_depth_m;     ///< farther depth is dropped, 0: no limit; nothing: a scan chooses it
+  double edge_sigmas = 3.0;              ///< depth-discontinuity mask: a step beyond this many sigma(z); 0: off
+  int outlier_neighbours = 0;            ///< statistical outlier removal: number of neighbours of a point; 0: off
+  double outlier_sigmas = 2.0;           ///< points whose mean distance to them is this many sigma above the mean go
+  bool bilateral = false;                ///< edge-preserving smoothing of the depth
+  std::optional<double> readout_s;       ///< FrameTiming::readout_s; nothing: a scan takes the sensor's
+  std::optional<double> colour_later_s;  ///< FrameTiming::colour_later_s; nothing: a scan takes the sensor's
   Limits limits;
+
+  [[nodiscard]] FrameTiming timing() const { return {readout_s.value_or(0), colour_later_s.value_or(0)}; }
 };
 
 /// Settings of a scanner before it streams; also keys of `acquire:`. Values that are not given stay as the camera has

@@ -17,12 +17,12 @@ double milliseconds(std::chrono::nanoseconds time) {
 
 }  // namespace
 
-PoseFinder::PoseFinder(PoseMode mode) : mode_(mode), tracker_(prior_of(mode)) {
+PoseFinder::PoseFinder(PoseMode mode, const FrameTiming& timing) : mode_(mode), tracker_({prior_of(mode), timing}) {
   SCANKNIT_CHECK(mode != PoseMode::kAuto);
 }
 
-std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, ScanSession& session) {
-  if (!is_tracked(mode_)) return frame.T_world_camera;
+std::optional<PoseFinder::Found> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, ScanSession& session) {
+  if (!is_tracked(mode_)) return frame.T_world_camera ? std::optional(Found{*frame.T_world_camera}) : std::nullopt;
   if (!tracking_) tracking_ = TrackingResult{prior_of(mode_), {}};
   const auto begin = std::chrono::steady_clock::now();
   const TrackResult tracked = tracker_.track(frame, volume);
@@ -38,7 +38,7 @@ std::optional<Pose> PoseFinder::find(const Frame& frame, const TsdfVolume& volum
                                .points = tracked.points,
                                .weak_directions = tracked.weak_directions});
   if (tracked.is_lost()) return std::nullopt;
-  return tracked.T_world_camera;
+  return Found{tracked.T_world_camera, tracked.motion};
 }
 
 }  // namespace scanknit

@@ -16,11 +16,16 @@ namespace scanknit {
 class PoseFinder {
  public:
   /// `mode` is not kAuto.
-  explicit PoseFinder(PoseMode mode);
+  PoseFinder(PoseMode mode, const FrameTiming& timing);
+
+  struct Found {
+    Pose T_world_camera;
+    FrameMotion motion = {};
+  };
 
   /// The frame's pose; nothing when tracking is lost: then the frame must not be fused. Measures the times of the
   /// stages "track" and "raycast".
-  [[nodiscard]] std::optional<Pose> find(const Frame& frame, const TsdfVolume& volume, ScanSession& session);
+  [[nodiscard]] std::optional<Found> find(const Frame& frame, const TsdfVolume& volume, ScanSession& session);
 
   /// How well each frame was tracked; nothing when poses are given, and before the first frame.
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }

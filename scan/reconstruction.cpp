@@ -4,6 +4,7 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
+#include "fusion/shutter/deskew.h"
 
 namespace scanknit {
 
@@ -19,27 +20,48 @@ Result<Reconstruction::Added> Reconstruction::add(Frame& frame) {
       session_.timed("filter", [&] { return filter_frame(frame, config_.acquire, config_.fusion.noise); });
   if (!filtered) return filtered.error();
   refiner_.edit_for_tracking(frame);
-  const std::optional<Pose> T_world_camera = poses_.find(frame, volume_, session_);
-  if (!T_world_camera) {
+  auto found = poses_.find(frame, volume_, session_);
+  if (found && first_ && !found->motion.is_still()) {
+    if (auto begun = begin_again(found->motion); !begun) return begun.error();
+    found = poses_.find(frame, volume_, session_);
+  }
+  first_.reset();
+  if (!found) {
     follows_gap_ = true;
     return Added{};
   }
-  const auto fused = session_.timed("integrate", [&] { return integrate(frame, *T_world_camera, volume_); });
-  if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
-  if (!fused) return fused.error();
-  note_fused(frame, *T_world_camera, fused->is_budget_reached);
-  return Added{T_world_camera};
+  if (trajectory_.empty() && !config_.acquire.timing().is_at_once()) first_ = frame;
+  return fuse(frame, *found);
 }
 
-void Reconstruction::note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached) {
-  trajectory_.push_back({frame.sequence, stamp_of(frame), T_world_camera});
+/// The motion during the first frame is known when the second is tracked: takes it out of the first frame.
+Result<void> Reconstruction::begin_again(const FrameMotion& motion) {
+  Frame first = *std::exchange(first_, std::nullopt);
+  if (auto emptied = start_over(); !emptied) return emptied;
+  auto found = poses_.find(first, volume_, session_);
+  found->motion = motion;
+  const auto added = fuse(first, *found);
+  return added ? Result<void>() : added.error();
+}
+
+Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
+  if (!found.motion.is_still()) session_.timed("deskew", [&] { deskew(found.motion, frame); });
+  const auto fused = session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
+  if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
+  if (!fused) return fused.error();
+  note_fused(frame, found, fused->is_budget_reached);
+  return Added{found.T_world_camera};
+}
+
+void Reconstruction::note_fused(const Frame& frame, const PoseFinder::Found& found, bool is_budget_reached) {
+  trajectory_.push_back({frame.sequence, stamp_of(frame), found.T_world_camera, found.motion});
   if (is_budget_reached && !std::exchange(is_budget_reached_, true)) {
     session_.warn(WarningCode::kBudgetReached,
                   fmt::format("frame {}: the volume has reached fusion.memory_budget and grows no further; what it "
                               "holds is still refined",
                               frame.sequence));
   }
-  refiner_.note_fused(frame, T_world_camera, std::exchange(follows_gap_, false));
+  refiner_.note_fused(frame, found.T_world_camera, std::exchange(follows_gap_, false));
   if (options_.keeps_depth_samples) samples_.add(frame);
 }
 
@@ -47,9 +69,10 @@ Result<void> Reconstruction::start_over() {
   auto volume = TsdfVolume::create(config_.fusion);
   if (!volume) return volume.error();
   volume_ = *std::move(volume);
-  poses_ = PoseFinder(options_.poses);
+  poses_ = PoseFinder(options_.poses, config_.acquire.timing());
   trajectory_.clear();
   samples_.clear();
+  first_.reset();
   follows_gap_ = false;
   is_budget_reached_ = false;
   refiner_.start_over();

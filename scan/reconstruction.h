@@ -63,8 +63,10 @@ class Reconstruction {
         refiner_(refiner),
         session_(session),
         volume_(std::move(volume)),
-        poses_(options.poses) {}
-  void note_fused(const Frame& frame, const Pose& T_world_camera, bool is_budget_reached);
+        poses_(options.poses, config.acquire.timing()) {}
+  [[nodiscard]] Result<void> begin_again(const FrameMotion& motion);
+  [[nodiscard]] Result<Added> fuse(Frame& frame, const PoseFinder::Found& found);
+  void note_fused(const Frame& frame, const PoseFinder::Found& found, bool is_budget_reached);
 
   const ScanConfig& config_;
   Options options_;
@@ -74,7 +76,8 @@ class Reconstruction {
   PoseFinder poses_;
   Trajectory trajectory_;
   DepthSamples samples_;
-  bool follows_gap_ = false;  ///< tracking was lost since the last frame that was fused
+  std::optional<Frame> first_;  ///< as it was fused, until the second is tracked
+  bool follows_gap_ = false;    ///< tracking was lost since the last frame that was fused
   bool is_budget_reached_ = false;
 };
 

@@ -101,8 +101,7 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
     if (!empty) return empty.error();
     scan_->volume() = *std::move(empty);
   }
-  const PosesBySequence poses = poses_of(trajectory);
-  const FramesToFuse frames{poses, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};
+  const FramesToFuse frames{trajectory, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};
   const auto fused = session_.timed(
       "fuse_again", [&] { return scanknit::fuse_again(**source, frames, job_.config, *volume, session_); });
   if (!fused || *fused < trajectory.size()) {

@@ -7,6 +7,7 @@
 
 #include "core/frame.h"
 #include "core/pose.h"
+#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 
@@ -15,6 +16,7 @@ struct PosedFrame {
   std::uint64_t sequence = 0;  ///< Frame::sequence
   double stamp = 0;            ///< seconds of the recording's clock; the frame's number if it has no clock
   Pose T_world_camera = Pose::Identity();
+  FrameMotion motion = {};
 };
 
 /// In the order in which they were fused.

@@ -1,5 +1,7 @@
 #include "acquire/replay/undistort.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 
 namespace scanknit {
@@ -8,7 +10,7 @@ namespace {
 template <typename T, typename Sample>
 Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const Distortion& distortion, Sample sample) {
   Image<T> straight(image.width(), image.height());
-  for (int y = 0; y < image.height(); ++y) {
+  tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
       const Eigen::Vector2d source = distort_pixel(x, y, camera, distortion);
       // Also false for NaN, so that the conversions to int below are sound.
@@ -16,7 +18,7 @@ Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const D
                              source.y() < image.height() - 0.5;
       if (is_inside) straight.at(x, y) = sample(image, source);
     }
-  }
+  });
   return straight;
 }
 
@@ -31,10 +33,12 @@ Rgb8 bilinear(const ColourImage& image, const Eigen::Vector2d& at) {
   const int y0 = static_cast<int>(y);
   const int x1 = std::min(x0 + 1, image.width() - 1);
   const int y1 = std::min(y0 + 1, image.height() - 1);
+  const double right = x - x0, below = y - y0;
+  const Rgb8 &a = image.at(x0, y0), &b = image.at(x1, y0), &c = image.at(x0, y1), &d = image.at(x1, y1);
   const auto blend = [&](std::uint8_t Rgb8::*channel) {
-    const double top = std::lerp(image.at(x0, y0).*channel, image.at(x1, y0).*channel, x - x0);
-    const double bottom = std::lerp(image.at(x0, y1).*channel, image.at(x1, y1).*channel, x - x0);
-    return static_cast<std::uint8_t>(std::lround(std::lerp(top, bottom, y - y0)));
+    const double top = a.*channel + right * (b.*channel - a.*channel);
+    const double bottom = c.*channel + right * (d.*channel - c.*channel);
+    return static_cast<std::uint8_t>(top + below * (bottom - top) + 0.5);
   };
   return {blend(&Rgb8::r), blend(&Rgb8::g), blend(&Rgb8::b)};
 }

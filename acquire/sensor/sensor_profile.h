@@ -21,11 +21,17 @@ struct SensorProfile {
   const char* what = "";  ///< the products, or the data set
   double min_depth_m = 0, max_depth_m = 0;
   NoiseModel noise;
+  FrameTiming timing = {};
   std::optional<CameraModel> camera = {};  ///< of a data set whose recordings do not state their one camera
 };
 
 // Nguyen, Izadi, Lovell 2012, "Modeling Kinect Sensor Noise for Improved 3D Reconstruction and Tracking", eq. (1).
 inline constexpr NoiseModel kKinectNoise = {.floor_m = 0.0012, .growth_per_m = 0.0019, .from_m = 0.4};
+
+// Ringaby & Forssén 2011, "Scan rectification for structured light range sensors with rolling shutters": the infrared
+// camera reads its rows in 30.55 ms. The cameras take pictures on clocks of their own: colour that follows depth by 5
+// to 15 ms fitted best.
+inline constexpr FrameTiming kKinectTiming = {.readout_s = 0.03055, .colour_later_s = 0.010};
 
 // Stereo: sigma = z^2 subpixel / (f baseline). A D435 with a subpixel error of 0.08, f = 390 pixels at 848 x 480 and a
 // baseline of 50 mm: 0.0041 z^2.
@@ -44,17 +50,18 @@ inline constexpr CameraModel kFreiburg3 = {{640, 480, 535.4, 539.2, 320.1, 247.6
 /// In the order of SensorModel. A Kinect's range ends at 4 m: beyond, one step of its disparity is more than 4 cm.
 inline constexpr std::array kSensorProfiles = {
     SensorProfile{SensorModel::kKinectV1, "kinect_v1",
-                  "Kinect for Xbox 360, Asus Xtion, PrimeSense Carmine (Nguyen et al. 2012)", 0.5, 4, kKinectNoise},
+                  "Kinect for Xbox 360, Asus Xtion, PrimeSense Carmine (Nguyen et al. 2012)", 0.5, 4, kKinectNoise,
+                  kKinectTiming},
     SensorProfile{SensorModel::kRealsenseD400, "realsense_d400", "Intel RealSense D415, D435, D455", 0.3, 4,
                   kStereoNoise},
     SensorProfile{SensorModel::kPhoneLidar, "phone_lidar", "LiDAR of phones and tablets (ARKit exports)", 0, 5,
                   kPhoneNoise},
     SensorProfile{SensorModel::kTumFreiburg1, "tum_freiburg1", "TUM RGB-D, sequences freiburg1_*, with their camera",
-                  0.5, 4, kKinectNoise, kFreiburg1},
+                  0.5, 4, kKinectNoise, kKinectTiming, kFreiburg1},
     SensorProfile{SensorModel::kTumFreiburg2, "tum_freiburg2", "TUM RGB-D, sequences freiburg2_*, with their camera",
-                  0.5, 4, kKinectNoise, kFreiburg2},
+                  0.5, 4, kKinectNoise, kKinectTiming, kFreiburg2},
     SensorProfile{SensorModel::kTumFreiburg3, "tum_freiburg3", "TUM RGB-D, sequences freiburg3_*, with their camera",
-                  0.5, 4, kKinectNoise, kFreiburg3}};
+                  0.5, 4, kKinectNoise, kKinectTiming, kFreiburg3}};
 
 /// Null for kNone.
 [[nodiscard]] inline const SensorProfile* find_sensor(SensorModel model) {

@@ -88,6 +88,22 @@ std::vector<ConfigKey> acquire_keys() {
   bind_optional<std::int64_t>(
       preset, [](auto& c) -> auto& { return c.scanner.preset; });
 
+  ConfigKey readout = describe(
+      ConfigType::kNumber,
+      {"acquire.readout", "s",
+       "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion out "
+       "of the frames. 0: all rows at once. auto: the sensor's."},
+      {0, 1});
+  bind_optional<double>(
+      readout, [](auto& c) -> auto& { return c.acquire.readout_s; });
+  ConfigKey colour_later = describe(ConfigType::kNumber,
+                                    {"acquire.colour_later", "s",
+                                     "The colour picture of a frame is taken so long after its depth picture; less "
+                                     "than 0: before it. auto: the sensor's."},
+                                    {-1, 1});
+  bind_optional<double>(
+      colour_later, [](auto& c) -> auto& { return c.acquire.colour_later_s; });
+
   return {
       choice<RecordingFormat>(
           {"acquire.format", "", "Layout of the recording. auto: recognised by its content."},
@@ -152,6 +168,8 @@ std::vector<ConfigKey> acquire_keys() {
                        "exceeds {} voxels.",
                        kMostNoiseVoxels)},
           {0, 1000}, [](auto& c) -> auto& { return c.acquire.max_depth_m; }),
+      std::move(readout),
+      std::move(colour_later),
       number(
           {"acquire.edge_sigmas", "sigma",
            "Depth beside a step of more than this many standard deviations of the noise is dropped: it is often "

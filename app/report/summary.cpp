@@ -99,7 +99,7 @@ std::string texture_line(const ScanResult& scan) {
 
 std::string time_line(const CommandRun& run) {
   std::vector<std::string> parts;
-  for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "integrate", "refine", "fuse_again",
+  for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "deskew", "integrate", "refine", "fuse_again",
                             "extract", "finish", "texture", "export", "write"}) {
     const auto found = run.scan.stages.find(stage);
     if (found == run.scan.stages.end() || found->second.samples_ms.empty()) continue;

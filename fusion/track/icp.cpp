@@ -196,6 +196,7 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   Step step;
   const auto look = [&](const LevelPlan& plan, int iteration) {
     registration.T_model_frame = result.T_model_frame;
+    if (config.shutter) registration.rows = config.shutter->rows(result.T_model_frame);
     registration.gate = gate_of(plan, iteration, config, intensity_offset);
     sums = sum_pairs(registration);
     step = solve(sums);

@@ -1,18 +1,33 @@
 // Registers a depth frame with a view of the model: projective point-to-plane ICP with a photometric term.
 #pragma once
 
+#include <optional>
+
 #include "core/noise_model.h"
 #include "core/pose.h"
+#include "fusion/shutter/frame_motion.h"
 #include "fusion/track/motion_vector.h"
 #include "fusion/track/surface_pyramid.h"
 
 namespace scanknit {
+
+/// What a rolling shutter does to a frame: the camera moves while the rows are read, as it has since the frame before.
+struct RollingShutter {
+  Pose T_model_before;  ///< pose of the frame before
+  double share = 0;     ///< time from the first row to the last, as a share of the time since the frame before
+
+  /// From the first row to the last, for a frame at `T_model_frame`.
+  [[nodiscard]] SteadyMotion rows(const Pose& T_model_frame) const {
+    return SteadyMotion::from(T_model_before.inverse() * T_model_frame) * share;
+  }
+};
 
 struct IcpConfig {
   NoiseModel noise;
   double intensity_sigma = 0.05;  ///< of the difference of intensity between frame and model; 0: use only depth
   int first_level = 2;            ///< begin at this level; 2 is the coarsest
   int last_level = 0;             ///< and end at this one
+  std::optional<RollingShutter> shutter = std::nullopt;  ///< nothing: all rows are read at once
 };
 
 struct IcpResult {
@@ -44,10 +59,11 @@ struct IcpResult {
 
 /// Moves the frame onto the model, from `T_model_frame`. Pairs by projection (Blais & Levine 1995), distances to planes
 /// (Chen & Medioni 1991), Tukey's weights on residuals in sigma(z), narrowing from level to level; Gauss-Newton with
-/// the 6 x 6 system in double. Finds directions that the scene does not determine by the eigenvalues, and does not move
-/// along them (Zhang, Kaess & Singh 2016, "On degeneracy of optimization-based state estimation problems"). The same
-/// bits for any number of threads and instruction set. Never fails: without pairs it returns the given pose, with
-/// `overlap` 0.
+/// the 6 x 6 system in double. With a rolling shutter each row has its own pose, which follows the frame's (as Kerl,
+/// Stueckler & Cremers 2015, "Dense continuous-time tracking and mapping with rolling shutter RGB-D cameras"). Finds
+/// directions that the scene does not determine by the eigenvalues, and does not move along them (Zhang, Kaess & Singh
+/// 2016, "On degeneracy of optimization-based state estimation problems"). The same bits for any number of threads and
+/// instruction set. Never fails: without pairs it returns the given pose, with `overlap` 0.
 [[nodiscard]] IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& model,
                                        const Pose& T_model_frame, const IcpConfig& config);
 

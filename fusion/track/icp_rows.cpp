@@ -75,10 +75,11 @@ HWY_INLINE V3 times(const V3& a, VF s) {
 /// Everything of a registration as floats.
 class RowSummer {
  public:
-  explicit RowSummer(const Registration& g) : frame_(*g.frame), model_(*g.model), gate_(g.gate), noise_(g.noise) {
+  RowSummer(const Registration& g, const Pose& T_model_row)
+      : frame_(*g.frame), model_(*g.model), gate_(g.gate), noise_(g.noise) {
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) R_[i][j] = static_cast<float>(g.T_model_frame.linear()(i, j));
-      t_[i] = static_cast<float>(g.T_model_frame.translation()(i));
+      for (int j = 0; j < 3; ++j) R_[i][j] = static_cast<float>(T_model_row.linear()(i, j));
+      t_[i] = static_cast<float>(T_model_row.translation()(i));
       c_[i] = static_cast<float>(g.centre(i));
     }
     per_scale_ = static_cast<float>(1 / g.scale_m);
@@ -255,7 +256,11 @@ class RowSummer {
 };
 
 void sum_row_lanes(const Registration& registration, int y, RowLanes& sums) {
-  RowSummer(registration).add_row(y, sums);
+  const Pose& T_model_frame = registration.T_model_frame;
+  const SteadyMotion& rows = registration.rows;
+  const int height = registration.frame->intrinsics.height;
+  const Pose T_model_row = rows.is_still() ? T_model_frame : T_model_frame * pose_of_row(rows, y, height);
+  RowSummer(registration, T_model_row).add_row(y, sums);
 }
 
 }  // namespace scanknit::HWY_NAMESPACE

@@ -5,6 +5,7 @@
 
 #include "core/noise_model.h"
 #include "core/pose.h"
+#include "fusion/shutter/frame_motion.h"
 #include "fusion/track/surface_pyramid.h"
 
 namespace scanknit {
@@ -45,7 +46,8 @@ struct PairSums {
 struct Registration {
   const SurfaceLevel* frame;
   const SurfaceLevel* model;
-  Pose T_model_frame;
+  Pose T_model_frame;  ///< of the middle row
+  SteadyMotion rows;   ///< of the frame's camera, from the first row to the last
   NoiseModel noise;
   PairGate gate;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in the view

@@ -65,6 +65,15 @@ constexpr int kSureViews = 3;
 constexpr double kNearView_m = 0.1;
 constexpr double kNearView_rad = 0.1;
 
+// Over a longer time than this since the last frame, the camera's mean motion says little of that while a frame is
+// taken.
+constexpr double kLongest_s = 0.15;
+
+double seconds(std::int64_t time, const Frame& frame) {
+  constexpr double kUsualRate_hz = 30;  // of recordings without a clock, whose time counts frames
+  return static_cast<double>(time) * (frame.has_clock ? 1e-9 : 1 / kUsualRate_hz);
+}
+
 /// Why a frame shows too little to be tracked; nothing when it shows enough.
 std::optional<std::string> why_blind(const SurfaceLevel& level, std::optional<double> last_depth_m) {
   const auto points = static_cast<double>(points_of(level));
@@ -120,11 +129,17 @@ TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   volume_ = &volume;
   raycast_time_ = {};
   noise_ = volume.config().noise.scaled(noise_scale_);
-  const SurfacePyramid seen = pyramid_of(frame, noise_);
+  const double since_last_s = seconds_since_last(frame);
+  shutter_.reset();
+  if (timing_.readout_s > 0 && since_last_s > 0) {
+    shutter_ = RollingShutter{last_->T_world_camera, timing_.readout_s / since_last_s};
+  }
+  const SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
   if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
+  if (!result.is_lost()) result.motion = motion_at(result.T_world_camera, frame);
   remember(frame, seen, result);
   result.raycast_time = raycast_time_;
   return result;
@@ -170,7 +185,7 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Pose& T_recorded = *frame.T_world_camera;
-  const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded});
+  const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded}, shutter_);
   if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
   if (!is_sure(found.icp)) {
@@ -255,10 +270,12 @@ ModelTracker::Model ModelTracker::look(const CameraIntrinsics& camera, const Pos
 }
 
 ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& model,
-                                    const std::vector<Pose>& T_world_guesses) {
+                                    const std::vector<Pose>& T_world_guesses,
+                                    const std::optional<RollingShutter>& shutter) {
   IcpConfig coarse{noise_};
   coarse.last_level = coarse.first_level;
   const Pose T_model_world = model.T_world_camera.inverse();
+  if (shutter) coarse.shutter = RollingShutter{T_model_world * shutter->T_model_before, shutter->share};
   IcpResult best;
   best.support = -1;
   for (const Pose& guess : T_world_guesses) {
@@ -266,6 +283,7 @@ ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& mod
     if (tried.support > best.support) best = tried;
   }
   IcpConfig fine{noise_};
+  fine.shutter = coarse.shutter;
   fine.first_level = coarse.last_level - 1;
   const IcpResult found = register_frame(seen, model.pyramid, best.T_model_frame, fine);
   return {model.T_world_camera * found.T_model_frame, found};
@@ -282,17 +300,17 @@ ModelTracker::Fit ModelTracker::follow_motion(const SurfacePyramid& seen, std::i
 ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose& expected) {
   const Model model = look(seen.levels.front().intrinsics, expected);
   const Pose turned = expected * turn_by_shift(seen, model.pyramid);
-  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned});
+  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned}, shutter_);
   if (is_near(expected, found.T_world_camera, kNearView_m, kNearView_rad) || !is_believable(found.icp)) return found;
-  return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera});
+  return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera}, shutter_);
 }
 
 std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
   const Model model = look(camera, T_world_place);
-  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)});
+  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, {});
   if (!is_believable(first.icp)) return std::nullopt;
-  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera});
+  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera}, {});
   return is_sure(second.icp) ? std::optional(second) : std::nullopt;
 }
 
@@ -316,6 +334,29 @@ bool ModelTracker::is_prompt(std::int64_t timestamp_ns) const {
 double ModelTracker::intervals_since_last(std::int64_t timestamp_ns) const {
   return interval_ns_ > 0 ? static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(interval_ns_)
                           : 1;
+}
+
+/// 0 where the camera's motion since then is not known, or says nothing of the frame.
+double ModelTracker::seconds_since_last(const Frame& frame) const {
+  if (!last_ || is_lost_) return 0;
+  const double since_s = seconds(frame.timestamp_ns - last_->timestamp_ns, frame);
+  return since_s <= kLongest_s ? since_s : 0;
+}
+
+/// As the camera moved between the last two frames.
+SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
+  if (!frame.colour || !T_before_last_ || !(seconds_since_last(frame) > 0)) return {};
+  const double interval_s = seconds(interval_ns_, frame);
+  if (!(interval_s > 0 && interval_s <= kLongest_s)) return {};
+  return SteadyMotion::from(*T_before_last_) * (timing_.colour_later_s / interval_s);
+}
+
+/// As the camera moved since the last frame.
+FrameMotion ModelTracker::motion_at(const Pose& T_world_camera, const Frame& frame) const {
+  const double since_s = seconds_since_last(frame);
+  if (!(since_s > 0) || timing_.is_at_once()) return {};
+  const SteadyMotion since = SteadyMotion::from(last_->T_world_camera.inverse() * T_world_camera);
+  return {since * (timing_.readout_s / since_s), since * (timing_.colour_later_s / since_s)};
 }
 
 Pose ModelTracker::predicted(std::int64_t timestamp_ns) const {

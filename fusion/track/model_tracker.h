@@ -20,7 +20,7 @@ namespace scanknit {
 
 class ModelTracker {
  public:
-  explicit ModelTracker(PosePrior prior) : prior_(prior) {}
+  explicit ModelTracker(const TrackerConfig& config) : prior_(config.prior), timing_(config.timing) {}
 
   /// Tracker::track().
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
@@ -57,7 +57,11 @@ class ModelTracker {
   [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
-  [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses);
+  [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses,
+                        const std::optional<RollingShutter>& shutter);
+  [[nodiscard]] double seconds_since_last(const Frame& frame) const;
+  [[nodiscard]] SteadyMotion expected_to_colour(const Frame& frame) const;
+  [[nodiscard]] FrameMotion motion_at(const Pose& T_world_camera, const Frame& frame) const;
   [[nodiscard]] Fit fit_near(const SurfacePyramid& seen, const Pose& expected);
   [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
   [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
@@ -78,6 +82,7 @@ class ModelTracker {
   void learn_quality(const TrackResult& result);
 
   PosePrior prior_;
+  FrameTiming timing_;
   std::optional<Known> last_;
   std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
   std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
@@ -93,6 +98,7 @@ class ModelTracker {
   // Set while a frame is tracked.
   const TsdfVolume* volume_ = nullptr;
   NoiseModel noise_;
+  std::optional<RollingShutter> shutter_;  ///< T_model_before is T_world_before
   std::chrono::nanoseconds raycast_time_{};
 };
 

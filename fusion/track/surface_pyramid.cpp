@@ -182,11 +182,12 @@ float intensity_at(const Image<float>& picture, float u, float v) {
          wy * ((1 - wx) * picture.at(x, y + 1) + wx * picture.at(x + 1, y + 1));
 }
 
-void add_intensities(const ColourFrame& colour, SurfaceLevel& level) {
+void add_intensities(const ColourFrame& colour, const SteadyMotion& to_colour, SurfaceLevel& level) {
   const GreyPicture grey = grey_of(colour, level.intrinsics);
   const Rays rays(level.intrinsics);
-  const Eigen::Matrix3f R = colour.T_colour_depth.linear().cast<float>();
-  const Eigen::Vector3f t = colour.T_colour_depth.translation().cast<float>();
+  const Pose T_colour_depth = colour.T_colour_depth * to_colour.after(1).inverse();
+  const Eigen::Matrix3f R = T_colour_depth.linear().cast<float>();
+  const Eigen::Vector3f t = T_colour_depth.translation().cast<float>();
   const CameraIntrinsics& k = grey.intrinsics;
   const auto fx = static_cast<float>(k.fx), fy = static_cast<float>(k.fy);
   const auto cx = static_cast<float>(k.cx), cy = static_cast<float>(k.cy);
@@ -230,13 +231,13 @@ CameraIntrinsics tracking_camera(const CameraIntrinsics& depth_camera) {
   return k;
 }
 
-SurfacePyramid pyramid_of(const Frame& frame, const NoiseModel& noise) {
+SurfacePyramid pyramid_of(const Frame& frame, const NoiseModel& noise, const SteadyMotion& to_colour) {
   const int halvings = halvings_of(frame.intrinsics);
   SurfaceLevel level = halvings == 0
                            ? copy(frame.intrinsics, frame.depth_m, frame.normals, [](int, int) { return -1.0f; })
                            : shrink<FrameRows>(frame.intrinsics, noise, frame);
   for (int i = 1; i < halvings; ++i) level = shrink(level, noise);
-  if (frame.colour) add_intensities(*frame.colour, level);
+  if (frame.colour) add_intensities(*frame.colour, to_colour, level);
   return finish(std::move(level), noise);
 }
 

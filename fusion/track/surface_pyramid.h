@@ -6,6 +6,7 @@
 #include "core/camera.h"
 #include "core/frame.h"
 #include "core/noise_model.h"
+#include "fusion/shutter/frame_motion.h"
 #include "fusion/track/model_view.h"
 
 namespace scanknit {
@@ -43,9 +44,11 @@ struct SurfacePyramid {
 /// 640 x 480 becomes 320 x 240. Model views are rendered with it.
 [[nodiscard]] CameraIntrinsics tracking_camera(const CameraIntrinsics& depth_camera);
 
-/// Uses the normals of `frame`; pixels without one face the camera. Reads colour through the colour camera. A coarse
-/// pixel is the mean plane of those of its 2 x 2 finer pixels that show the nearest surface.
-[[nodiscard]] SurfacePyramid pyramid_of(const Frame& frame, const NoiseModel& noise);
+/// Uses the normals of `frame`; pixels without one face the camera. Reads colour through the colour camera, which has
+/// moved by `to_colour` since depth was taken. A coarse pixel is the mean plane of those of its 2 x 2 finer pixels that
+/// show the nearest surface.
+[[nodiscard]] SurfacePyramid pyramid_of(const Frame& frame, const NoiseModel& noise,
+                                        const SteadyMotion& to_colour = {});
 [[nodiscard]] SurfacePyramid pyramid_of(const ModelView& view, const NoiseModel& noise);
 
 }  // namespace scanknit

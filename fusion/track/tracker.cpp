@@ -14,7 +14,7 @@ const char* to_string(TrackState state) {
   return "";
 }
 
-Tracker::Tracker(PosePrior prior) : tracker_(std::make_unique<ModelTracker>(prior)) {}
+Tracker::Tracker(const TrackerConfig& config) : tracker_(std::make_unique<ModelTracker>(config)) {}
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 Tracker::~Tracker() = default;

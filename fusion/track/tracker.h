@@ -7,7 +7,9 @@
 #include <string>
 
 #include "core/frame.h"
+#include "core/frame_timing.h"
 #include "core/pose.h"
+#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 
@@ -35,6 +37,7 @@ struct TrackResult {
   double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
   int weak_directions = 0;                  ///< how many of the six the scene does not determine
+  FrameMotion motion = {};                  ///< of the camera while it took the frame, as far as its timing is known
   std::chrono::nanoseconds raycast_time{};  ///< the part of the time that raycasting took
 
   [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }
@@ -46,10 +49,15 @@ enum class PosePrior {
   kRefine,  ///< start registration from each; a large correction must fit well
 };
 
+struct TrackerConfig {
+  PosePrior prior = PosePrior::kIgnore;
+  FrameTiming timing = {};  ///< of the sensor
+};
+
 /// Finds the poses of frames, one after the other.
 class Tracker {
  public:
-  explicit Tracker(PosePrior prior = PosePrior::kIgnore);
+  explicit Tracker(const TrackerConfig& config = {});
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
   ~Tracker();

@@ -190,11 +190,10 @@ class InputLoader {
       if (!added) return added.error();
       intake.count(*frame, *added);
       if (!added->T_world_camera) continue;
-      if (input.T_scan_camera.size() % every == 0) {
+      if ((scan->trajectory().size() - 1) % every == 0) {
         const RangeScan view = coarse_scan_of(*frame);
         sights.push_back({RangeView(view, find_surface(view)), *added->T_world_camera});
       }
-      input.T_scan_camera[frame->sequence] = *added->T_world_camera;
     }
     const auto at_path = [&](const Error& error) { return Error{error.code, error.message, input.path.string()}; };
     if (auto usable = intake.conclude(); !usable) return at_path(usable.error());
@@ -204,6 +203,7 @@ class InputLoader {
     const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
     if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface was extracted from it", input.path.string()};
+    input.trajectory = scan->trajectory();
     ScanModel model = model_of(surface->mesh, input.name);
     model.sights = std::move(sights);
     loaded_.frames.read += intake.counts().read;

@@ -31,7 +31,7 @@ struct AlignInput {
   std::optional<Pose> T_world_scan = {};  ///< from a file that says where its scans are (.conf, PTX)
   double noise_m = 0;                     ///< of a range scan
   ScanConfig config = {};                 ///< of a recording: with its own sensor's range and noise
-  PosesBySequence T_scan_camera = {};     ///< of the frames of a recording that were fused
+  Trajectory trajectory = {};             ///< of the frames of a recording that were fused, in its scan
   std::vector<Rgb8> colours = {};         ///< of `model.all`; empty: none
   /// True when its grids or frames can be fused. Meshes and point clouds only get a pose.
   [[nodiscard]] bool is_fusable() const { return kind == AlignKind::kRange || kind == AlignKind::kRecording; }

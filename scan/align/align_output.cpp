@@ -137,9 +137,10 @@ Result<std::size_t> AlignedFusion::fuse(std::size_t scan, TsdfVolume& volume) {
   }
   const auto source = open_recording(input.path, input.config.acquire);
   if (!source) return source.error();
-  PosesBySequence poses;
-  for (const auto& [sequence, T_scan_camera] : input.T_scan_camera) poses[sequence] = T_world_scan * T_scan_camera;
-  return session_.timed("integrate", [&] { return fuse_again(**source, {poses}, input.config, volume, session_); });
+  Trajectory trajectory = input.trajectory;
+  for (PosedFrame& frame : trajectory) frame.T_world_camera = T_world_scan * frame.T_world_camera;
+  return session_.timed("integrate",
+                        [&] { return fuse_again(**source, {trajectory}, input.config, volume, session_); });
 }
 
 Result<void> AlignedFusion::write_poses() {

@@ -14,12 +14,12 @@
 namespace scanknit {
 
 struct FramesToFuse {
-  const PosesBySequence& T_world_camera;
+  const Trajectory& trajectory;
   /// Changes a frame before it is filtered and fused, for example clears pixels.
   std::function<void(Frame&)> edit = {};
 };
 
-/// Reads `source` and fuses each frame that has a pose into `volume`; skips the others. Returns how many were fused;
+/// Reads `source` and fuses each frame of the trajectory into `volume`; skips the others. Returns how many were fused;
 /// fewer after a stop request. Errors: those of the source and of integrate().
 [[nodiscard]] Result<std::size_t> fuse_again(FrameSource& source, const FramesToFuse& frames, const ScanConfig& config,
                                              TsdfVolume& volume, ScanSession& session);

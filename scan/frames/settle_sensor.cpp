@@ -33,6 +33,11 @@ void settle_noise(const SensorProfile& sensor, ScanConfig& config) {
   config.noise = {noise.floor_m, noise.growth_per_m, noise.from_m};
 }
 
+void settle_timing(const SensorProfile& sensor, AcquireConfig& acquire) {
+  if (!acquire.readout_s) acquire.readout_s = sensor.timing.readout_s;
+  if (!acquire.colour_later_s) acquire.colour_later_s = sensor.timing.colour_later_s;
+}
+
 void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
   if (!acquire.min_depth_m) {
@@ -61,6 +66,7 @@ void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig
   const SensorProfile* profile = find_sensor(*acquire.sensor);
   const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
   settle_noise(sensor, config);
+  settle_timing(sensor, acquire);
   settle_range(sensor, config, session);
 }
 

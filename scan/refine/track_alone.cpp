@@ -4,6 +4,7 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
+#include "fusion/shutter/deskew.h"
 #include "fusion/track/tracker.h"
 #include "scan/frames/frame_archive.h"
 
@@ -13,7 +14,7 @@ Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::
                                       const ScanConfig& config, const std::stop_token& stop) {
   auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
-  Tracker tracker;
+  Tracker tracker({.timing = config.acquire.timing()});
   std::vector<Pose> poses;
   bool is_lost = false;
   if (sequences.empty()) return poses;
@@ -24,6 +25,7 @@ Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::
     const TrackResult tracked = tracker.track(frame, *volume);
     is_lost = tracked.is_lost();
     if (is_lost) return Reading::kStop;
+    deskew(tracked.motion, frame);
     if (const auto fused = integrate(frame, tracked.T_world_camera, *volume); !fused) return fused.error();
     poses.push_back(tracked.T_world_camera);
     return poses.size() < sequences.size() ? Reading::kContinue : Reading::kStop;

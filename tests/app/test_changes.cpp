@@ -42,7 +42,7 @@ Tracked track(const std::vector<Frame>& frames, PosePrior prior, const FusionCon
   Tracked tracked;
   auto volume = TsdfVolume::create(config);
   if (!volume) return tracked;
-  Tracker tracker(prior);
+  Tracker tracker({.prior = prior});
   for (const Frame& frame : frames) {
     tracked.frames.push_back(tracker.track(frame, *volume));
     const TrackResult& result = tracked.frames.back();

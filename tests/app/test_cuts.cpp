@@ -61,7 +61,7 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
 TEST_P(Cuts, NeverLeadToAWrongPlace) {
   auto volume = TsdfVolume::create(config_);
   ASSERT_TRUE(volume);
-  ModelTracker tracker(PosePrior::kIgnore);
+  ModelTracker tracker({});
   int found = 0, tried = 0;
   for (std::size_t i = 0; i <= kLastCut; ++i) {
     for (const std::size_t cut : {5u, 8u, 20u, 40u}) {

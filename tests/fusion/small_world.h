@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "fusion/shutter/frame_motion.h"
 #include "fusion/track/model_view.h"
 #include "tests/fusion/analytic_frames.h"
 
@@ -88,20 +89,21 @@ inline World bare_wall() {
   return World().add_wall({0, 0, -1}, -1.0);
 }
 
-/// The frame seen from there, with exact normals.
+/// The frame seen from there, with exact normals. `rows`: the camera's motion while it reads the rows.
 inline Frame look(const World& world, const Pose& T_world_camera, bool has_colour = true,
-                  const CameraIntrinsics& camera = small_camera()) {
+                  const CameraIntrinsics& camera = small_camera(), const SteadyMotion& rows = {}) {
   Frame frame;
   frame.intrinsics = camera;
   frame.depth_m = DepthImage(camera.width, camera.height);
   frame.normals = Image<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero());
   ColourFrame colour{ColourImage(camera.width, camera.height), camera};
   for (int y = 0; y < camera.height; ++y) {
+    const Pose T_world_row = T_world_camera * pose_of_row(rows, y, camera.height);
     for (int x = 0; x < camera.width; ++x) {
-      const auto met = world.meet(T_world_camera.translation(), T_world_camera.linear() * camera.unproject(x, y, 1.0));
+      const auto met = world.meet(T_world_row.translation(), T_world_row.linear() * camera.unproject(x, y, 1.0));
       if (!met) continue;
       frame.depth_m.at(x, y) = static_cast<float>(met->t);
-      frame.normals.at(x, y) = (T_world_camera.linear().transpose() * met->normal).cast<float>();
+      frame.normals.at(x, y) = (T_world_row.linear().transpose() * met->normal).cast<float>();
       const auto grey =
           static_cast<std::uint8_t>(std::lround(255 * std::clamp(World::intensity(met->p_world), 0.0, 1.0)));
       colour.image.at(x, y) = {grey, grey, grey};

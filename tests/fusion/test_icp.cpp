@@ -60,6 +60,22 @@ INSTANTIATE_TEST_SUITE_P(Icp, KnownMotion,
                                   (std::get<1>(test.param) ? "WithColour" : "ByDepthAlone");
                          });
 
+TEST(Icp, FindsThePoseOfTheMiddleRowOfARollingShutter) {
+  const NoiseModel noise;
+  const Pose before = on_circle(0);
+  const Pose truth = motion({0.02, 0.06, 0.01}, {0.04, 0.02, 0});  // 100 degrees a second at 30 frames a second
+  const RollingShutter shutter{Pose::Identity(), 0.9};
+  const Frame frame = look(small_room(), before * truth, true, test::small_camera(), shutter.rows(truth));
+  const SurfacePyramid seen = pyramid_of(frame, noise), model = pyramid_of(view_of(small_room(), before), noise);
+  IcpConfig config{noise};
+  const Pose as_if_at_once = register_frame(seen, model, Pose::Identity(), config).T_model_frame;
+  config.shutter = shutter;
+  const Pose found = register_frame(seen, model, Pose::Identity(), config).T_model_frame;
+  EXPECT_LT(distance_m(found, truth), 1.5e-3);
+  EXPECT_LT(angle_rad(found, truth), 1.5e-3);
+  EXPECT_GT(distance_m(as_if_at_once, truth), 3e-3) << "else the shutter is not seen in this test";
+}
+
 TEST(Icp, FindsThreeWeakDirectionsBeforeABareWallAndDoesNotMoveAlongThem) {
   const Pose truth = motion({0, 0, 0}, {0.03, 0.01, 0.02});
   const IcpResult result = register_views(bare_wall(), Pose::Identity(), truth, /*has_colour=*/false);

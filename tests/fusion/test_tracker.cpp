@@ -24,7 +24,7 @@ constexpr double kVoxel = 0.02;
 class Scan {
  public:
   explicit Scan(World world = small_room(), PosePrior prior = PosePrior::kIgnore, bool has_colour = true)
-      : world_(std::move(world)), tracker_(prior), has_colour_(has_colour), volume_(make_volume()) {}
+      : world_(std::move(world)), tracker_({.prior = prior}), has_colour_(has_colour), volume_(make_volume()) {}
 
   TrackResult see(Frame frame) {
     frame.timestamp_ns = ++frames_;

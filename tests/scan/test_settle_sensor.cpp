@@ -40,6 +40,18 @@ TEST(SettledSensor, GivesItsNoiseAndTheBeginOfItsRange) {
   EXPECT_EQ(config.acquire.min_depth_m, d400.min_depth_m);
 }
 
+TEST(SettledSensor, GivesItsTimingUnlessItIsGiven) {
+  const FrameTiming kinect = find_sensor(SensorModel::kKinectV1)->timing;
+  ScanConfig config = settled({}, SensorModel::kKinectV1);
+  EXPECT_EQ(config.acquire.readout_s, kinect.readout_s);
+  EXPECT_EQ(config.acquire.colour_later_s, kinect.colour_later_s);
+  EXPECT_GT(kinect.readout_s, 0);
+  config.acquire.readout_s = 0;
+  config.acquire.sensor.reset();
+  EXPECT_EQ(settled(config, SensorModel::kKinectV1).acquire.readout_s, 0);
+  EXPECT_TRUE(settled({}, SensorModel::kNone).acquire.timing().is_at_once());
+}
+
 TEST(SettledSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
   const ScanConfig config = settled(with_voxels(0.002), SensorModel::kRealsenseD400);
   const double sigma_m = config.fusion.noise.sigma_m(*config.acquire.max_depth_m);
