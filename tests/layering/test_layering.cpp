@@ -202,7 +202,8 @@ std::set<std::string> names_in(const std::vector<std::string>& lines) {
   const std::regex type(before + R"((?:class|struct|union|enum class|enum) (?:alignas\(\d+\) )?(\w+)[^;(]*\{)");
   const std::regex alias(before + R"(using (\w+) =)");
   const std::regex constant(
-      R"(^(?:(?:inline|static|constexpr|constinit|const|extern) )+(?:[\w:*&]|<.*>| )+[ *&](\w+)(?:\[.*\])*(?: =|\{|;))");
+      R"(^(?:(?:inline|static|constexpr|constinit|const|extern) )+)"  // at least one of these words
+      R"((?:[\w:*&]|<.*>| )+[ *&](\w+)(?:\[.*\])*(?: =|\{|;))");
   const std::regex function(R"(^(?!using |#|return )(?:\[\[nodiscard\]\] )?[\w:<>,*& ]+[ &*](\w+)\((.*))");
   std::set<std::string> names;
   for (std::size_t i = 0; i < lines.size(); ++i) {
