@@ -227,7 +227,7 @@ TEST_F(AlignHills, WarnsOfUselessOrContradictoryInitialPoses) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "it has poses of 0 scans"},
       {"1 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n", "initial.txt:2: scan 1 (a.ply) has a pose already"},
-      {"1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 1\n", "mm from where the scans fit"}};
+      {"1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 1\n", "mm from the pose at which the scans fit"}};
   for (const auto& [text, words] : cases) {
     std::ofstream(path("initial.txt")) << text;
     const Outcome outcome = align({path("a.ply"), path("b.ply"), "-o", path("out"), "--initial", path("initial.txt")});
