@@ -166,6 +166,9 @@ Result<Diagnosis> diagnose_devices() {
     diagnosis.system.push_back(
         {Grade::kProblem, "no depth camera among " + std::to_string(devices.size()) + " USB devices",
          "plug the camera in; try another cable and port; dmesg shows whether the system sees it"});
+    if (const auto module = load_openni2(); !module) {
+      diagnosis.system.push_back({Grade::kNote, "OpenNI2 cameras are not looked for: " + module.error().message, ""});
+    }
   }
   return diagnosis;
 }

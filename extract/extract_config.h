@@ -39,7 +39,7 @@ enum class InsideSide {
   kHigh,
 };
 
-/// True where matter is High. kAuto is settled by what the volume holds.
+/// True where matter is High. kAuto depends on what the volume holds.
 [[nodiscard]] constexpr bool is_inside_high(InsideSide inside, bool is_signed_distance) {
   return inside == InsideSide::kAuto ? !is_signed_distance : inside == InsideSide::kHigh;
 }

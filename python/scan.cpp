@@ -95,20 +95,20 @@ py::dict scan(const std::filesystem::path& recording, const std::filesystem::pat
   }
   observer.rethrow();
   if (!result.outcome) throw Failure(result.outcome.error());
-  py::dict told;
-  told["files"] = result.files;
-  told["frames"] = py::dict(py::arg("read") = result.frames.read, py::arg("fused") = result.frames.fused,
-                            py::arg("dropped") = result.frames.dropped, py::arg("lost") = result.frames.lost);
+  py::dict summary;
+  summary["files"] = result.files;
+  summary["frames"] = py::dict(py::arg("read") = result.frames.read, py::arg("fused") = result.frames.fused,
+                               py::arg("dropped") = result.frames.dropped, py::arg("lost") = result.frames.lost);
   py::list poses;
   for (const PosedFrame& frame : result.trajectory)
     poses.append(py::make_tuple(frame.sequence, matrix_of(frame.T_world_camera)));
-  told["poses"] = poses;
+  summary["poses"] = poses;
   py::list warnings;
   for (const ScanWarning& each : result.warnings) warnings.append(each.text);
-  told["warnings"] = warnings;
-  told["triangles"] = result.mesh.check ? result.mesh.check->triangles : 0;
-  told["is_turntable"] = result.turntable && result.turntable->is_refined;
-  return told;
+  summary["warnings"] = warnings;
+  summary["triangles"] = result.mesh.check ? result.mesh.check->triangles : 0;
+  summary["is_turntable"] = result.turntable && result.turntable->is_refined;
+  return summary;
 }
 
 }  // namespace

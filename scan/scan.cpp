@@ -123,7 +123,7 @@ class RecordingScan {
     return scan_as_walk(pass, turntable);
   }
 
-  /// Scans the frames that the pass took once more, as a walk: this time with everything that stands still.
+  /// Scans the same frames as the pass again, now as a walk: with everything that stands still.
   [[nodiscard]] Result<void> scan_as_walk(const ScanPass& pass, const TurntableRefiner& turntable) {
     const auto frames = open_frames(job_, &pass.intake().taken());
     if (!frames) return frames.error();

@@ -103,10 +103,10 @@ void LiveSource::report_losses() {
 }
 
 void LiveSource::report_recorder_failure() {
-  if (recorder_ == nullptr || has_told_of_recorder_ || !options_.on_recorder_failure) return;
+  if (recorder_ == nullptr || has_reported_recorder_failure_ || !options_.on_recorder_failure) return;
   const auto failure = recorder_->failure();
   if (!failure) return;
-  has_told_of_recorder_ = true;
+  has_reported_recorder_failure_ = true;
   options_.on_recorder_failure(*failure);
 }
 

@@ -89,7 +89,7 @@ class LiveSource final : public FrameSource {
   std::size_t pictures_ = 0;
   std::optional<std::chrono::steady_clock::time_point> first_at_;
   std::chrono::steady_clock::time_point losses_at_{};
-  bool has_told_of_recorder_ = false;
+  bool has_reported_recorder_failure_ = false;
   std::optional<std::int64_t> last_timestamp_ns_;
   std::optional<Error> failure_;
 

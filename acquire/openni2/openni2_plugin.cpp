@@ -18,8 +18,8 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kRemedy =
-    "Install Debian's libopenni2-0; when building ScanKnit, libopenni2-dev too (cmake -DSCANKNIT_WITH_OPENNI2=ON "
-    "says what is missing)";
+    "Install the package scanknit-openni2, which holds the module, and Debian's libopenni2-0; when building ScanKnit, "
+    "libopenni2-dev (cmake -DSCANKNIT_WITH_OPENNI2=ON says what is missing)";
 
 /// OpenNI's player believes every number of a file: it gets only those that are whole and whose pictures we could read.
 Result<void> check_recording(const std::string& path) {

@@ -79,7 +79,7 @@ std::string sysfs_line(const std::string& port, const char* attribute) {
   std::getline(file, line);
   constexpr std::size_t kMaxText = 126;  // what a string descriptor can hold
   line = line.substr(0, kMaxText);
-  // Devices say what they like, and people's terminals obey.
+  // A device's text may hold control characters, which would act on the user's terminal.
   constexpr char kFirstPrintable = 0x20, kDelete = 0x7F;
   std::ranges::replace_if(
       line, [](char c) { return (c >= 0 && c < kFirstPrintable) || c == kDelete; }, '?');

@@ -12,9 +12,10 @@ void add_align_options(CLI::App& command, AlignArguments& align) {
       ->required()
       ->type_name("SCAN...");
   command
-      .add_option("--initial", align.request.known.initial,
-                  "Where scans are, about: lines of SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row; "
-                  "SCAN is its number, from 1, or its file")
+      .add_option(
+          "--initial", align.request.known.initial,
+          "Approximate poses of scans: lines of SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row; "
+          "SCAN is its number, from 1, or its file")
       ->type_name("FILE");
   command
       .add_option("--markers", align.request.known.markers,

@@ -277,15 +277,16 @@ void add_devices(CLI::App& app, CommandLine& line) {
   CLI::App* rules = app.add_subcommand("udev-rules", "Print the rules that let you use your scanners");
   rules
       ->add_option("--device", line.rules_device,
-                   "Of this camera only, be it known or not: 1234:5678 or usb:1234:5678; "
-                   "default: of all that are known")
+                   "For this camera only, whether it is known or not: 1234:5678 or usb:1234:5678; "
+                   "default: for all that are known")
       ->type_name("VID:PID");
   add_common(*rules, line);
   rules->final_callback([&line] { line.command = from_module(line, &CommandsModule::udev_rules, line.rules_device); });
 }
 
 void add_completion(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("completion", "Print what lets a shell complete this program's command line");
+  CLI::App* command =
+      app.add_subcommand("completion", "Print a script with which a shell completes this program's command line");
   add_choice(*command, line, {"shell", "bash, zsh, fish"}, line.completion.shell,
              {{"bash", Shell::kBash}, {"zsh", Shell::kZsh}, {"fish", Shell::kFish}})
       ->required()

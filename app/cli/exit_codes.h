@@ -45,7 +45,7 @@ inline constexpr std::array<ExitCode, 11> kExitCodes = {{
     {exit_code_of(ErrorCode::kMesh), "empty or invalid mesh"},
     {exit_code_of(ErrorCode::kOutput), "output not writable"},
     {exit_code_of(ErrorCode::kBudget), "memory budget"},
-    {kExitInterrupted, "interrupted (what there was has been written)"},
+    {kExitInterrupted, "interrupted (the result so far was written)"},
 }};
 
 /// For the end of --help: "Exit codes: 0 ok, 1 internal error ...", in two lines.

@@ -6,6 +6,7 @@
 #include "acquire/device_rules.h"
 #include "acquire/device_source.h"
 #include "acquire/diagnose_devices.h"
+#include "acquire/openni2/openni2_plugin.h"
 #include "app/cli/exit_codes.h"
 #include "app/commands/commands.h"
 
@@ -86,6 +87,10 @@ std::string diagnosis_lines(const Diagnosis& diagnosis) {
 int devices_command(const CommonArguments& common) {
   const auto cameras = list_cameras();
   if (!cameras) return fail(cameras.error(), common);
+  const auto openni2 = load_openni2();
+  if (!openni2 && common.verbosity == Verbosity::kVerbose) {
+    Console(common.verbosity).info("OpenNI2 cameras are not listed: " + openni2.error().message);
+  }
   if (common.is_json) {
     Json devices = Json::array();
     for (const DeviceInfo& camera : *cameras) devices.push_back(device_json(camera));

@@ -111,8 +111,9 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   std::vector<std::string> warnings = notes.warnings;
   if (seams.guesses > 0) {
     warnings.push_back(fmt::format(
-        "{} edges of the texture's seams lie on others, as where --quantize rounds small triangles to a point: which "
-        "belong together is a guess, and the true topology may be better; a file without --quantize shows it",
+        "{} edges of the texture's seams coincide with others, as where --quantize rounds small triangles to a point: "
+        "which edges are to be joined is a guess, so the true topology may be better than this; a file without "
+        "--quantize shows it",
         seams.guesses));
   }
   Json json = {{"kind", "mesh"},

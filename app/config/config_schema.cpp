@@ -57,7 +57,8 @@ std::vector<ConfigKey> noise_keys() {
           noise_key(std::move(from), &GivenNoise::from_m, &NoiseModel::from_m)};
 }
 
-std::vector<ConfigKey> acquire_keys() {
+/// What a recording's pictures mean.
+std::vector<ConfigKey> picture_keys() {
   ConfigKey depth_scale = describe(ConfigType::kNumber,
                                    {"acquire.depth_scale", "1/m",
                                     "Raw units of the depth pictures per metre: 1000 for millimetres, 5000 for TUM "
@@ -73,36 +74,6 @@ std::vector<ConfigKey> acquire_keys() {
                                    "an Open3D camera_intrinsic.json or such a map. auto: as the recording says."});
   bind_optional<CameraModel>(
       intrinsics, [](auto& c) -> auto& { return c.acquire.intrinsics; });
-
-  const Words<bool> on_off = {{"on", true}, {"off", false}};
-  ConfigKey laser_power = describe(
-      ConfigType::kInteger,
-      {"acquire.laser_power", "mW", "Power of the scanner's projector. auto: as the camera has it."}, {0, 1000});
-  bind_optional<std::int64_t>(
-      laser_power, [](auto& c) -> auto& { return c.scanner.laser_power_mw; });
-  ConfigKey preset = describe(ConfigType::kInteger,
-                              {"acquire.preset", "",
-                               "Visual preset of the scanner, by the camera's own numbering (RealSense: 1 default, 2 "
-                               "hand, 3 high accuracy, 4 high density, 5 medium density). auto: as the camera has it."},
-                              {0, 255});
-  bind_optional<std::int64_t>(
-      preset, [](auto& c) -> auto& { return c.scanner.preset; });
-
-  ConfigKey readout = describe(
-      ConfigType::kNumber,
-      {"acquire.readout", "s",
-       "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion out "
-       "of the frames. 0: all rows at once. auto: the sensor's."},
-      {0, 1});
-  bind_optional<double>(
-      readout, [](auto& c) -> auto& { return c.acquire.readout_s; });
-  ConfigKey colour_later = describe(ConfigType::kNumber,
-                                    {"acquire.colour_later", "s",
-                                     "The colour picture of a frame is taken so long after its depth picture; less "
-                                     "than 0: before it. auto: the sensor's."},
-                                    {-1, 1});
-  bind_optional<double>(
-      colour_later, [](auto& c) -> auto& { return c.acquire.colour_later_s; });
 
   return {
       choice<RecordingFormat>(
@@ -121,6 +92,12 @@ std::vector<ConfigKey> acquire_keys() {
           [](auto& c) -> auto& { return c.acquire.format; }),
       std::move(depth_scale),
       std::move(intrinsics),
+  };
+}
+
+/// The sensor, and where its poses come from.
+std::vector<ConfigKey> sensor_keys() {
+  return {
       optional_choice<SensorModel>(
           {"acquire.sensor", "",
            "The sensor, of which range and noise are known (below), and the camera of a data set. none: another one. "
@@ -138,6 +115,26 @@ std::vector<ConfigKey> acquire_keys() {
            {"refine", PoseMode::kRefine},
            {"still", PoseMode::kStill}},
           [](auto& c) -> auto& { return c.acquire.poses; }),
+  };
+}
+
+/// How a scanner that is plugged in is set.
+std::vector<ConfigKey> scanner_keys() {
+  const Words<bool> on_off = {{"on", true}, {"off", false}};
+  ConfigKey laser_power = describe(
+      ConfigType::kInteger,
+      {"acquire.laser_power", "mW", "Power of the scanner's projector. auto: as the camera has it."}, {0, 1000});
+  bind_optional<std::int64_t>(
+      laser_power, [](auto& c) -> auto& { return c.scanner.laser_power_mw; });
+  ConfigKey preset = describe(ConfigType::kInteger,
+                              {"acquire.preset", "",
+                               "Visual preset of the scanner, by the camera's own numbering (RealSense: 1 default, 2 "
+                               "hand, 3 high accuracy, 4 high density, 5 medium density). auto: as the camera has it."},
+                              {0, 255});
+  bind_optional<std::int64_t>(
+      preset, [](auto& c) -> auto& { return c.scanner.preset; });
+
+  return {
       choice<ScannerColour>(
           {"acquire.colour", "",
            "Colour of a scanner that is plugged in. auto: used where it is known where the colour camera is, else left "
@@ -156,6 +153,12 @@ std::vector<ConfigKey> acquire_keys() {
            "Exposure and white balance of a scanner's colour are held after the first second, so that colours of "
            "different views fit together."},
           [](auto& c) -> auto& { return c.scanner.locks_exposure; }),
+  };
+}
+
+/// Which depth is kept, by its confidence and its distance.
+std::vector<ConfigKey> depth_range_keys() {
+  return {
       integer(
           {"acquire.min_confidence", "", "Phone LiDAR: depth of less confidence is dropped (0 low, 1 medium, 2 high)."},
           {0, 2}, [](auto& c) -> auto& { return c.acquire.min_confidence; }),
@@ -168,8 +171,32 @@ std::vector<ConfigKey> acquire_keys() {
                        "exceeds {} voxels.",
                        kMostNoiseVoxels)},
           {0, 1000}, [](auto& c) -> auto& { return c.acquire.max_depth_m; }),
-      std::move(readout),
-      std::move(colour_later),
+  };
+}
+
+/// When the parts of a frame are taken.
+std::vector<ConfigKey> timing_keys() {
+  ConfigKey readout = describe(
+      ConfigType::kNumber,
+      {"acquire.readout", "s",
+       "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion out "
+       "of the frames. 0: all rows at once. auto: the sensor's."},
+      {0, 1});
+  bind_optional<double>(
+      readout, [](auto& c) -> auto& { return c.acquire.readout_s; });
+  ConfigKey colour_later = describe(ConfigType::kNumber,
+                                    {"acquire.colour_later", "s",
+                                     "The colour picture of a frame is taken so long after its depth picture; less "
+                                     "than 0: before it. auto: the sensor's."},
+                                    {-1, 1});
+  bind_optional<double>(
+      colour_later, [](auto& c) -> auto& { return c.acquire.colour_later_s; });
+  return {std::move(readout), std::move(colour_later)};
+}
+
+/// What filters drop or smooth.
+std::vector<ConfigKey> filter_keys() {
+  return {
       number(
           {"acquire.edge_sigmas", "sigma",
            "Depth beside a step of more than this many standard deviations of the noise is dropped: it is often "
@@ -371,8 +398,9 @@ std::vector<ConfigKey> export_keys() {
 
 std::vector<ConfigKey> all_keys() {
   std::vector<ConfigKey> keys;
-  for (auto section : {acquire_keys(), band_keys(), noise_keys(), volume_keys(), turntable_keys(), extract_keys(),
-                       finish_keys(), export_keys()}) {
+  for (auto section :
+       {picture_keys(), sensor_keys(), scanner_keys(), depth_range_keys(), timing_keys(), filter_keys(), band_keys(),
+        noise_keys(), volume_keys(), turntable_keys(), extract_keys(), finish_keys(), export_keys()}) {
     std::move(section.begin(), section.end(), std::back_inserter(keys));
   }
   return keys;

@@ -57,7 +57,7 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
                  output.string()};
   }
   if (!is_file && !is_folder && std::filesystem::exists(output, ignored)) {
-    return Error{ErrorCode::kUsage, "is there and is no folder; give another -o", output.string()};
+    return Error{ErrorCode::kUsage, "exists and is not a folder; give another -o", output.string()};
   }
   Outputs outputs;
   if (is_file) {

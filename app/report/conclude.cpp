@@ -71,7 +71,7 @@ CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_
   }
   if (!was_interrupted) return run;
   run.exit_code = kExitInterrupted;
-  if (outcome) run.status = "interrupted: what there was has been meshed and written";
+  if (outcome) run.status = "interrupted: the data so far were meshed and written";
   return run;
 }
 

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// So many frames of a recording serve to measure free space, each reduced to about this width in pixels.
+/// Free space is measured with this many frames of a recording, each reduced to about this width in pixels.
 constexpr std::size_t kSightFrames = 10;
 constexpr int kSightWidth = 160;
 

@@ -66,8 +66,8 @@ Result<void> read_initial(const fs::path& path, const AlignInputs& inputs, const
     const auto scan = scan_named(line.words[0], inputs);
     if (!scan)
       return broken(path, line,
-                    fmt::format("no scan is called '{}'; there are 1 to {}, or their files' names", line.words[0],
-                                inputs.inputs.size()));
+                    fmt::format("there is no scan '{}'; expected a number from 1 to {}, or the name of a scan's file",
+                                line.words[0], inputs.inputs.size()));
     const auto numbers = numbers_after(line, 1);
     if (!numbers || (numbers->size() != 7 && numbers->size() != 16)) {
       return broken(path, line, "expected SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row");
@@ -101,7 +101,7 @@ Result<std::vector<Markers>> read_markers(const fs::path& path, const AlignInput
   std::vector<Markers> markers(inputs.inputs.size());
   for (const TextLine& line : text_lines(*text)) {
     const auto scan = scan_named(line.words[0], inputs);
-    if (!scan) return broken(path, line, fmt::format("no scan is called '{}'", line.words[0]));
+    if (!scan) return broken(path, line, fmt::format("there is no scan '{}'", line.words[0]));
     const auto numbers = line.words.size() == 5 ? numbers_after(line, 2) : std::nullopt;
     if (!numbers) return broken(path, line, "expected SCAN MARKER x y z, metres in the scan's own frame");
     const std::string name(line.words[1]);
@@ -155,12 +155,13 @@ MarkerMotion motion_by(const Markers& from, const Markers& to) {
 /// Why the markers of a pair are useless; empty when they are useful.
 std::string fault_of(const MarkerMotion& motion, double most_residual_m) {
   if (motion.common < kFewestMarkers) {
-    return fmt::format("have {} in common; it takes {}", motion.common, kFewestMarkers);
+    return fmt::format("the scans have {} markers in common, and at least {} are needed", motion.common,
+                       kFewestMarkers);
   }
-  if (motion.is_in_line) return "lie in a line, and leave the turn about it open";
+  if (motion.is_in_line) return "they lie on a line, so that any turn about that line fits";
   if (motion.residual_m > most_residual_m) {
     return fmt::format(
-        "do not fit each other: {:.1f} mm remain after the best motion; are two swapped, or the units "
+        "they do not fit each other: {:.1f} mm remain after the best motion; are two swapped, or the units "
         "different?",
         motion.residual_m * 1000);
   }
@@ -180,8 +181,7 @@ void add_marker_motions(const std::vector<Markers>& markers, const AlignInputs& 
       if (fault.empty()) {
         priors.T_from_to[{from, to}] = motion.T_from_to;
       } else {
-        warnings.push_back(
-            fmt::format("the markers of scans {} and {} are left out: they {}", from + 1, to + 1, fault));
+        warnings.push_back(fmt::format("the markers of scans {} and {} are left out: {}", from + 1, to + 1, fault));
       }
     }
   }

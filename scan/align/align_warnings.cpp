@@ -115,15 +115,16 @@ std::vector<std::string> prior_warnings(const AlignInputs& inputs, const AlignPr
     const ScanModel& model = inputs.models[pair.to];
     const std::string names = names_of(inputs, pair.from, pair.to);
     if (poses && has_markers && distance_m(*poses, markers->second, model) > far_m) {
-      warnings.push_back(fmt::format("poses and markers of {} contradict each other by {:.0f} mm: the markers count",
+      warnings.push_back(fmt::format("poses and markers of {} contradict each other by {:.0f} mm; the markers are used",
                                      names, distance_m(*poses, markers->second, model) * 1000));
     }
     if (!counts(pair)) continue;
     const Pose found = alignment.T_world_scan[pair.from].inverse() * alignment.T_world_scan[pair.to];
     const double off_m = distance_m(has_markers ? markers->second : *poses, found, model);
     if (off_m <= far_m) continue;
-    warnings.push_back(fmt::format("the {} of {} are {:.0f} mm from where the scans fit: the scans count",
-                                   has_markers ? "markers" : "poses", names, off_m * 1000));
+    warnings.push_back(
+        fmt::format("the {} of {} differ by {:.0f} mm from the pose at which the scans fit; that pose is used",
+                    has_markers ? "markers" : "poses", names, off_m * 1000));
   }
   return warnings;
 }

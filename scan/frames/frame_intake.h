@@ -41,7 +41,7 @@ class FrameIntake {
   /// Ends the frames, because the user asked for it.
   void finish();
 
-  /// Counts the frame that next() gave, by what `added` says of it.
+  /// Counts the frame that next() returned as fused, lost or dropped, according to `added`.
   void count(const Frame& frame, const Reconstruction::Added& added);
 
   /// Skips the next frame, usable or not, and counts it as dropped for `reason`, one word. Returns it for display if it

@@ -197,12 +197,13 @@ class SurfaceFinisher {
     const std::size_t least = config_.extract.min_component_triangles;
     return fmt::format(
         "the cut would leave nothing: no {} lies more than {:.4g} mm (finish.ground_clearance) above the plane that "
-        "was found; what finish.ground would cut away stays{}",
+        "was found; finish.ground cuts nothing away{}",
         least > 1 ? fmt::format("piece of {} triangles (extract.min_component_triangles) or more", least) : "surface",
-        clearance_m_ * kMillimetres, wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn it" : "");
+        clearance_m_ * kMillimetres,
+        wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn the mesh" : "");
   }
 
-  /// Replaces the view by one of a volume without the ground, unless nothing would be left.
+  /// Replaces the view by one of a volume without the ground. If that has no surface, keeps the view and warns.
   [[nodiscard]] Result<void> cut_ground(FieldView& view, Surface& surface) {
     if (!ground_) return {};
     Figures figures = {{"plane_area_mm2", ground_->area_m2 * kSquareMillimetres},
@@ -399,7 +400,7 @@ Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& requ
 Result<void> refuse_to_finish_streamed(const FinishConfig& config) {
   if (!config.is_anything()) return {};
   return Error{ErrorCode::kConfig,
-               "the volume is read a few slices at a time, and its mesh goes to disk: nothing of finish: can be done. "
+               "the volume is read a few slices at a time, and its mesh goes to disk: no step of finish: is possible. "
                "Raise extract.memory_budget so that it is meshed whole, or leave finish: out",
                "finish"};
 }

@@ -112,9 +112,9 @@ Result<std::optional<AnglePrior>> KnownAngles::of(const std::vector<std::uint64_
 }
 
 std::string KnownAngles::contradiction(const PriorCheck& check) const {
-  const std::string rest = fmt::format(
-      "they are apart by {:.1f} degrees, where turntable.angle_sigma allows {:g}; the known angles are left out",
-      check.typical_off_rad / kDegree, config_.angle_sigma_degrees);
+  const std::string rest =
+      fmt::format("they differ by {:.1f} degrees, and turntable.angle_sigma allows {:g}; the known angles are not used",
+                  check.typical_off_rad / kDegree, config_.angle_sigma_degrees);
   if (!file_degrees_.empty()) {
     return fmt::format("{}: the pictures contradict these angles, they turn {:.3g} times as far: {}", file_,
                        check.scale, rest);
@@ -130,11 +130,11 @@ std::string KnownAngles::contradiction(const PriorCheck& check) const {
 std::string KnownAngles::frames_off(const std::vector<std::uint64_t>& sequences) const {
   const std::string frames = frames_text(sequences);
   if (file_degrees_.empty()) {
-    return fmt::format("the pictures contradict {} at {}; there they decide", option(), frames);
+    return fmt::format("the pictures contradict {} at {}; there the angles in the pictures are used", option(), frames);
   }
   const bool is_one = sequences.size() == 1;
-  return fmt::format("{}: the pictures contradict the {} of {} ({}{:.6g} degrees); what they show is taken", file_,
-                     is_one ? "angle" : "angles", frames, is_one ? "" : "the first is ",
+  return fmt::format("{}: the pictures contradict the {} of {} ({}{:.6g} degrees); the angles in the pictures are used",
+                     file_, is_one ? "angle" : "angles", frames, is_one ? "" : "the first is ",
                      file_degrees_[sequences.front()]);
 }
 

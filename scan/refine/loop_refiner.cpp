@@ -76,7 +76,7 @@ Result<void> LoopRefiner::track_again(const FrameRange& frames) {
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
   if (!closure.has_come_back()) return std::optional<Trajectory>();
   if (!closure.pulled.empty() && archive_.is_kept()) {
-    session_.info("old parts of the scan pulled the tracker aside: those frames are tracked again");
+    session_.info("frames were wrongly aligned with older parts of the scan: they are tracked again");
     for (const FrameRange& frames : closure.pulled) {
       if (const auto tracked = track_again(frames); !tracked) return tracked.error();
     }
@@ -85,8 +85,8 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   result_ = described(closure);
   if (!closure.is_corrected) return std::optional<Trajectory>();
   result_->is_corrected = false;  // it is corrected only when the frames have been fused again
-  session_.info(
-      fmt::format("the walk came back {:.0f} mm beside where it had been: closing the loop", closure.drift_m * 1000));
+  session_.info(fmt::format("the camera came back to a known place with a drift of {:.0f} mm: closing the loop",
+                            closure.drift_m * 1000));
   if (!archive_.is_kept()) {
     return Error{ErrorCode::kInput,
                  "closing it takes the frames again, and no recording was made; leave out --no-recording"};

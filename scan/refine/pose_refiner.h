@@ -18,7 +18,9 @@ struct TrackedWalk {
   const std::optional<TrackingResult>& tracking;  ///< nothing where poses are given
 };
 
-/// The functions are called in the order of their declaration. An error ends the scan.
+/// A scan calls edit_for_tracking() and note_fused() for its frames, and start_over() when it begins again; then
+/// refine(), at most once. If that returns poses, edit_for_fusion() follows for each frame, then accept() or reject().
+/// An error ends the scan.
 class PoseRefiner {
  public:
   virtual ~PoseRefiner() = default;

@@ -230,9 +230,9 @@ void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& held) {
   }
   if (kFew * left_out.size() <= nodes_.sequences.size()) return;
   warn(fmt::format(
-      "turntable: of {} frames only {} hold together; {} are left out, for nothing joins them to the rest: they "
-      "show too little, or before or after them it turned too far at once. Turn it in steps of 2 to 8 degrees{}",
-      nodes_.sequences.size(), held.size(), frames_text(left_out), job_.angles ? "" : ", or give --angles"));
+      "turntable: only {} of {} frames fit together; {} are left out, because no frame joins them to the rest: they "
+      "show too little, or the table turned too far just before or after them. Turn it in steps of 2 to 8 degrees{}",
+      held.size(), nodes_.sequences.size(), frames_text(left_out), job_.angles ? "" : ", or give --angles"));
 }
 
 void TurntableRefiner::describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {
@@ -343,7 +343,7 @@ Result<bool> TurntableRefiner::find_pairs(TurntablePairs& pairs) {
   if (session_.is_stopped()) return give_up("it was interrupted");
   pairs.close();
   if (pairs.edges().empty()) return give_up("frames do not fit each other");
-  if (pairs.share_in_sequence() < kLeastInSequence) return give_up("too little is the same from frame to frame");
+  if (pairs.share_in_sequence() < kLeastInSequence) return give_up("successive frames share too little of the surface");
   const TurntableMotion start = along_pairs(nodes_.motion, pairs.edges());
   const TurntableSolution seen = solve_turntable(start, pairs.edges(), std::nullopt);
   pairs.forget(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
@@ -388,7 +388,7 @@ Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
     const double apart_rad = nodes_.motion.angles_rad[edge.to] - nodes_.motion.angles_rad[edge.from];
     result_.is_closed = result_.is_closed || std::abs(apart_rad) > kAcross_rad;
   }
-  if (held.size() < kFewestFrames) return give_up("too few frames hold together");
+  if (held.size() < kFewestFrames) return give_up("too few frames fit together");
   result_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);
   warn_of_left_out(held);
   // Found again, because the axis is known better now.

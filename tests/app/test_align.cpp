@@ -211,8 +211,8 @@ TEST_F(AlignHills, WarnsOfUselessOrContradictoryMarkers) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "no marker has the same name"},
       {"1 a 0 0 0\n2 b 0 0 0\n", "no marker has the same name"},
-      {"1 a 0 0 0\n1 b 1 0 0\n2 a 0 0 0\n2 b 1 0 0\n", "have 2 in common; it takes 3"},
-      {"1 a 0 0 0\n1 b 1 0 0\n1 c 2 0 0\n2 a 0 0 0\n2 b 1 0 0\n2 c 2 0 0\n", "lie in a line"},
+      {"1 a 0 0 0\n1 b 1 0 0\n2 a 0 0 0\n2 b 1 0 0\n", "the scans have 2 markers in common, and at least 3 are needed"},
+      {"1 a 0 0 0\n1 b 1 0 0\n1 c 2 0 0\n2 a 0 0 0\n2 b 1 0 0\n2 c 2 0 0\n", "they lie on a line"},
       {"1 a 0 0 0\n1 b 0.1 0 0\n1 c 0 0.2 0\n2 a 0 0 0\n2 b 0.1 0 0\n2 c 0 0.3 0\n", "mm remain"},
       {"1 a 0 0 0\n1 a 1 0 0\n", "marker a of scan 1 is there already"}};
   for (const auto& [text, words] : cases) {
@@ -227,7 +227,7 @@ TEST_F(AlignHills, WarnsOfUselessOrContradictoryInitialPoses) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "it has poses of 0 scans"},
       {"1 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n", "initial.txt:2: scan 1 (a.ply) has a pose already"},
-      {"1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 1\n", "mm from where the scans fit"}};
+      {"1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 1\n", "mm from the pose at which the scans fit"}};
   for (const auto& [text, words] : cases) {
     std::ofstream(path("initial.txt")) << text;
     const Outcome outcome = align({path("a.ply"), path("b.ply"), "-o", path("out"), "--initial", path("initial.txt")});

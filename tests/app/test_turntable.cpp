@@ -241,11 +241,11 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   copy_frames(recording(), gap, {{0, 15}, {25, 48}});
   const Outcome part = scan(gap, place("part"));
   ASSERT_EQ(part.exit_code, 0) << part.err;
-  EXPECT_TRUE(has_warning(place("part"), "of 38 frames only 23 hold together; frames 0 to 14 are left out"));
+  EXPECT_TRUE(has_warning(place("part"), "only 23 of 38 frames fit together; frames 0 to 14 are left out"));
   EXPECT_LE(mean_error_m(place("part"), gap), 0.4e-3);
   const Outcome stepped = scan(gap, place("stepped"), {"--set", "turntable.step=7.5"});  // knows nothing of the gap
   ASSERT_EQ(stepped.exit_code, 0) << stepped.err;
-  EXPECT_TRUE(has_warning(place("stepped"), "of 38 frames only 23 hold together"));
+  EXPECT_TRUE(has_warning(place("stepped"), "only 23 of 38 frames fit together"));
   EXPECT_TRUE(has_warning(place("stepped"), "turntable.step is not used"));
   EXPECT_EQ(report(place("stepped"))["turntable"]["is_closed"], false);  // the part is half a turn
   EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
@@ -283,7 +283,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
   typed.close();
   const Outcome run = scan(recording(), place("typed"), {"--angles", place("typed.txt")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(has_warning(place("typed"), "the angle of frame 5 (7000 degrees); what they show is taken"));
+  EXPECT_TRUE(has_warning(place("typed"), "the angle of frame 5 (7000 degrees); the angles in the pictures are used"));
   EXPECT_LE(mean_error_m(place("typed")), 0.4e-3);
   EXPECT_LT(report(place("typed"))["turntable"]["turns"].get<double>(), 1.1);
 }

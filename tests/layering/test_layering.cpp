@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/places.h"
@@ -33,8 +35,15 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"export", {}}, {"view", {}},    {"scan", {"acquire", "fusion", "extract", "finish", "export"}},
 };
 
+/// What a line includes, and whether in quotes; nothing if the line is no #include.
+std::optional<std::pair<std::string, bool>> included_by(const std::string& line) {
+  static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::smatch match;
+  if (!std::regex_search(line, match, pattern)) return std::nullopt;
+  return std::pair(match[2].str(), match[1].str() == "\"");
+}
+
 std::vector<Include> all_includes() {
-  const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
   std::vector<Include> includes;
   for (const std::string& room : kRooms) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
@@ -42,10 +51,10 @@ std::vector<Include> all_includes() {
       if (extension != ".h" && extension != ".cpp" && extension != ".inl") continue;
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {
-        std::smatch match;
-        if (!std::regex_search(line, match, pattern)) continue;
+        const auto included = included_by(line);
+        if (!included) continue;
         includes.push_back({fs::relative(entry.path(), scanknit::test::kSourceDir).string(), room, extension == ".h",
-                            match[2].str(), match[1].str() == "\""});
+                            included->first, included->second});
       }
     }
   }
@@ -60,21 +69,56 @@ TEST(Layering, FindsTheSources) {
   EXPECT_GT(all_includes().size(), 100u);
 }
 
+/// True for the header of a room, in quotes or in angle brackets.
+bool is_of_a_room(const Include& include) {
+  return include.target.find('/') != std::string::npos && kRooms.contains(first_folder(include.target));
+}
+
+/// False if the room of the file may not include the room of what it includes.
+bool is_allowed(const Include& include) {
+  if (include.room == "app" || include.room == "python" || !is_of_a_room(include)) return true;
+  const std::string room = first_folder(include.target);
+  return room == include.room || room == "core" || kMayInclude.at(include.room).contains(room);
+}
+
+/// A room's header is named in quotes, from the root; all others in angle brackets.
+bool is_named_rightly(const Include& include) {
+  return include.is_quoted == is_of_a_room(include);
+}
+
 TEST(Layering, RoomsIncludeOnlyWhatLiesBelowThem) {
   for (const Include& include : all_includes()) {
-    if (include.room == "app" || include.room == "python" || !include.is_quoted) continue;
-    const std::string room = first_folder(include.target);
-    const auto& [floor, allowed] = *kMayInclude.find(include.room);
-    const bool is_allowed = room == floor || room == "core" || allowed.count(room) > 0;
-    EXPECT_TRUE(is_allowed) << include.file << " includes " << include.target;
+    EXPECT_TRUE(is_allowed(include)) << include.file << " includes " << include.target;
   }
 }
 
-TEST(Layering, OurHeadersAreNamedFromTheRoot) {
+TEST(Layering, OurHeadersAreNamedFromTheRootAndInQuotes) {
   for (const Include& include : all_includes()) {
-    if (!include.is_quoted) continue;
-    EXPECT_TRUE(kRooms.count(first_folder(include.target))) << include.file << " includes \"" << include.target << "\"";
+    EXPECT_TRUE(is_named_rightly(include)) << include.file << " includes " << include.target;
   }
+}
+
+TEST(Layering, IncludesAreFoundInEitherSpelling) {
+  EXPECT_EQ(included_by("#include <scan/scan.h>"), std::pair(std::string("scan/scan.h"), false));
+  EXPECT_EQ(included_by(" # include \"scan/scan.h\"  // why"), std::pair(std::string("scan/scan.h"), true));
+  EXPECT_EQ(included_by("// #include <scan/scan.h>"), std::nullopt);
+}
+
+TEST(Layering, WhatARoomMayNotIncludeIsFoundInEitherSpelling) {
+  for (const bool is_quoted : {true, false}) {
+    EXPECT_FALSE(is_allowed({"fusion/a.cpp", "fusion", false, "scan/scan.h", is_quoted}));
+    EXPECT_FALSE(is_allowed({"scan/a.cpp", "scan", false, "view/view_scene.h", is_quoted}));
+    EXPECT_TRUE(is_allowed({"scan/a.cpp", "scan", false, "fusion/track/icp.h", is_quoted}));
+    EXPECT_TRUE(is_allowed({"fusion/a.cpp", "fusion", false, "core/mesh.h", is_quoted}));
+    EXPECT_TRUE(is_allowed({"app/a.cpp", "app", false, "view/view_scene.h", is_quoted}));
+  }
+}
+
+TEST(Layering, WrongSpellingsAreFound) {
+  EXPECT_TRUE(is_named_rightly({"fusion/a.cpp", "fusion", false, "core/mesh.h", true}));
+  EXPECT_FALSE(is_named_rightly({"fusion/a.cpp", "fusion", false, "core/mesh.h", false}));
+  EXPECT_FALSE(is_named_rightly({"core/a.cpp", "core", false, "mesh.h", true}));
+  EXPECT_TRUE(is_named_rightly({"core/a.cpp", "core", false, "png.h", false}));
 }
 
 /// Where each library lives: the rooms, or the single files, that may name it. Single .cpp files are those of modules.
@@ -110,12 +154,12 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"bzlib.h", {"acquire"}},
 };
 
-/// All headers of all rooms, by their path from the source root, without comments.
+/// All headers of all rooms, .inl files included, by their path from the source root, without comments.
 std::map<std::string, std::vector<std::string>> all_headers() {
   std::map<std::string, std::vector<std::string>> headers;
   for (const std::string& room : kRooms) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
-      if (entry.path().extension() != ".h") continue;
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".inl") continue;
       std::vector<std::string>& lines = headers[fs::relative(entry.path(), scanknit::test::kSourceDir).string()];
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) lines.push_back(line.substr(0, line.find("//")));
@@ -151,13 +195,15 @@ std::string parameter_types(const std::string& parameters) {
   return types;
 }
 
-/// What a header defines or declares at the start of a line, in the rooms' common namespace: types, constants, and
-/// functions with the types of their parameters.
+/// What a header defines or declares at the start of a line, in the rooms' common namespace: types, constants and
+/// variables, and functions with the types of their parameters.
 std::set<std::string> names_in(const std::vector<std::string>& lines) {
   const std::string before = R"(^(?:template <.*> )?)";
   const std::regex type(before + R"((?:class|struct|union|enum class|enum) (?:alignas\(\d+\) )?(\w+)[^;(]*\{)");
   const std::regex alias(before + R"(using (\w+) =)");
-  const std::regex constant(R"(^(?:inline |static )*constexpr (?:[\w:*]|<.*>| )+ (\w+)(?:\[.*\])*(?: =|\{|;))");
+  const std::regex constant(
+      R"(^(?:(?:inline|static|constexpr|constinit|const|extern) )+)"  // at least one of these words
+      R"((?:[\w:*&]|<.*>| )+[ *&](\w+)(?:\[.*\])*(?: =|\{|;))");
   const std::regex function(R"(^(?!using |#|return )(?:\[\[nodiscard\]\] )?[\w:<>,*& ]+[ &*](\w+)\((.*))");
   std::set<std::string> names;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -192,19 +238,24 @@ TEST(Layering, NoTwoHeadersDefineTheSameName) {
       EXPECT_TRUE(is_new) << name << " in " << header << " and " << place->second;
     }
   }
-  for (const char* known : {"CameraIntrinsics", "Pose", "kBlockCells", "decode_weight(WeightCode,)",
+  for (const char* known : {"CameraIntrinsics", "Pose", "kBlockCells", "kWhole", "decode_weight(WeightCode,)",
                             "extract_surface(const FieldView&,const ExtractConfig&,)"}) {
     EXPECT_TRUE(first.contains(known)) << known;
   }
 }
 
 TEST(Layering, NamesAreFoundByTheirKind) {
-  const std::set<std::string> expected = {"Grid",  "Kind",   "Leaf",  "add(std::map<int, int>,const Pose&,)",
-                                          "kSide", "kNames", "side()"};
+  const std::set<std::string> expected = {"Grid",  "Kind",   "Leaf",   "add(std::map<int, int>,const Pose&,)",
+                                          "kSide", "kNames", "side()", "kName",
+                                          "kUnit", "kCount", "kText",  "kList",
+                                          "size()"};
   EXPECT_EQ(names_in({"template <typename T> struct Grid final : Base<T> {", "struct Declared;", "enum class Kind {",
                       "using Leaf = Grid<int>;", "inline constexpr std::array<int, 2> kNames = {1, 2};",
                       "inline constexpr int kSide = 8;", "  int indented = 0;", "void add(std::map<int, int> values,",
-                      "         const Pose& T = Pose(1));", "[[nodiscard]] inline int side() {", "  return half(8);"}),
+                      "         const Pose& T = Pose(1));", "[[nodiscard]] inline int side() {", "  return half(8);",
+                      "inline const std::string kName = \"a\";", "static const double kUnit{1};",
+                      "const int kCount = 2;", "inline constexpr const char* kText = \"b\";",
+                      "static const std::map<int, int> kList;", "inline const int& size() {"}),
             expected);
 }
 

@@ -221,6 +221,9 @@ TEST(OpenNi2Plugin, ThatIsMissingSaysWhatToDo) {
   const Outcome outcome = modules.run({"record", "--device", "openni2:", "-o", (folder / "a.mcap").string()});
   EXPECT_EQ(outcome.exit_code, 5);
   EXPECT_NE(outcome.err.find("libopenni2-0"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("package scanknit-openni2"), std::string::npos) << outcome.err;
+  const Outcome listed = modules.run({"devices", "-v"});
+  EXPECT_NE(listed.err.find("OpenNI2 cameras are not listed: "), std::string::npos) << listed.err;
 }
 
 }  // namespace

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""The documentation's lines are at most 140 characters long, and every key of the configuration that it names exists.
+
+Rows of tables and code blocks may be longer. Keys are those of docs/configuration.md, which another test compares with
+the program; a name of docs/report.md's tables may look like one.
+check_text.py SOURCE_DIR; with --self-test it checks itself on pages that are wrong.
+"""
+
+import pathlib
+import re
+import sys
+import tempfile
+
+MOST_CHARACTERS = 140
+KEY = re.compile(r"`((?:acquire|fusion|extract|finish|export|turntable)\.[a-z0-9_.]*[a-z0-9_])(?=[`:= ])")
+FIRST_CELLS = re.compile(r"^\| *(`[^|]*`) *\|", re.MULTILINE)
+
+
+def pages(root):
+    return [page for page in sorted(root.rglob("*.md"))
+            if not {"build", "node_modules", "out"} & set(page.relative_to(root).parts)]
+
+
+def numbered_lines(page):
+    """The lines outside of code blocks."""
+    is_code = False
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            is_code = not is_code
+        elif not is_code:
+            yield number, line
+
+
+def known_keys(root):
+    names = set()
+    for page in (root / "docs/configuration.md", root / "docs/report.md"):
+        for cell in FIRST_CELLS.findall(page.read_text(encoding="utf-8")):
+            names.update(re.findall(r"`([^`]+)`", cell))
+    sections = {name.rpartition(".")[0] for name in names}
+    return names | sections
+
+
+def errors(root):
+    known = known_keys(root)
+    for page in pages(root):
+        where = page.relative_to(root)
+        for number, line in numbered_lines(page):
+            if len(line) > MOST_CHARACTERS and not line.lstrip().startswith("|") and not line.startswith("    "):
+                yield f"{where}:{number}: {len(line)} characters, expected at most {MOST_CHARACTERS}"
+            for key in KEY.findall(line):
+                if key not in known and not key.endswith(".yaml"):
+                    yield f"{where}:{number}: no such key: {key}"
+    if not known:
+        yield "no key at all"
+
+
+def self_test():
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        (root / "docs").mkdir()
+        (root / "docs/configuration.md").write_text("| key | values |\n|---|---|\n| `fusion.truncation` | 2..64 voxels |\n| `fusion.noise.floor` | 0..1 m |\n")
+        (root / "docs/report.md").write_text("| `turntable.turns` | number |\n")
+        long = "x" * MOST_CHARACTERS
+        (root / "good.md").write_text(
+            f"{long}\n| {long} |\n```\n{long} y `fusion.none`\n```\n    {long}\n"
+            "`fusion.truncation`, `fusion.truncation=3`, `fusion.truncation: 3`, `turntable.turns`, `turntable.yaml`, `fusion.noise`\n")
+        assert list(errors(root)) == [], list(errors(root))
+        (root / "bad.md").write_text(f"{long}y\n`fusion.truncation_voxels`\n`finish.none: full`\n`export.none=1`\n| `extract.none` |\n")
+        found = list(errors(root))
+        assert [line.split(":")[1] for line in found] == ["1", "2", "3", "4", "5"], found
+    print("the checker finds what is wrong")
+
+
+if __name__ == "__main__":
+    if "--self-test" in sys.argv:
+        self_test()
+        sys.exit(0)
+    problems = list(errors(pathlib.Path(sys.argv[1]).resolve()))
+    print("\n".join(problems) or "the lines are short enough, and the keys exist")
+    sys.exit(1 if problems else 0)
