@@ -20,7 +20,8 @@ namespace scanknit {
 /// Which sensor made a recording, and how that is known.
 struct RecognisedSensor {
   SensorModel model = SensorModel::kNone;
-  std::string reason;  ///< for the user: "its depth lies on ..."
+  std::string reason;        ///< for the user: "its depth lies on ..."
+  bool is_by_depth = false;  ///< by its depth alone: it may be a simulation of that sensor
 };
 
 /// The properties of a recording that are known without decoding all frames.

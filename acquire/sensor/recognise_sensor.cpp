@@ -144,7 +144,7 @@ std::optional<RecognisedSensor> sensor_by_depth(const DepthImage& depth_m, const
   for (const StepModel& known : kStepModels) {
     const bool fits = *step >= known.least_step && *step <= known.most_step && focal >= known.least_focal &&
                       focal <= known.most_focal;
-    if (fits) return RecognisedSensor{known.model, fmt::format("its depth lies on steps of {}", known.steps)};
+    if (fits) return RecognisedSensor{known.model, fmt::format("its depth lies on steps of {}", known.steps), true};
   }
   return std::nullopt;
 }

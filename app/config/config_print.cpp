@@ -178,13 +178,15 @@ std::string sensors_markdown() {
       "\n## Sensors\n\n"
       "What `acquire.sensor` stands for; values that are given win. A recording's own camera wins over a data "
       "set's.\n\n"
-      "| `acquire.sensor` | what | range | noise: floor, growth, from | camera |\n|---|---|---|---|---|\n";
+      "| `acquire.sensor` | what | range | noise: floor, growth, from | readout, colour later | camera |\n"
+      "|---|---|---|---|---|---|\n";
   for (const SensorProfile& sensor : kSensorProfiles) {
     const NoiseModel& noise = sensor.noise;
-    page += fmt::format("| `{}` | {} | {} to {} | {}, {} 1/m, {} | {} |\n", sensor.name, sensor.what,
-                        format_length(sensor.min_depth_m), format_length(sensor.max_depth_m),
-                        format_length(noise.floor_m), format_number(noise.growth_per_m), format_length(noise.from_m),
-                        sensor.camera ? camera_text(*sensor.camera) : "");
+    page +=
+        fmt::format("| `{}` | {} | {} to {} | {}, {} 1/m, {} | {} s, {} s | {} |\n", sensor.name, sensor.what,
+                    format_length(sensor.min_depth_m), format_length(sensor.max_depth_m), format_length(noise.floor_m),
+                    format_number(noise.growth_per_m), format_length(noise.from_m), sensor.timing.readout_s,
+                    sensor.timing.colour_later_s, sensor.camera ? camera_text(*sensor.camera) : "");
   }
   return page;
 }

@@ -100,7 +100,8 @@ std::vector<ConfigKey> sensor_keys() {
   return {
       optional_choice<SensorModel>(
           {"acquire.sensor", "",
-           "The sensor, of which range and noise are known (below), and the camera of a data set. none: another one. "
+           "The sensor, of which range, noise and timing are known (below), and the camera of a data set. none: "
+           "another one. "
            "auto: recognised by what the recording says, or by the steps of its depth and its camera."},
           sensor_words(), [](auto& c) -> auto& { return c.acquire.sensor; }),
       choice<PoseMode>(
@@ -180,14 +181,14 @@ std::vector<ConfigKey> timing_keys() {
       ConfigType::kNumber,
       {"acquire.readout", "s",
        "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion out "
-       "of the frames. 0: all rows at once. auto: the sensor's."},
+       "of the frames. 0: all rows at once. auto: the sensor's, unless its depth alone tells which sensor it is."},
       {0, 1});
   bind_optional<double>(
       readout, [](auto& c) -> auto& { return c.acquire.readout_s; });
   ConfigKey colour_later = describe(ConfigType::kNumber,
                                     {"acquire.colour_later", "s",
                                      "The colour picture of a frame is taken so long after its depth picture; less "
-                                     "than 0: before it. auto: the sensor's."},
+                                     "than 0: before it. auto: as for acquire.readout."},
                                     {-1, 1});
   bind_optional<double>(
       colour_later, [](auto& c) -> auto& { return c.acquire.colour_later_s; });

@@ -33,9 +33,9 @@ void settle_noise(const SensorProfile& sensor, ScanConfig& config) {
   config.noise = {noise.floor_m, noise.growth_per_m, noise.from_m};
 }
 
-void settle_timing(const SensorProfile& sensor, AcquireConfig& acquire) {
-  if (!acquire.readout_s) acquire.readout_s = sensor.timing.readout_s;
-  if (!acquire.colour_later_s) acquire.colour_later_s = sensor.timing.colour_later_s;
+void settle_timing(const FrameTiming& timing, AcquireConfig& acquire) {
+  if (!acquire.readout_s) acquire.readout_s = timing.readout_s;
+  if (!acquire.colour_later_s) acquire.colour_later_s = timing.colour_later_s;
 }
 
 void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& session) {
@@ -62,11 +62,13 @@ void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& 
 void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
   if (!acquire.sensor && recognised) say_sensor(*recognised, session);
+  const bool is_by_depth = !acquire.sensor && recognised && recognised->is_by_depth;
   if (!acquire.sensor) acquire.sensor = recognised ? recognised->model : SensorModel::kNone;
   const SensorProfile* profile = find_sensor(*acquire.sensor);
   const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
   settle_noise(sensor, config);
-  settle_timing(sensor, acquire);
+  // Depth that is rendered with a sensor's steps is rarely rendered with its shutter.
+  settle_timing(is_by_depth ? FrameTiming{} : sensor.timing, acquire);
   settle_range(sensor, config, session);
 }
 

@@ -50,6 +50,7 @@ TEST(SensorByDepth, IsAKinectByStepsOfAnEighthOfAPixel) {
   const auto sensor = sensor_by_depth(measured_floor(kKinectStep, 1000), kKinectCamera);
   EXPECT_EQ(model_of(sensor), SensorModel::kKinectV1);
   EXPECT_NE(sensor.value().reason.find("steps"), std::string::npos);
+  EXPECT_TRUE(sensor.value().is_by_depth);
 }
 
 TEST(SensorByDepth, IsARealsenseByStepsOfAThirtySecondOfAPixel) {

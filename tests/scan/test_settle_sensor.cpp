@@ -17,10 +17,11 @@ class Listener final : public ScanObserver {
   std::vector<std::string> lines;
 };
 
-ScanConfig settled(ScanConfig config, SensorModel recognised, std::vector<std::string>* lines = nullptr) {
+ScanConfig settled(ScanConfig config, SensorModel recognised, std::vector<std::string>* lines = nullptr,
+                   bool is_by_depth = false) {
   Listener listener;
   ScanSession session(listener, {});
-  const RecognisedSensor sensor{recognised, "it says so"};
+  const RecognisedSensor sensor{recognised, "it says so", is_by_depth};
   settle_sensor(recognised == SensorModel::kNone ? std::nullopt : std::optional(sensor), config, session);
   if (lines != nullptr) *lines = listener.lines;
   return config;
@@ -50,6 +51,12 @@ TEST(SettledSensor, GivesItsTimingUnlessItIsGiven) {
   config.acquire.sensor.reset();
   EXPECT_EQ(settled(config, SensorModel::kKinectV1).acquire.readout_s, 0);
   EXPECT_TRUE(settled({}, SensorModel::kNone).acquire.timing().is_at_once());
+}
+
+TEST(SettledSensor, GivesNoTimingWhereItIsRecognisedByItsDepthAlone) {
+  const ScanConfig config = settled({}, SensorModel::kKinectV1, nullptr, /*is_by_depth=*/true);
+  EXPECT_EQ(config.acquire.sensor, SensorModel::kKinectV1);
+  EXPECT_TRUE(config.acquire.timing().is_at_once());
 }
 
 TEST(SettledSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
