@@ -66,26 +66,6 @@ Result<std::vector<NamedFile>> read_list(const fs::path& path, const Limits& lim
   return files;
 }
 
-// "seconds tx ty tz qx qy qz qw". A line that is short or holds no numbers is a bad pose at its time.
-Result<Pose> parse_tum_pose(const TextLine& line) {
-  Eigen::Matrix<double, 7, 1> values;
-  if (line.words.size() < 8) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
-  for (int i = 0; i < 7; ++i) {
-    const auto number = parse_double(line.words[static_cast<std::size_t>(i) + 1]);
-    if (!number) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
-    values[i] = *number;
-  }
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<3, 3>() = Eigen::Quaterniond(values[6], values[3], values[4], values[5]).toRotationMatrix();
-  matrix.topRightCorner<3, 1>() = values.head<3>();
-  // A zero quaternion gives the identity matrix: it says nothing and is refused like any other that is not of length 1.
-  const double length = values.tail<4>().norm();
-  if (values.allFinite() && std::abs(length - 1) > 0.01) {
-    return Error{ErrorCode::kInput, "the pose is not rigid: its quaternion's length is not 1"};
-  }
-  return pose_from_matrix(matrix);
-}
-
 Result<std::vector<TimedPose>> read_poses(const fs::path& path, const Limits& limits) {
   const auto text = read_text_file(path, limits.max_text_bytes);
   if (!text) return text.error();

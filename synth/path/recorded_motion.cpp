@@ -3,38 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "acquire/replay/text_numbers.h"
 #include "core/check.h"
-#include "core/files/ascii_numbers.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
-namespace {
-
-constexpr const char* kExpected = "expected 'seconds tx ty tz qx qy qz qw'";
-
-/// Nothing unless the line has eight numbers and a quaternion of length 1.
-std::optional<Pose> parse_pose(const TextLine& line) {
-  if (line.words.size() != 8) return std::nullopt;
-  Eigen::Matrix<double, 7, 1> values;
-  for (int i = 0; i < 7; ++i) {
-    const auto number = parse_double(line.words[static_cast<std::size_t>(i) + 1]);
-    if (!number || !std::isfinite(*number)) return std::nullopt;
-    values[i] = *number;
-  }
-  constexpr double kRounding = 0.01;
-  if (std::abs(values.tail<4>().norm() - 1) > kRounding) return std::nullopt;
-  Pose pose = Pose::Identity();
-  pose.linear() = Eigen::Quaterniond(values[6], values[3], values[4], values[5]).normalized().toRotationMatrix();
-  pose.translation() = values.head<3>();
-  return pose;
-}
-
-}  // namespace
-
 Result<std::vector<PathPose>> read_recorded_path(const std::filesystem::path& file, const Limits& limits) {
   const auto text = read_text_file(file, limits.max_text_bytes);
   if (!text) return text.error();
@@ -45,8 +20,9 @@ Result<std::vector<PathPose>> read_recorded_path(const std::filesystem::path& fi
       return Error{ErrorCode::kInput, why, fmt::format("{}:{}", file.string(), line.number)};
     };
     const auto time_ns = parse_seconds_ns(line.words[0]);
-    const auto pose = parse_pose(line);
-    if (!time_ns || !pose) return refuse(std::string(kExpected) + ", the quaternion of length 1");
+    if (!time_ns) return refuse("expected 'seconds tx ty tz qx qy qz qw'");
+    const auto pose = parse_tum_pose(line);
+    if (!pose) return refuse(pose.error().message);
     if (path.empty()) first_ns = *time_ns;
     const double time_s = (static_cast<double>(*time_ns) - static_cast<double>(first_ns)) * 1e-9;
     if (!path.empty() && time_s <= path.back().time_s) return refuse("expected a time after that of the line above");

@@ -150,7 +150,7 @@ TEST(RecordedPath, IsRefusedWithItsLine) {
   const std::string first = "1 0 0 0 0 0 0 1\n";
   EXPECT_NE(message(first + "2 0 0 0 0 0 1\n").find("path.txt:2"), std::string::npos);
   EXPECT_NE(message(first + "2 0 0 nan 0 0 0 1\n").find("path.txt:2"), std::string::npos);
-  EXPECT_NE(message(first + "2 0 0 0 0 0 0 0\n").find("length 1"), std::string::npos);
+  EXPECT_NE(message(first + "2 0 0 0 0 0 0 0\n").find("length is not 1"), std::string::npos);
   EXPECT_NE(message(first + "1 0 0 0 0 0 0 1\n").find("after that of the line above"), std::string::npos);
   EXPECT_NE(message(first).find("at least two poses"), std::string::npos);
 }
