@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "core/median.h"
 
 namespace scanknit {
 namespace {
@@ -104,9 +106,7 @@ std::vector<Gap> clear_gaps(const DepthImage& depth_m) {
 double median_step_per_m(const std::vector<Gap>& gaps) {
   std::vector<double> steps;
   for (const Gap& gap : gaps) steps.push_back(gap.step_per_m());
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 /// A sensor by the size of its steps and by its focal length in heights of the picture.

@@ -3,8 +3,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
+
+#include "core/median.h"
 
 namespace scanknit {
 namespace {
@@ -66,10 +69,7 @@ float typical_depth_m(const DepthImage& depth_m) {
       if (depth_m.at(x, y) > 0) depths.push_back(depth_m.at(x, y));
     }
   }
-  if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 1 : median(std::move(depths));
 }
 
 /// The depth of pixel (x, y) on the plane through p; that of p where the plane is seen too obliquely to tell.
