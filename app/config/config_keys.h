@@ -103,6 +103,14 @@ ConfigKey optional_length(const Key& key, Range range_m, Field field) {
   return described;
 }
 
+/// For a std::optional member: see bind_optional.
+template <typename Field>
+ConfigKey optional_number(const Key& key, Range range, Field field) {
+  ConfigKey described = describe(ConfigType::kNumber, key, range);
+  bind_optional<double>(described, field);
+  return described;
+}
+
 template <typename Field>
 ConfigKey memory(const Key& key, Range range_mib, Field field) {
   ConfigKey described = describe(ConfigType::kMemory, key, range_mib);

@@ -177,22 +177,19 @@ std::vector<ConfigKey> depth_range_keys() {
 
 /// When the parts of a frame are taken.
 std::vector<ConfigKey> timing_keys() {
-  ConfigKey readout = describe(
-      ConfigType::kNumber,
-      {"acquire.readout", "s",
-       "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion out "
-       "of the frames. 0: all rows at once. auto: the sensor's, unless its depth alone tells which sensor it is."},
-      {0, 1});
-  bind_optional<double>(
-      readout, [](auto& c) -> auto& { return c.acquire.readout_s; });
-  ConfigKey colour_later = describe(ConfigType::kNumber,
-                                    {"acquire.colour_later", "s",
-                                     "The colour picture of a frame is taken so long after its depth picture; less "
-                                     "than 0: before it. auto: as for acquire.readout."},
-                                    {-1, 1});
-  bind_optional<double>(
-      colour_later, [](auto& c) -> auto& { return c.acquire.colour_later_s; });
-  return {std::move(readout), std::move(colour_later)};
+  return {
+      optional_number(
+          {"acquire.readout", "s",
+           "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion "
+           "out of the frames. 0: all rows at once. auto: the sensor's, unless its depth alone tells which sensor it "
+           "is."},
+          {0, 1}, [](auto& c) -> auto& { return c.acquire.readout_s; }),
+      optional_number(
+          {"acquire.colour_later", "s",
+           "The colour picture of a frame is taken so long after its depth picture; less than 0: before it. auto: as "
+           "for acquire.readout."},
+          {-1, 1}, [](auto& c) -> auto& { return c.acquire.colour_later_s; }),
+  };
 }
 
 /// What filters drop or smooth.
