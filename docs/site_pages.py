@@ -1,8 +1,8 @@
 """What mkdocs.yml makes the site of: every page of the repository at its own place, so that links lead where they lead
 in the repository, with the same anchors as tests/docs/check_links.py (those of the forges)."""
 
-import importlib.util
 import pathlib
+import sys
 
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
@@ -12,9 +12,9 @@ PAGE_FOLDERS = ('.', 'bench', 'configs', 'docs')
 FILE_FOLDERS = ('docs', 'docs/images', 'examples/cpp')
 FILE_ENDINGS = ('.png', '.jpg', '.json', '.cpp')
 
-spec = importlib.util.spec_from_file_location('check_links', ROOT / 'tests/docs/check_links.py')
-check_links = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(check_links)
+sys.path.insert(0, str(ROOT / 'tests/docs'))
+sys.dont_write_bytecode = True  # the source folder stays as it is
+import check_links  # noqa: E402
 
 
 def on_config(config):

@@ -6,21 +6,12 @@ check_links.py SOURCE_DIR; with --self-test it checks itself on pages that are w
 
 import pathlib
 import re
-import sys
 import tempfile
+
+import checker
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)")
 HEADING = re.compile(r"^#{1,6}\s+(.*?)\s*#*$")
-
-
-def text_lines(path):
-    """The lines outside of code blocks."""
-    is_code = False
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        if line.lstrip().startswith("```"):
-            is_code = not is_code
-        elif not is_code:
-            yield number, line
 
 
 def anchor(heading):
@@ -31,7 +22,7 @@ def anchor(heading):
 
 def anchors(path):
     found = {}
-    for _, line in text_lines(path):
+    for _, line in checker.text_lines(path):
         match = HEADING.match(line)
         if match:
             name = anchor(match.group(1))
@@ -41,7 +32,7 @@ def anchors(path):
 
 
 def links(path):
-    for number, line in text_lines(path):
+    for number, line in checker.text_lines(path):
         for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
             yield number, target
 
@@ -75,13 +66,7 @@ def self_test():
         (root / "bad.md").write_text("[a](gone.md)\n![b](gone.png)\n[c](other.md#three)\n[d](/etc/passwd)\n[e](#none)\n")
         found = list(errors(root))
         assert [line.split(":")[1] for line in found] == ["1", "2", "3", "4", "5"], found
-    print("the checker finds what is wrong")
 
 
 if __name__ == "__main__":
-    if "--self-test" in sys.argv:
-        self_test()
-        sys.exit(0)
-    problems = list(errors(pathlib.Path(sys.argv[1]).resolve()))
-    print("\n".join(problems) or "every link leads somewhere")
-    sys.exit(1 if problems else 0)
+    checker.main(errors, self_test, "every link leads somewhere")

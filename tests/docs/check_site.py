@@ -8,8 +8,9 @@ check_site.py SITE_DIR; with --self-test it checks itself on pages that are wron
 import html.parser
 import pathlib
 import re
-import sys
 import tempfile
+
+import checker
 import urllib.parse
 
 OTHER_HOST = re.compile(r"(?:[a-z]+:)?//", re.IGNORECASE)
@@ -115,13 +116,7 @@ def self_test():
         (root / "wrong.html").unlink()
         (root / "b.css").write_text('@import "https://example.org/x.css"; a{background:url("http://example.org/x.png")}')
         assert len(errors(root)) == 2, errors(root)
-    print("the checker finds what is wrong")
 
 
 if __name__ == "__main__":
-    if "--self-test" in sys.argv:
-        self_test()
-        sys.exit(0)
-    problems = errors(pathlib.Path(sys.argv[1]).resolve())
-    print("\n".join(problems) or "every link leads somewhere, and nothing is fetched from elsewhere")
-    sys.exit(1 if problems else 0)
+    checker.main(errors, self_test, "every link leads somewhere, and nothing is fetched from elsewhere")

@@ -7,4 +7,4 @@ export PYTHONDONTWRITEBYTECODE=1
 command -v mkdocs >/dev/null || { echo "SKIPPED: mkdocs is not installed (Debian package mkdocs-material)"; exit 77; }
 [ -d /usr/share/mkdocs/themes/material ] || { echo "SKIPPED: mkdocs-material is not installed"; exit 77; }
 mkdocs build --quiet --strict --config-file "$source_dir/mkdocs.yml" --site-dir "$site_dir"
-"$python" "$source_dir/tests/docs/check_site.py" "$site_dir"
+"$python" -B "$source_dir/tests/docs/check_site.py" "$site_dir"

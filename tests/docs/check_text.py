@@ -8,8 +8,9 @@ check_text.py SOURCE_DIR; with --self-test it checks itself on pages that are wr
 
 import pathlib
 import re
-import sys
 import tempfile
+
+import checker
 
 MOST_CHARACTERS = 140
 KEY = re.compile(r"`((?:acquire|fusion|extract|finish|export|turntable)\.[a-z0-9_.]*[a-z0-9_])(?=[`:= ])")
@@ -19,16 +20,6 @@ FIRST_CELLS = re.compile(r"^\| *(`[^|]*`) *\|", re.MULTILINE)
 def pages(root):
     return [page for page in sorted(root.rglob("*.md"))
             if not {"build", "node_modules", "out"} & set(page.relative_to(root).parts)]
-
-
-def numbered_lines(page):
-    """The lines outside of code blocks."""
-    is_code = False
-    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
-        if line.lstrip().startswith("```"):
-            is_code = not is_code
-        elif not is_code:
-            yield number, line
 
 
 def known_keys(root):
@@ -44,7 +35,7 @@ def errors(root):
     known = known_keys(root)
     for page in pages(root):
         where = page.relative_to(root)
-        for number, line in numbered_lines(page):
+        for number, line in checker.text_lines(page):
             if len(line) > MOST_CHARACTERS and not line.lstrip().startswith("|") and not line.startswith("    "):
                 yield f"{where}:{number}: {len(line)} characters, expected at most {MOST_CHARACTERS}"
             for key in KEY.findall(line):
@@ -68,13 +59,7 @@ def self_test():
         (root / "bad.md").write_text(f"{long}y\n`fusion.truncation_voxels`\n`finish.none: full`\n`export.none=1`\n| `extract.none` |\n")
         found = list(errors(root))
         assert [line.split(":")[1] for line in found] == ["1", "2", "3", "4", "5"], found
-    print("the checker finds what is wrong")
 
 
 if __name__ == "__main__":
-    if "--self-test" in sys.argv:
-        self_test()
-        sys.exit(0)
-    problems = list(errors(pathlib.Path(sys.argv[1]).resolve()))
-    print("\n".join(problems) or "the lines are short enough, and the keys exist")
-    sys.exit(1 if problems else 0)
+    checker.main(errors, self_test, "the lines are short enough, and the keys exist")
