@@ -76,7 +76,7 @@ class Reconstruction {
   PoseFinder poses_;
   Trajectory trajectory_;
   DepthSamples samples_;
-  std::optional<Frame> first_;  ///< as it was fused, until the second is tracked
+  std::optional<Frame> first_;  ///< filtered, not deskewed; kept until the second is tracked
   bool follows_gap_ = false;    ///< tracking was lost since the last frame that was fused
   bool is_budget_reached_ = false;
 };

@@ -29,8 +29,9 @@ struct SensorProfile {
 inline constexpr NoiseModel kKinectNoise = {.floor_m = 0.0012, .growth_per_m = 0.0019, .from_m = 0.4};
 
 // Ringaby & Forssén 2011, "Scan rectification for structured light range sensors with rolling shutters": the infrared
-// camera reads its rows in 30.55 ms. The cameras take pictures on clocks of their own: colour that follows depth by 5
-// to 15 ms fitted best.
+// camera reads its rows in 30.55 ms. The two cameras have clocks of their own; 10 ms is the middle of what fitted one
+// recording about equally (docs/fusion.md, "A camera that moves while it takes a frame"). An Xtion and a Carmine have
+// the Kinect's chip; that they have its timing is assumed.
 inline constexpr FrameTiming kKinectTiming = {.readout_s = 0.03055, .colour_later_s = 0.010};
 
 // Stereo: sigma = z^2 subpixel / (f baseline). A D435 with a subpixel error of 0.08, f = 390 pixels at 848 x 480 and a
