@@ -9,9 +9,7 @@
 #include "scan/frames/budget_check.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/frames/settle_sensor.h"
-#include "scan/refine/loop_refiner.h"
-#include "scan/refine/turntable_refiner.h"
-#include "scan/scan_pass.h"
+#include "scan/passes.h"
 #include "scan/settings_check.h"
 
 namespace scanknit {
@@ -71,11 +69,11 @@ class RecordingScan {
     if (auto sound = check_job(); !sound) return sound;
     if (auto opened = open(); !opened) return opened;
     const bool stands_still = source_->info().poses == PoseMode::kStill;
-    if (!job_.config.turntable.is_enabled) return scan_walk();
-    if (!stands_still) return scan_turntable();
+    if (!job_.config.turntable.is_enabled) return walk();
+    if (!stands_still) return turn();
     session_.warn(WarningCode::kNotATurntable,
                   "--poses still: nothing is taken to turn, and no turntable is looked for");
-    return scan_walk();
+    return walk();
   }
 
   [[nodiscard]] Result<void> check_job() const {
@@ -95,47 +93,34 @@ class RecordingScan {
     return session_.observer().on_open(source_->info());
   }
 
-  [[nodiscard]] Result<void> scan_walk() { return scan_walk(input_of(*source_)); }
-
-  [[nodiscard]] Result<void> scan_walk(const PassInput& input) {
-    const auto refiner = loop_refiner(job_.config, input.source.info().poses, archive_, session_);
-    ScanPass pass(job_, input, *refiner, session_);
-    const Result<void> scanned = pass.run();
-    pass.describe(result_);
-    return scanned;
-  }
+  [[nodiscard]] Result<void> walk() { return keep(scan_walk(job_, input_of(*source_), session_)); }
 
   /// Scans a turntable. If it turns out to be none, scans the recording as a walk.
-  [[nodiscard]] Result<void> scan_turntable() {
-    ScanJob turning = job_;
-    turning.config.fusion.loop_closure = false;  // the turntable's own pairs close the turn
-    TurntableRefiner turntable(turning, source_->info().poses, archive_, session_);
-    const auto learned = turntable.learn();
-    turntable.describe(result_);
-    if (!learned) return learned;
-    ScanPass pass(turning, input_of(*source_), turntable, session_);
-    const Result<void> scanned = pass.run();
-    turntable.conclude(/*has_mesh=*/scanned.has_value());
-    pass.describe(result_);
-    if (!scanned) return scanned;
-    const bool was_a_walk = !turntable.changes_frames() && !(job_.config.fusion.loop_closure && result_.tracking);
-    if (turntable.is_refined() || was_a_walk || session_.is_stopped()) return scanned;
-    return scan_as_walk(pass, turntable);
+  [[nodiscard]] Result<void> turn() {
+    PassResult turned = scan_turntable(job_, input_of(*source_), session_);
+    const bool has_still_scene = turned.scan.turntable->has_still_scene;
+    const bool differs_from_walk = turned.scan.tracking && (has_still_scene || job_.config.fusion.loop_closure);
+    const bool is_done = !turned.scan.outcome || turned.scan.turntable->is_refined || session_.is_stopped();
+    return is_done || !differs_from_walk ? keep(std::move(turned)) : walk_again(std::move(turned));
   }
 
-  /// Scans the same frames as the pass again, now as a walk: with everything that stands still.
-  [[nodiscard]] Result<void> scan_as_walk(const ScanPass& pass, const TurntableRefiner& turntable) {
-    const auto frames = open_frames(job_, &pass.intake().taken());
-    if (!frames) return frames.error();
+  /// Scans the same frames again, now as a walk: with everything that stands still.
+  [[nodiscard]] Result<void> walk_again(PassResult turned) {
+    const auto frames = open_frames(job_, &turned.taken);
+    if (!frames) turned.scan.outcome = frames.error();
+    if (!frames) return keep(std::move(turned));
     PassInput input = input_of(**frames);
-    input.counted = pass.intake().left_out();
-    input.crop = pass.crop();
-    FilesByKind files = std::move(result_.files);
-    result_ = {};
-    result_.files = std::move(files);
-    const Result<void> scanned = scan_walk(input);
-    turntable.describe(result_);
-    return scanned;
+    input.counted = turned.left_out;
+    input.crop = turned.crop;
+    PassResult walked = scan_walk(job_, input, session_);
+    walked.scan.turntable = std::move(turned.scan.turntable);
+    walked.scan.files.merge(turned.scan.files);
+    return keep(std::move(walked));
+  }
+
+  Result<void> keep(PassResult made) {
+    result_ = std::move(made.scan);
+    return result_.outcome;
   }
 
   [[nodiscard]] PassInput input_of(FrameSource& source) const {

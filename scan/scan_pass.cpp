@@ -27,6 +27,7 @@ Result<void> ScanPass::run() {
 }
 
 Result<void> ScanPass::begin() {
+  if (auto prepared = refiner_.prepare(); !prepared) return prepared;
   warn_of_holes(job_.config.extract, session_);
   const bool keeps_depth_samples = job_.measures_fit || job_.config.finish.drops_crumbs;
   const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples};
@@ -66,7 +67,7 @@ Result<void> ScanPass::write_tracked() {
 
 Result<void> ScanPass::refine() {
   const bool is_lost = !tracking_verdict_;
-  const bool may_refine = !session_.is_stopped() && (!is_lost || refiner_.recovers_lost_scans());
+  const bool may_refine = !is_lost || refiner_.recovers_lost_scans();
   bool is_refined = false;
   const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), scan_->is_budget_reached()});
   if (may_refine) {

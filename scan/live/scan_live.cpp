@@ -10,10 +10,8 @@
 #include "scan/frames/recorded_frames.h"
 #include "scan/frames/settle_sensor.h"
 #include "scan/live/live_scanner.h"
-#include "scan/refine/loop_refiner.h"
-#include "scan/refine/turntable_refiner.h"
+#include "scan/passes.h"
 #include "scan/scan.h"
-#include "scan/scan_pass.h"
 #include "scan/settings_check.h"
 #include "scan/stage_times.h"
 
@@ -56,8 +54,10 @@ class LiveScan {
     if (auto sound = check_job(); !sound) return sound;
     if (auto opened = session_.observer().on_open({}); !opened) return opened;
     if (auto started = start(); !started) return started;
-    const Result<void> meshed = scan_turntable(scan_frames());
-    return source_->failure() ? failed_scan(*source_->failure(), meshed) : meshed;
+    PassResult made = scan_frames();
+    refine_turntable(made);
+    result_ = std::move(made.scan);
+    return source_->failure() ? failed_scan(*source_->failure(), result_.outcome) : result_.outcome;
   }
 
   [[nodiscard]] Result<void> check_job() const {
@@ -104,7 +104,7 @@ class LiveScan {
   }
 
   /// Scans the frames as they come. Ctrl-C ends the frames; the steps after them still run.
-  [[nodiscard]] Result<void> scan_frames() {
+  [[nodiscard]] PassResult scan_frames() {
     const FrameArchive archive = is_recording_ ? FrameArchive([this](std::size_t every) {
       finish_recording();
       AcquireConfig config = job_.config.acquire;
@@ -112,68 +112,65 @@ class LiveScan {
       return open_recording(*request_.recording, config);
     })
                                                : FrameArchive();
-    const auto refiner = loop_refiner(job_.config, source_->info().poses, archive, session_);
-    const PassInput input{
-        .source = *source_, .archive = archive, .stop = stop_, .is_paced = true, .losses = [this] { return losses(); }};
-    ScanPass pass(job_, input, *refiner, session_);
-    const Result<void> scanned = pass.run();
+    PassResult made = scan_walk(job_,
+                                {.source = *source_,
+                                 .archive = archive,
+                                 .stop = stop_,
+                                 .is_paced = true,
+                                 .losses = [this] { return losses(); }},
+                                session_);
     finish_recording();
-    result_.losses = losses();
-    warn_of_losses(*result_.losses, session_);
-    pass.describe(result_);
-    if (has_recording_) result_.files["recording"] = request_.recording->string();
-    taken_ = pass.intake().taken();
-    left_out_ = pass.intake().left_out();
-    crop_ = pass.crop();
-    return scanned;
+    made.scan.input = std::move(result_.input);
+    made.scan.losses = losses();
+    warn_of_losses(*made.scan.losses, session_);
+    if (has_recording_) made.scan.files["recording"] = request_.recording->string();
+    return made;
   }
 
   /// The mesh of the tracked frames is already on disk; the mesh of the refined turntable replaces it. A second Ctrl-C
   /// keeps the first mesh.
-  [[nodiscard]] Result<void> scan_turntable(const Result<void>& meshed) {
-    if (!job_.config.turntable.is_enabled || job_.config.acquire.poses == PoseMode::kStill) return meshed;
+  void refine_turntable(PassResult& made) {
+    if (!job_.config.turntable.is_enabled || job_.config.acquire.poses == PoseMode::kStill) return;
     if (!has_recording_) {
       session_.warn(WarningCode::kTurntableNotTried, "turntable: without a recording the mesh is the tracked one");
-      return meshed;
+      return;
     }
     session_.info("finding the axis and the angles of the turntable; Ctrl-C leaves the mesh as it is");
-    const auto refined = scan_recorded_turntable();
-    if (refined && *refined) return {};
-    if (!refined) {
+    if (const auto scanned = scan_recorded_turntable(made); !scanned) {
       session_.warn(WarningCode::kTurntableNotTried,
-                    fmt::format("turntable: {}; the mesh is the tracked one", refined.error().text()));
+                    fmt::format("turntable: {}; the mesh is the tracked one", scanned.error().text()));
     }
-    return meshed;
   }
 
-  /// Makes a second pass, over the recording. False: it is no turntable, and the result stays that of the first pass.
-  [[nodiscard]] Result<bool> scan_recorded_turntable() {
+  /// Makes a second pass, over the recording. If it finds a turntable, its result replaces that of the first pass.
+  [[nodiscard]] Result<void> scan_recorded_turntable(PassResult& made) {
     ScanJob recorded = job_;
     recorded.input = *request_.recording;
-    const auto source = open_frames(recorded, &taken_);
+    const auto source = open_frames(recorded, &made.taken);
     if (!source) return source.error();
-    const FrameArchive archive = archive_of(recorded, &taken_);
     ScanSession session(session_.observer(), {});
-    TurntableRefiner turntable(recorded, (*source)->info().poses, archive, session);
-    const auto scanned = [&]() -> Result<void> {
-      if (auto learned = turntable.learn(); !learned) return learned;
-      ScanPass pass(
-          recorded,
-          {.source = **source, .archive = archive, .writes_tracked_mesh = false, .counted = left_out_, .crop = crop_},
-          turntable, session);
-      const Result<void> passed = pass.run();
-      if (turntable.is_refined()) pass.describe(result_);
-      return passed;
-    }();
-    turntable.describe(result_);
-    if (turntable.is_refined()) {
+    const FrameArchive archive = archive_of(recorded, &made.taken);
+    const PassInput input{.source = **source,
+                          .archive = archive,
+                          .writes_tracked_mesh = false,
+                          .counted = made.left_out,
+                          .crop = made.crop};
+    ScanResult turned = scan_turntable(recorded, input, session).scan;
+    const Result<void> scanned = turned.outcome;
+    if (turned.turntable->is_refined) {
       session_.begin_mesh();
-      result_.loops.reset();  // they belong to the first pass, whose poses were replaced
+      if (!scanned) turned.outcome = made.scan.outcome;
+      turned.input = made.scan.input;
+      turned.losses = made.scan.losses;
+      turned.files.merge(made.scan.files);
+      made.scan = std::move(turned);
+    } else {
+      made.scan.turntable = std::move(turned.turntable);
+      if (!scanned) made.scan.turntable->reason = scanned.error().text();
     }
-    result_.warnings = session.warnings();
-    add_times(times_after_frames(session.times()), result_.stages);
-    if (!scanned) return scanned.error();
-    return turntable.is_refined();
+    made.scan.warnings = session.warnings();
+    add_times(times_after_frames(session.times()), made.scan.stages);
+    return scanned;
   }
 
   void finish_recording() {
@@ -198,9 +195,6 @@ class LiveScan {
   bool is_recording_ = false;   ///< the recorder is still writing pictures
   bool has_recording_ = false;  ///< there is a recording, with pictures in it
   bool has_warned_of_recorder_ = false;
-  SequenceRanges taken_;
-  FrameCounts left_out_;
-  CropBox crop_;
   ScanResult result_;
 };
 

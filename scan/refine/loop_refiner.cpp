@@ -52,6 +52,7 @@ LoopResult LoopRefiner::described(const LoopClosure& closure) const {
 }
 
 Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
+  if (session_.is_stopped()) return std::optional<Trajectory>();
   LoopClosure closure = find_loops();
   result_ = described(closure);
   auto closed = close(walk, std::move(closure));

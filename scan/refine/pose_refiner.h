@@ -18,13 +18,15 @@ struct TrackedWalk {
   const std::optional<TrackingResult>& tracking;  ///< nothing where poses are given
 };
 
-/// A scan calls edit_for_tracking() and note_fused() for its frames, and start_over() when it begins again; then
-/// refine(), at most once. If that returns poses, edit_for_fusion() follows for each frame, then accept() or reject().
-/// An error ends the scan.
+/// A scan calls prepare() once, edit_for_tracking() and note_fused() for its frames, and start_over() when it begins
+/// again; then refine(), at most once. If that returns poses, edit_for_fusion() follows for each frame, then accept()
+/// or reject(). An error ends the scan.
 class PoseRefiner {
  public:
   virtual ~PoseRefiner() = default;
 
+  /// Called before the first frame: may read all frames.
+  [[nodiscard]] virtual Result<void> prepare() { return {}; }
   /// Changes a filtered frame before it is tracked.
   virtual void edit_for_tracking([[maybe_unused]] Frame& frame) const {}
   /// Called after a frame was fused. `follows_gap`: tracking was lost between the last fused frame and this one.
@@ -35,7 +37,8 @@ class PoseRefiner {
 
   /// True when it can find poses although tracking was lost most of the time.
   [[nodiscard]] virtual bool recovers_lost_scans() const { return false; }
-  /// The poses at which to fuse the frames again, into an empty volume; nothing: poses and volume stay as they are.
+  /// The poses at which to fuse the frames again, into an empty volume; nothing: poses and volume stay as they are,
+  /// as they do when the scan was interrupted.
   [[nodiscard]] virtual Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) = 0;
 
   /// Changes a frame before it is filtered and fused again.

@@ -85,7 +85,7 @@ void TurntableRefiner::add_sample(Frame& frame) {
   sample_sequences_.push_back(frame.sequence);
 }
 
-Result<void> TurntableRefiner::learn() {
+Result<void> TurntableRefiner::prepare() {
   const auto source = archive_.open();
   if (!source) return source.error();
   if (auto checked = check_known_angles((*source)->info()); !checked) return checked;
@@ -107,6 +107,7 @@ Result<void> TurntableRefiner::learn() {
     return read;
   });
   result_.has_still_scene = !still_.empty();
+  is_prepared_ = begun.has_value();
   return begun;
 }
 
@@ -334,6 +335,10 @@ Result<void> TurntableRefiner::reject(const Result<std::size_t>& fused) {
 
 void TurntableRefiner::describe(ScanResult& result) const {
   result.turntable = result_;
+  if (is_prepared_ && !result_.is_refined && result_.reason.empty()) {
+    result.turntable->reason =
+        session_.is_stopped() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
+  }
   if (has_cut_recording_) result.files["cut_recording"] = job_.cut_recording->string();
 }
 
@@ -428,12 +433,6 @@ Result<std::optional<Trajectory>> TurntableRefiner::refine(const TrackedWalk& wa
     kept_.emplace(*std::move(created));
   }
   return std::optional(trajectory_of(*held));
-}
-
-void TurntableRefiner::conclude(bool has_mesh) {
-  if (result_.is_refined || !result_.reason.empty()) return;
-  if (has_mesh) return (void)give_up("it was interrupted");
-  result_.reason = session_.is_stopped() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
 }
 
 }  // namespace scanknit

@@ -31,14 +31,9 @@ class TurntableRefiner final : public PoseRefiner {
   /// exact, and only the cut is made; else poses are tracked. All references outlive it.
   TurntableRefiner(const ScanJob& job, PoseMode poses, const FrameArchive& archive, ScanSession& session);
 
-  /// To be called before any frame is tracked: learns from about fifty frames what stands still. Errors: those of the
-  /// recording; kConfig for known angles that do not fit the recording.
-  [[nodiscard]] Result<void> learn();
-
-  /// True when something stands still, and poses are tracked: edit_for_tracking() changes frames.
-  [[nodiscard]] bool changes_frames() const { return !has_poses_ && !still_.empty(); }
-  [[nodiscard]] bool is_refined() const { return result_.is_refined; }
-
+  /// Learns from about fifty frames what stands still. Errors: those of the recording; kConfig for known angles that do
+  /// not fit the recording.
+  [[nodiscard]] Result<void> prepare() override;
   /// Removes from a filtered frame what stands still, and crops the picture to the part where something moves. Does
   /// nothing when poses are known.
   void edit_for_tracking(Frame& frame) const override;
@@ -51,10 +46,8 @@ class TurntableRefiner final : public PoseRefiner {
   [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
   [[nodiscard]] bool moves_the_world() const override { return true; }
+  /// If the scan ended between prepare() and refine(), the reason says so.
   void describe(ScanResult& result) const override;
-
-  /// To be called after the scan: notes why it was not refined, if refine() was not reached.
-  void conclude(bool has_mesh);
 
  private:
   /// All frames that were read while tracking.
@@ -69,6 +62,7 @@ class TurntableRefiner final : public PoseRefiner {
   };
   using Visit = std::function<Result<void>(Frame&)>;
 
+  [[nodiscard]] bool changes_frames() const { return !has_poses_ && !still_.empty(); }
   [[nodiscard]] Result<void> read_frames(std::size_t every, const Visit& visit) const;
   void add_sample(Frame& frame);
   [[nodiscard]] std::vector<DepthImage> moving_parts() const;
@@ -97,6 +91,7 @@ class TurntableRefiner final : public PoseRefiner {
   bool has_poses_;
   const FrameArchive& archive_;
   ScanSession& session_;
+  bool is_prepared_ = false;
   TurntableResult result_;
   KnownAngles known_;
   CameraIntrinsics camera_;

@@ -1,0 +1,32 @@
+#include "scan/passes.h"
+
+#include "scan/refine/loop_refiner.h"
+#include "scan/refine/turntable_refiner.h"
+
+namespace scanknit {
+namespace {
+
+PassResult run_pass(const ScanJob& job, const PassInput& input, PoseRefiner& refiner, ScanSession& session) {
+  ScanPass pass(job, input, refiner, session);
+  PassResult made;
+  made.scan.outcome = pass.run();
+  pass.describe(made.scan);
+  made.taken = pass.intake().taken();
+  made.left_out = pass.intake().left_out();
+  made.crop = pass.crop();
+  return made;
+}
+
+}  // namespace
+
+PassResult scan_walk(const ScanJob& job, const PassInput& input, ScanSession& session) {
+  const auto refiner = loop_refiner(job.config, input.source.info().poses, input.archive, session);
+  return run_pass(job, input, *refiner, session);
+}
+
+PassResult scan_turntable(const ScanJob& job, const PassInput& input, ScanSession& session) {
+  TurntableRefiner refiner(job, input.source.info().poses, input.archive, session);
+  return run_pass(job, input, refiner, session);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,28 @@
+// A pass through a scan's frames, as a walk or as a turntable.
+#pragma once
+
+#include "core/axes.h"
+#include "scan/frames/sequence_ranges.h"
+#include "scan/scan_job.h"
+#include "scan/scan_pass.h"
+#include "scan/scan_result.h"
+#include "scan/scan_session.h"
+
+namespace scanknit {
+
+/// What a pass made, and what another pass over the same frames starts from.
+struct PassResult {
+  ScanResult scan;       ///< without what ScanSession::conclude() adds
+  SequenceRanges taken;  ///< FrameIntake::taken()
+  FrameCounts left_out;  ///< FrameIntake::left_out()
+  CropBox crop;
+};
+
+/// Scans the frames as they come; closes loops if poses are tracked and fusion.loop_closure is on.
+[[nodiscard]] PassResult scan_walk(const ScanJob& job, const PassInput& input, ScanSession& session);
+
+/// Scans a turntable: leaves out what stands still, and finds the axis and the angles. `scan.turntable->is_refined` is
+/// false if there is none, or after an error.
+[[nodiscard]] PassResult scan_turntable(const ScanJob& job, const PassInput& input, ScanSession& session);
+
+}  // namespace scanknit
