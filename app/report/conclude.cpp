@@ -36,13 +36,14 @@ bool wants_report(const CommandRun& run) {
   }
 }
 
-Result<void> write_report(const Outputs& outputs, CommandRun& run) {
-  if (!outputs.report || !wants_report(run)) return {};
-  FilesByKind& files = run.scan.files;
+/// The files of the report are among those that the report names.
+void name_report(const Outputs& outputs, FilesByKind& files) {
   files["report"] = outputs.report->string();
   if (outputs.page) files["page"] = outputs.page->string();
-  const std::string json = report_json(run);
-  if (outputs.page) {                             // first: if it fails, report.json reports it
+}
+
+Result<void> write_report(const std::string& json, const Outputs& outputs, const FilesByKind& files) {
+  if (outputs.page) {
     const auto poses = files.find("trajectory");  // this run's trajectory, wherever it was written
     const std::filesystem::path trajectory = poses == files.end() ? "" : poses->second;
     if (auto written = write_report_page(json, *outputs.page, trajectory); !written) return written;
@@ -50,8 +51,17 @@ Result<void> write_report(const Outputs& outputs, CommandRun& run) {
   return write_file_atomically(*outputs.report, json);
 }
 
-std::string result_text(const CommandRun& run, const CommonArguments& common, bool with_case_table) {
-  if (common.is_json) return report_json(run);
+/// To be called when the report could not be written: this ends a run that had no error.
+void note_failure(const Error& error, CommandRun& run, const CommonArguments& common) {
+  run.scan.files.erase("report");
+  run.scan.files.erase("page");
+  if (!run.scan.outcome) return (void)fail(error, common);
+  run.scan.outcome = error;
+  run.status = error.text();
+  run.exit_code = exit_code_of(error.code);
+}
+
+std::string text_for_people(const CommandRun& run, const CommonArguments& common, bool with_case_table) {
   if (!run.scan.outcome && !is_partial(run)) return "";
   std::string text;
   if (common.verbosity != Verbosity::kQuiet) text = summary_text(run);
@@ -76,18 +86,16 @@ CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_
 }
 
 int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
-  if (auto written = write_report(outputs, run); !written) {
-    run.scan.files.erase("report");
-    run.scan.files.erase("page");
-    if (!run.scan.outcome) {
-      (void)fail(written.error(), common);
-    } else {
-      run.scan.outcome = written;
-      run.status = written.error().text();
-      run.exit_code = exit_code_of(written.error().code);
+  const bool has_report = outputs.report && wants_report(run);
+  if (has_report) name_report(outputs, run.scan.files);
+  std::string json = has_report || common.is_json ? report_json(run) : "";
+  if (has_report) {
+    if (auto written = write_report(json, outputs, run.scan.files); !written) {
+      json.clear();  // it says that there is a report
+      note_failure(written.error(), run, common);
     }
   }
-  const std::string text = result_text(run, common, with_case_table);
+  const std::string text = common.is_json ? std::move(json) : text_for_people(run, common, with_case_table);
   const int printed = text.empty() ? kExitOk : print_result(text, common);
   if (!run.scan.outcome) (void)fail(run.scan.outcome.error(), common);
   return run.exit_code != kExitOk ? run.exit_code : printed;
