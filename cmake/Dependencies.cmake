@@ -45,12 +45,10 @@ target_link_libraries(scanknit_pcl_features INTERFACE scanknit_pcl)
 find_library(PCL_features_LIBRARY pcl_features REQUIRED)
 target_link_libraries(scanknit_pcl_features INTERFACE ${PCL_features_LIBRARY})
 
-add_library(scanknit_pcl_segmentation INTERFACE IMPORTED)  # likewise, for the one that finds the ground
-target_link_libraries(scanknit_pcl_segmentation INTERFACE scanknit_pcl)
-foreach(part sample_consensus segmentation)
-  find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
-  target_link_libraries(scanknit_pcl_segmentation INTERFACE ${PCL_${part}_LIBRARY})
-endforeach()
+add_library(scanknit_pcl_sample_consensus INTERFACE IMPORTED)  # likewise, for the one that finds the ground
+target_link_libraries(scanknit_pcl_sample_consensus INTERFACE scanknit_pcl)
+find_library(PCL_sample_consensus_LIBRARY pcl_sample_consensus REQUIRED)
+target_link_libraries(scanknit_pcl_sample_consensus INTERFACE ${PCL_sample_consensus_LIBRARY})
 
 # Volume files. ITK's own configuration asks for all of its sixty modules; its readers of three headers are all we need.
 find_path(ITK_INCLUDE_DIR NrrdIO.h PATH_SUFFIXES ITK-5.2 REQUIRED)

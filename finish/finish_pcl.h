@@ -19,7 +19,7 @@ struct FinishPcl {
 
 /// Error (kInternal): load_module()'s.
 [[nodiscard]] inline Result<const FinishPcl*> load_finish_pcl() {
-  return load_module<FinishPcl>("finish_pcl", "Install scanknit again; it needs Debian's libpcl-segmentation1.13");
+  return load_module<FinishPcl>("finish_pcl", "Install scanknit again; it needs Debian's libpcl-sample-consensus1.13");
 }
 
 }  // namespace scanknit

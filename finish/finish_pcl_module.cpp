@@ -1,10 +1,9 @@
 // The module libscanknit_finish_pcl.so.
-#include <pcl/ModelCoefficients.h>
-#include <pcl/PointIndices.h>
 #include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
-#include <pcl/segmentation/sac_segmentation.h>
+#include <pcl/sample_consensus/ransac.h>
+#include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
 
 #include "core/version.h"
 #include "finish/finish_pcl.h"
@@ -16,23 +15,22 @@ constexpr int kTries = 2000;
 
 std::optional<Eigen::Vector4d> find_plane(const std::vector<Eigen::Vector3f>& points_m, const GroundSearch& search) {
   using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+  using Model = pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>;
   const Cloud::Ptr cloud(new Cloud);
   for (const Eigen::Vector3f& p : points_m) cloud->push_back({p.x(), p.y(), p.z()});
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);             // a library never prints on input
-  pcl::SACSegmentation<pcl::PointXYZ> segmentation(/*random=*/false);  // a fixed seed
-  segmentation.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
-  segmentation.setMethodType(pcl::SAC_RANSAC);
-  segmentation.setAxis(search.expected_up.cast<float>());
-  segmentation.setEpsAngle(search.max_tilt_rad);
-  segmentation.setDistanceThreshold(search.tolerance_m);
-  segmentation.setMaxIterations(kTries);
-  segmentation.setOptimizeCoefficients(false);
-  segmentation.setInputCloud(cloud);
-  pcl::PointIndices on_plane;
-  pcl::ModelCoefficients plane;
-  segmentation.segment(on_plane, plane);
-  if (plane.values.size() != 4 || on_plane.indices.size() < 3) return std::nullopt;
-  return Eigen::Vector4d(plane.values[0], plane.values[1], plane.values[2], plane.values[3]);
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);     // a library never prints on input
+  const Model::Ptr model(new Model(cloud, /*random=*/false));  // a fixed seed
+  model->setAxis(search.expected_up.cast<float>());
+  model->setEpsAngle(search.max_tilt_rad);
+  pcl::RandomSampleConsensus<pcl::PointXYZ> ransac(model, search.tolerance_m);
+  ransac.setMaxIterations(kTries);
+  if (!ransac.computeModel()) return std::nullopt;
+  pcl::Indices on_plane;
+  ransac.getInliers(on_plane);
+  if (on_plane.size() < 3) return std::nullopt;
+  Eigen::VectorXf plane;
+  ransac.getModelCoefficients(plane);
+  return plane.cast<double>();
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST_F(MissingModule, OfTheGroundLeavesThatStepOutAndTheScanIsKept) {
       {"run", path("recording"), "-o", path("out"), "--set", "fusion.voxel_size=8mm", "--set", "finish.ground=remove"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "libscanknit_finish_pcl.so")) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "libpcl-segmentation1.13")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "libpcl-sample-consensus1.13")) << outcome.err;
   const auto report = nlohmann::json::parse(read_text(folder_ / "out" / "report.json"), nullptr, false);
   EXPECT_TRUE(contains(report["finish"]["steps"].dump(), "libscanknit_finish_pcl.so")) << report["finish"];
   EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out" / "model.glb"));
