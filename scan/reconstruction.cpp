@@ -4,12 +4,16 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
+#include "fusion/loops/feature_match.h"
 #include "fusion/shutter/deskew.h"
 
 namespace scanknit {
 
 Result<Reconstruction> Reconstruction::create(const ScanConfig& config, const Options& options, PoseRefiner& refiner,
                                               ScanSession& session) {
+  if (is_tracked(options.poses)) {
+    if (auto found = check_features(); !found) return found.error();
+  }
   auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   return Reconstruction(config, options, refiner, session, *std::move(volume));

@@ -15,6 +15,7 @@ namespace scanknit {
 [[nodiscard]] Result<Mesh> read_ply(std::string_view bytes, const Limits& limits);
 [[nodiscard]] Result<Mesh> read_obj(std::string_view bytes, const Limits& limits);
 [[nodiscard]] Result<Mesh> read_stl(std::string_view bytes, const Limits& limits);
+/// Also kInternal, when its module cannot be opened.
 [[nodiscard]] Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* notes = nullptr);
 
 /// Reads and finishes: what read_mesh() does once it has the bytes.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/files/read_file.h"
+#include "export/glb/glb_reader.h"
 #include "export/mesh/mesh_builder.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_readers.h"
@@ -23,6 +24,12 @@ Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& li
 }
 
 }  // namespace
+
+Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
+  const auto reader = load_glb_reader();
+  if (!reader) return reader.error();
+  return (*reader)->read(bytes, limits, notes);
+}
 
 Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits& limits, MeshNotes* notes) {
   try {

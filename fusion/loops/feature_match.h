@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/pose.h"
+#include "core/result.h"
 #include "fusion/track/surface_pyramid.h"
 
 namespace scanknit {
@@ -18,7 +19,10 @@ struct Feature {
   Eigen::Vector3f p_camera;
 };
 
-/// ORB features (Rublee et al. 2011) at pixels with depth. None without colour.
+/// Opens the module that finds features, for a scan that is to be tracked. Error (kInternal): load_module()'s.
+[[nodiscard]] Result<void> check_features();
+
+/// ORB features (Rublee et al. 2011) at pixels with depth. None without colour, or without the module.
 [[nodiscard]] std::vector<Feature> find_features(const SurfaceLevel& picture);
 
 /// T_from_to from the common features of both pictures: P3P in RANSAC, with the same draws in every run. Nothing unless

@@ -82,6 +82,17 @@ TEST_F(MissingModule, OfAligningIsTold) {
               "libpcl-features1.13");
 }
 
+TEST_F(MissingModule, OfTrackingIsTold) {
+  make_recording();
+  expect_told(modules_.run({"run", path("recording"), "-o", path("out"), "--poses", "track"}),
+              "libscanknit_features_opencv.so", "libopencv-calib3d406");
+}
+
+TEST_F(MissingModule, OfGlbFilesIsTold) {
+  std::ofstream(folder_ / "a.glb") << "glTF";
+  expect_told(modules_.run({"info", path("a.glb")}), "libscanknit_glb_reader.so", "libtinygltf2d");
+}
+
 TEST_F(MissingModule, OfTheGroundLeavesThatStepOutAndTheScanIsKept) {
   make_recording();
   const Outcome outcome = modules_.run(

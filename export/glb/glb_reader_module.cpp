@@ -1,3 +1,4 @@
+// The module libscanknit_glb_reader.so.
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
@@ -7,12 +8,13 @@
 #include <limits>
 #include <span>
 
+#include "core/version.h"
 #include "export/glb/glb_accessor.h"
 #include "export/glb/glb_container.h"
 #include "export/glb/glb_decompression.h"
+#include "export/glb/glb_reader.h"
 #include "export/glb/glb_texture.h"
 #include "export/mesh/mesh_builder.h"
-#include "export/mesh/mesh_readers.h"
 #include "export/spill/stitch_borders.h"
 #include "export/texture/srgb.h"
 
@@ -306,9 +308,7 @@ class SceneReader {
   bool all_have_colours_ = true;
 };
 
-}  // namespace
-
-Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
+Result<Mesh> mesh_of(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   if (auto ok = check_glb_container(bytes); !ok) return ok.error();
   try {
     const auto unpacked = without_meshopt(bytes, limits);
@@ -328,4 +328,12 @@ Result<Mesh> read_glb(std::string_view bytes, const Limits& limits, MeshNotes* n
   }
 }
 
+}  // namespace
 }  // namespace scanknit
+
+extern "C" __attribute__((visibility("default"))) const scanknit::ModuleEntry* scanknit_module() {
+  using namespace scanknit;
+  static constexpr GlbReader kOffers{mesh_of};
+  static constexpr ModuleEntry kEntry{kVersion, &kOffers};
+  return &kEntry;
+}
