@@ -110,7 +110,7 @@ Result<Times> time_frames(std::span<const Frame> frames, const Options& options,
       const double raycast_ms = std::chrono::duration<double, std::milli>(result.raycast_time).count();
       times["raycast"].push_back(raycast_ms);
       times["track"].push_back(watch.lap_ms() - raycast_ms);
-      if (result.is_lost()) return fault("lost: " + result.reason);
+      if (result.is_lost()) return fault(std::string("lost: ") + to_string(result.reason));
       pose = result.T_world_camera;
     }
     if (!pose) return fault("has no pose; --tracked finds one");

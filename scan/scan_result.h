@@ -37,7 +37,7 @@ struct FrameCounts {
 struct TrackedFrame {
   std::uint64_t sequence = 0;
   TrackState state = TrackState::kLost;
-  std::string reason;  ///< why not ok, in a few words of docs/report.md; empty when ok
+  TrackReason reason = TrackReason::kNone;  ///< why not ok
   double overlap = 0, inlier_share = 0, rms_sigma = 0;
   std::size_t points = 0;
   int weak_directions = 0;

@@ -13,7 +13,7 @@ namespace {
 std::string lost_text(const TrackedScan& scan) {
   std::map<std::string, std::size_t> reasons;
   for (const TrackedFrame& frame : scan.tracking->frames) {
-    if (frame.state == TrackState::kLost) ++reasons[frame.reason];
+    if (frame.state == TrackState::kLost) ++reasons[to_string(frame.reason)];
   }
   std::vector<std::string> parts;
   for (const auto& [reason, count] : reasons) parts.push_back(fmt::format("{} x {}", count, reason));

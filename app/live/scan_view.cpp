@@ -208,19 +208,19 @@ void ScanView::note_tracking(const TrackedFrame* newest) {
   const std::string tracking = newest == nullptr ? "none" : to_string(newest->state);
   if (tracking != state_.tracking) state_at_ = {};  // that is news
   state_.tracking = tracking;
-  state_.reason = newest == nullptr ? "" : newest->reason;
-  state_.advice = tracking_advice(state_.reason);
+  const TrackReason reason = newest == nullptr ? TrackReason::kNone : newest->reason;
+  state_.reason = to_string(reason);
+  state_.advice = tracking_advice(reason);
 }
 
 /// Shows that frames come but cannot be used.
 void ScanView::note_trouble(DropReason reason) {
   if (state_.phase != ViewPhase::kScanning) return;
-  std::string words = to_string(reason);
-  std::replace(words.begin(), words.end(), '_', ' ');
-  if (reason == DropReason::kNoDepth) words = "nothing seen";
+  const TrackReason seen = reason == DropReason::kNoDepth ? TrackReason::kNothingSeen : TrackReason::kNone;
   state_.tracking = "unusable";
-  state_.advice = tracking_advice(words);
-  state_.reason = std::move(words);
+  state_.advice = tracking_advice(seen);
+  state_.reason = seen == TrackReason::kNone ? to_string(reason) : to_string(seen);
+  std::replace(state_.reason.begin(), state_.reason.end(), '_', ' ');
 }
 
 /// Shows progress on the page only before the first frame and after the last one.

@@ -1,28 +1,22 @@
 #include "app/live/tracking_advice.h"
 
-#include <array>
-#include <utility>
-
 namespace scanknit {
 
-std::string tracking_advice(std::string_view reason) {
-  using Advice = std::pair<std::string_view, std::string_view>;
-  static constexpr std::array kAdvice = {
-      Advice{"nothing seen", "uncover the lens, or move closer"},
-      Advice{"too close", "step back a little"},
-      Advice{"too few points", "show more of the object or the room"},
-      Advice{"too fast", "go back a little, and move more slowly"},
-      Advice{"place not recognised", "show something that was scanned before"},
-      Advice{"making sure", "hold still for a moment"},
-      Advice{"flat scene", "let something with edges or a pattern into view"},
-      Advice{"scene is changing", "wait until nothing moves"},
-      Advice{"scene has changed", "wait until nothing moves"},
-      Advice{"little overlap", "move more slowly"},
-      Advice{"recorded pose kept", "what is seen here cannot improve it"},
-      Advice{"recorded pose does not fit", "frames like this are left out"},
-  };
-  for (const auto& [known, advice] : kAdvice) {
-    if (known == reason) return std::string(advice);
+std::string tracking_advice(TrackReason reason) {
+  switch (reason) {
+    case TrackReason::kNone: return "";
+    case TrackReason::kNothingSeen: return "uncover the lens, or move closer";
+    case TrackReason::kTooClose: return "step back a little";
+    case TrackReason::kTooFewPoints: return "show more of the object or the room";
+    case TrackReason::kTooFast: return "go back a little, and move more slowly";
+    case TrackReason::kPlaceNotRecognised: return "show something that was scanned before";
+    case TrackReason::kMakingSure: return "hold still for a moment";
+    case TrackReason::kFlatScene: return "let something with edges or a pattern into view";
+    case TrackReason::kSceneIsChanging: return "wait until nothing moves";
+    case TrackReason::kSceneHasChanged: return "wait until nothing moves";
+    case TrackReason::kLittleOverlap: return "move more slowly";
+    case TrackReason::kRecordedPoseKept: return "what is seen here cannot improve it";
+    case TrackReason::kRecordedPoseDoesNotFit: return "frames like this are left out";
   }
   return "";
 }

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <string>
-#include <string_view>
+
+#include "fusion/track/tracker.h"
 
 namespace scanknit {
 
-/// Advice for one of the reasons of docs/report.md; empty when there is nothing to do.
-[[nodiscard]] std::string tracking_advice(std::string_view reason);
+/// What to do about it; empty for kNone.
+[[nodiscard]] std::string tracking_advice(TrackReason reason);
 
 }  // namespace scanknit

@@ -78,7 +78,7 @@ Json tracking_json(const ScanResult& scan) {
   for (const TrackedFrame& frame : scan.tracking->frames) {
     json["frames"].push_back({{"frame", frame.sequence},
                               {"state", to_string(frame.state)},
-                              {"reason", frame.reason},
+                              {"reason", to_string(frame.reason)},
                               {"points", frame.points},
                               {"overlap", finite(frame.overlap)},
                               {"inlier_share", finite(frame.inlier_share)},

@@ -75,11 +75,11 @@ double seconds(std::int64_t time, const Frame& frame) {
 }
 
 /// Why a frame shows too little to be tracked; nothing when it shows enough.
-std::optional<std::string> why_blind(const SurfaceLevel& level, std::optional<double> last_depth_m) {
+std::optional<TrackReason> why_blind(const SurfaceLevel& level, std::optional<double> last_depth_m) {
   const auto points = static_cast<double>(points_of(level));
-  if (points == 0) return "nothing seen";
+  if (points == 0) return TrackReason::kNothingSeen;
   if (points >= kFewestPoints * level.intrinsics.width * level.intrinsics.height) return std::nullopt;
-  return last_depth_m && *last_depth_m < kTooClose_m ? "too close" : "too few points";
+  return last_depth_m && *last_depth_m < kTooClose_m ? TrackReason::kTooClose : TrackReason::kTooFewPoints;
 }
 
 /// Of what the model does not contradict, the share that agrees with it.
@@ -101,17 +101,17 @@ bool is_near(const Pose& a, const Pose& b, double distance_m, double turn_rad) {
 }
 
 /// Why a believable pose is held by little; nothing when it is held well.
-std::optional<std::string> why_weak(const IcpResult& fit) {
-  if (fit.weak_directions > 0) return "flat scene";
-  if (fit.inlier_share < kGoodInliers || has_changed(fit)) return "scene has changed";
-  if (fit.overlap < 2 * kLeastOverlap) return "little overlap";
+std::optional<TrackReason> why_weak(const IcpResult& fit) {
+  if (fit.weak_directions > 0) return TrackReason::kFlatScene;
+  if (fit.inlier_share < kGoodInliers || has_changed(fit)) return TrackReason::kSceneHasChanged;
+  if (fit.overlap < 2 * kLeastOverlap) return TrackReason::kLittleOverlap;
   return std::nullopt;
 }
 
-TrackResult describe(TrackState state, std::string reason, const Pose& T_world_camera, const IcpResult& fit) {
+TrackResult describe(TrackState state, TrackReason reason, const Pose& T_world_camera, const IcpResult& fit) {
   TrackResult result;
   result.state = state;
-  result.reason = std::move(reason);
+  result.reason = reason;
   result.T_world_camera = T_world_camera;
   result.points = fit.points;
   result.overlap = fit.overlap;
@@ -151,54 +151,55 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
   nothing.points = points_of(seen.levels.front());
   const auto blind = why_blind(seen.levels.front(), last_ ? std::optional(last_->depth_m) : std::nullopt);
   if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
-  if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, "", T_last, nothing);
+  if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_last, nothing);
 
   if (recognised_) {
     const auto again = sure_fit(seen, recognised_->T_world_camera);
     if (again && recognised_->views + 1 >= kSureViews) {
-      return describe(TrackState::kRecovered, "", again->T_world_camera, again->icp);
+      return describe(TrackState::kRecovered, TrackReason::kNone, again->T_world_camera, again->icp);
     }
     if (again) {
       recognised_ = Recognised{again->T_world_camera, recognised_->views + 1};
-      return describe(TrackState::kLost, "making sure", T_last, again->icp);
+      return describe(TrackState::kLost, TrackReason::kMakingSure, T_last, again->icp);
     }
     recognised_.reset();
   }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
   if (is_accepted(followed, frame.timestamp_ns)) {
-    if (is_lost_) return describe(TrackState::kRecovered, "", followed.T_world_camera, followed.icp);
+    if (is_lost_) return describe(TrackState::kRecovered, TrackReason::kNone, followed.T_world_camera, followed.icp);
     const auto weak = why_weak(followed.icp);
-    return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), followed.T_world_camera,
-                    followed.icp);
+    return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(TrackReason::kNone),
+                    followed.T_world_camera, followed.icp);
   }
   if (is_worth_following(followed, frame.timestamp_ns)) {
     ++unsure_frames_;
-    return describe(TrackState::kLost, "scene is changing", followed.T_world_camera, followed.icp);
+    return describe(TrackState::kLost, TrackReason::kSceneIsChanging, followed.T_world_camera, followed.icp);
   }
   if (const auto again = find_again(seen)) {
     recognised_ = Recognised{again->T_world_camera, 1};
-    return describe(TrackState::kLost, is_lost_ ? "making sure" : "too fast", T_last, again->icp);
+    return describe(TrackState::kLost, is_lost_ ? TrackReason::kMakingSure : TrackReason::kTooFast, T_last, again->icp);
   }
-  const char* reason = is_lost_ ? "place not recognised" : "too fast";
+  const TrackReason reason = is_lost_ ? TrackReason::kPlaceNotRecognised : TrackReason::kTooFast;
   return describe(TrackState::kLost, reason, T_last, followed.icp);
 }
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Pose& T_recorded = *frame.T_world_camera;
   const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded}, shutter_);
-  if (volume_->blocks() == 0) return describe(TrackState::kOk, "", T_recorded, found.icp);
+  if (volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
   if (!is_sure(found.icp)) {
     const bool only_scene_changed = is_small && is_steady(found.icp);
     if (!only_scene_changed && found.icp.overlap >= kLeastOverlap && is_suddenly_worse(found.icp)) {
-      return describe(TrackState::kLost, "recorded pose does not fit", T_recorded, found.icp);
+      return describe(TrackState::kLost, TrackReason::kRecordedPoseDoesNotFit, T_recorded, found.icp);
     }
     if (!is_small || !is_believable(found.icp) || has_changed(found.icp)) {
-      return describe(TrackState::kWeak, "recorded pose kept", T_recorded, found.icp);
+      return describe(TrackState::kWeak, TrackReason::kRecordedPoseKept, T_recorded, found.icp);
     }
   }
   const auto weak = why_weak(found.icp);
-  return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(""), found.T_world_camera, found.icp);
+  return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(TrackReason::kNone), found.T_world_camera,
+                  found.icp);
 }
 
 /// Whether a pose that was followed is good enough to be fused.

@@ -14,6 +14,25 @@ const char* to_string(TrackState state) {
   return "";
 }
 
+const char* to_string(TrackReason reason) {
+  switch (reason) {
+    case TrackReason::kNone: return "";
+    case TrackReason::kNothingSeen: return "nothing seen";
+    case TrackReason::kTooClose: return "too close";
+    case TrackReason::kTooFewPoints: return "too few points";
+    case TrackReason::kTooFast: return "too fast";
+    case TrackReason::kPlaceNotRecognised: return "place not recognised";
+    case TrackReason::kMakingSure: return "making sure";
+    case TrackReason::kSceneIsChanging: return "scene is changing";
+    case TrackReason::kRecordedPoseDoesNotFit: return "recorded pose does not fit";
+    case TrackReason::kFlatScene: return "flat scene";
+    case TrackReason::kSceneHasChanged: return "scene has changed";
+    case TrackReason::kLittleOverlap: return "little overlap";
+    case TrackReason::kRecordedPoseKept: return "recorded pose kept";
+  }
+  return "";
+}
+
 Tracker::Tracker(const TrackerConfig& config) : tracker_(std::make_unique<ModelTracker>(config)) {}
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;

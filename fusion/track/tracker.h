@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
-#include <string>
 
 #include "core/frame.h"
 #include "core/frame_timing.h"
@@ -26,9 +25,29 @@ enum class TrackState {
 /// "ok", "weak", "lost", "recovered".
 [[nodiscard]] const char* to_string(TrackState state);
 
+/// Why a frame's pose is lost, or weak. docs/report.md describes each.
+enum class TrackReason {
+  kNone,
+  kNothingSeen,
+  kTooClose,
+  kTooFewPoints,
+  kTooFast,
+  kPlaceNotRecognised,
+  kMakingSure,
+  kSceneIsChanging,
+  kRecordedPoseDoesNotFit,
+  kFlatScene,
+  kSceneHasChanged,
+  kLittleOverlap,
+  kRecordedPoseKept,
+};
+
+/// The same words as in docs/report.md: "nothing seen"; "" for kNone.
+[[nodiscard]] const char* to_string(TrackReason reason);
+
 struct TrackResult {
   TrackState state = TrackState::kLost;
-  std::string reason = {};                  ///< why not ok, in a few words of docs/report.md; empty when ok
+  TrackReason reason = TrackReason::kNone;  ///< why not ok
   Pose T_world_camera = Pose::Identity();   ///< of a lost frame: the last known pose, or a guess
   std::size_t points = 0;                   ///< points of the frame that were compared with the model
   double overlap = 0;                       ///< share of them at which the model has a surface

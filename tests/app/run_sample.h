@@ -17,9 +17,9 @@ inline CommandRun sample_run() {
   scan.losses = LossCounters{.device = 7};
   scan.warnings = {{WarningCode::kScanner, "no data for 333 ms"}, {WarningCode::kFramesDropped, "30 frames dropped"}};
   scan.tracking = TrackingResult{PosePrior::kIgnore,
-                                 {{0, TrackState::kOk, "", 0, 0, 0, 900, 0},
-                                  {1, TrackState::kOk, "", 0.9, 0.8, 1, 900, 0},
-                                  {2, TrackState::kLost, "too fast", 0.2, 0.1, 3, 900, 0}}};
+                                 {{0, TrackState::kOk, TrackReason::kNone, 0, 0, 0, 900, 0},
+                                  {1, TrackState::kOk, TrackReason::kNone, 0.9, 0.8, 1, 900, 0},
+                                  {2, TrackState::kLost, TrackReason::kTooFast, 0.2, 0.1, 3, 900, 0}}};
   scan.loops = LoopResult{true, 0.2, 0.1, {{4, 90, 0.2, 0.5, 0.9, ""}}};
   TurntableResult& table = scan.turntable.emplace();
   table.is_refined = true;

@@ -69,13 +69,14 @@ TEST_P(Changes, WhoPassesDoesNotTakeTheCameraAlong) {
   const Tracked tracked = track(frames, GetParam(), config_);
   ASSERT_EQ(tracked.frames.size(), 40u);
   EXPECT_LT(tracked.worst_m, kVoxel_m);  // what is fused while half of the picture changes stays one surface
-  const auto left_out = std::count_if(tracked.frames.begin(), tracked.frames.end(),
-                                      [](const TrackResult& frame) { return frame.reason == "scene is changing"; });
+  const auto left_out = std::count_if(tracked.frames.begin(), tracked.frames.end(), [](const TrackResult& frame) {
+    return frame.reason == TrackReason::kSceneIsChanging;
+  });
   EXPECT_EQ(left_out > 0, GetParam() == PosePrior::kIgnore);
   for (std::size_t i = 0; i < tracked.frames.size(); ++i) {
     const TrackResult& result = tracked.frames[i];
     if (i >= kComes && i < kGone + 5) continue;
-    EXPECT_EQ(result.state, TrackState::kOk) << i << ": " << result.reason;
+    EXPECT_EQ(result.state, TrackState::kOk) << i << ": " << to_string(result.reason);
   }
 }
 
@@ -90,7 +91,7 @@ TEST_P(Changes, WhatComesOrGoesAtOnceIsNoReasonToBeLost) {
   ASSERT_EQ(tracked.frames.size(), 40u);
   EXPECT_LT(tracked.worst_m, kVoxel_m / 2);
   for (std::size_t i = 0; i < tracked.frames.size(); ++i) {
-    EXPECT_FALSE(tracked.frames[i].is_lost()) << i << ": " << tracked.frames[i].reason;
+    EXPECT_FALSE(tracked.frames[i].is_lost()) << i << ": " << to_string(tracked.frames[i].reason);
   }
 }
 

@@ -73,7 +73,7 @@ TEST_P(Cuts, NeverLeadToAWrongPlace) {
       found += after.state == TrackState::kLost ? 0 : 1;
     }
     const TrackResult result = tracker.track(frames_[i], *volume);
-    ASSERT_EQ(result.state, TrackState::kOk) << "frame " << i << ": " << result.reason;
+    ASSERT_EQ(result.state, TrackState::kOk) << "frame " << i << ": " << to_string(result.reason);
     ASSERT_TRUE(integrate(frames_[i], result.T_world_camera, *volume));
   }
   EXPECT_EQ(tried, 24);

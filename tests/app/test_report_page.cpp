@@ -71,7 +71,7 @@ TEST(ReportPage, PosesOfScansAreNoWayOfACamera) {
 
 TEST(ReportPage, LostFramesStayVisibleAmongThousands) {
   CommandRun run = test::sample_run();
-  run.scan.tracking->frames.assign(20'000, {1, TrackState::kOk, "", 0.9, 0.9, 1, 900, 0});
+  run.scan.tracking->frames.assign(20'000, {1, TrackState::kOk, TrackReason::kNone, 0.9, 0.9, 1, 900, 0});
   run.scan.tracking->frames[12'345].state = TrackState::kLost;
   const std::string page = page_of(Json::parse(report_json(run)));
   EXPECT_NE(page.find("<rect class=\"lost\""), std::string::npos);

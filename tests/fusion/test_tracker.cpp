@@ -76,7 +76,7 @@ TEST_P(Orbit, OfThreeDegreesAFrameIsFollowedToItsEnd) {
   ASSERT_EQ(scan.begin_at(on_circle(0)).state, TrackState::kOk);
   for (int step = 1; step <= 120; ++step) {
     const TrackResult result = scan.see_from(on_circle(step));
-    ASSERT_EQ(result.state, TrackState::kOk) << "step " << step << ": " << result.reason;
+    ASSERT_EQ(result.state, TrackState::kOk) << "step " << step << ": " << to_string(result.reason);
     ASSERT_LT(distance_m(result.T_world_camera, on_circle(step)), kVoxel / 4) << "step " << step;
   }
 }
@@ -90,7 +90,7 @@ TEST(Tracker, FollowsASuddenTurnOfEightDegrees) {
   (void)scan.see_from(on_circle(1));
   const Pose turned = on_circle(1) * motion({0, 8 * test::kPi / 180, 0}, {0, 0, 0});
   const TrackResult result = scan.see_from(turned);
-  EXPECT_EQ(result.state, TrackState::kOk) << result.reason;
+  EXPECT_EQ(result.state, TrackState::kOk) << to_string(result.reason);
   EXPECT_LT(distance_m(result.T_world_camera, turned), kVoxel / 4);
 }
 
@@ -102,7 +102,7 @@ TEST(Tracker, IsLostUnderACoveredLensAndFindsItsPlaceAgain) {
   for (int i = 0; i < 5; ++i) {
     const TrackResult result = scan.see_nothing();
     EXPECT_EQ(result.state, TrackState::kLost);
-    EXPECT_EQ(result.reason, "nothing seen");
+    EXPECT_EQ(result.reason, TrackReason::kNothingSeen);
   }
   EXPECT_EQ(scan.volume().active_voxels(), voxels);
   const TrackResult result = scan.see_from(on_circle(11));
@@ -117,10 +117,10 @@ TEST(Tracker, FindsAPlaceItHasSeenAfterLongBlindness) {
   for (int step = 1; step <= 30; ++step) ASSERT_FALSE(scan.see_from(on_circle(step)).is_lost());
   (void)scan.see_nothing();
   for (const int step : {2, 3}) {  // 84 degrees from where it was lost
-    EXPECT_EQ(scan.see_from(on_circle(step)).reason, "making sure");
+    EXPECT_EQ(scan.see_from(on_circle(step)).reason, TrackReason::kMakingSure);
   }
   const TrackResult result = scan.see_from(on_circle(4));
-  EXPECT_EQ(result.state, TrackState::kRecovered) << result.reason;
+  EXPECT_EQ(result.state, TrackState::kRecovered) << to_string(result.reason);
   EXPECT_LT(distance_m(result.T_world_camera, on_circle(4)), kVoxel / 2);
 }
 
@@ -133,7 +133,7 @@ TEST(Tracker, IsLostRatherThanWrongAfterAJumpToWhereItHasNeverBeen) {
     const TrackResult result = scan.see_from(on_circle(step));
     if (result.is_lost()) {
       ++lost;
-      EXPECT_NE(result.reason, "");
+      EXPECT_NE(result.reason, TrackReason::kNone);
       continue;
     }
     ASSERT_LT(distance_m(result.T_world_camera, on_circle(step)), kVoxel) << "step " << step;
@@ -155,8 +155,8 @@ TEST(Tracker, SaysThatTooFewPointsOrACloseSurfaceAreTheReason) {
     EXPECT_TRUE(result.is_lost());
     return result.reason;
   };
-  EXPECT_EQ(reason_at(0.4), "too close");
-  EXPECT_EQ(reason_at(1.5), "too few points");
+  EXPECT_EQ(reason_at(0.4), TrackReason::kTooClose);
+  EXPECT_EQ(reason_at(1.5), TrackReason::kTooFewPoints);
 }
 
 TEST(Tracker, DoesNotMoveAlongABareWall) {
@@ -165,7 +165,7 @@ TEST(Tracker, DoesNotMoveAlongABareWall) {
   for (int step = 1; step <= 5; ++step) {
     const TrackResult result = scan.see_from(motion({0, 0, 0}, {0.01 * step, 0, 0.01 * step}));
     EXPECT_EQ(result.state, TrackState::kWeak);
-    EXPECT_EQ(result.reason, "flat scene");
+    EXPECT_EQ(result.reason, TrackReason::kFlatScene);
     EXPECT_EQ(result.weak_directions, 3);
     EXPECT_LT(result.T_world_camera.translation().head<2>().norm(), kVoxel / 10);
     EXPECT_NEAR(result.T_world_camera.translation().z(), 0.01 * step, kVoxel / 10);
@@ -179,7 +179,7 @@ TEST(Tracker, RefinesRecordedPosesALittle) {
     Frame frame = look(small_room(), on_circle(step));
     frame.T_world_camera = on_circle(step) * motion({0.01, 0, -0.01}, {0.01, -0.01, 0});
     const TrackResult result = scan.see(std::move(frame));
-    EXPECT_EQ(result.state, TrackState::kOk) << result.reason;
+    EXPECT_EQ(result.state, TrackState::kOk) << to_string(result.reason);
     EXPECT_LT(distance_m(result.T_world_camera, on_circle(step)), kVoxel / 4);
   }
 }
@@ -194,11 +194,11 @@ TEST(Tracker, DoesNotFollowARecordedPoseThatTheSceneContradicts) {
   };
   for (int step = 1; step <= 5; ++step) ASSERT_EQ(see(step, Pose::Identity()).state, TrackState::kOk);
   const TrackResult far_off = see(6, motion({0.1, 0, 0.4}, {0, 0, 0}));
-  EXPECT_FALSE(far_off.is_lost()) << far_off.reason;
+  EXPECT_FALSE(far_off.is_lost()) << to_string(far_off.reason);
   EXPECT_LT(distance_m(far_off.T_world_camera, on_circle(6)), kVoxel / 4) << "it fits where the camera is";
   const TrackResult elsewhere = see(7, motion({0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}));
   EXPECT_EQ(elsewhere.state, TrackState::kLost);
-  EXPECT_EQ(elsewhere.reason, "recorded pose does not fit");
+  EXPECT_EQ(elsewhere.reason, TrackReason::kRecordedPoseDoesNotFit);
   EXPECT_EQ(see(8, Pose::Identity()).state, TrackState::kOk);
 }
 
