@@ -37,7 +37,7 @@ class PythonObserver final : public ScanObserver {
   void on_warning(const ScanWarning& warning) override {
     const py::gil_scoped_acquire python;
     call([&] {
-      if (!warning_.is_none()) warning_(warning.text);
+      if (!warning_.is_none()) warning_(warning);
     });
   }
 
@@ -103,9 +103,7 @@ py::dict scan(const std::filesystem::path& recording, const std::filesystem::pat
   for (const PosedFrame& frame : result.trajectory)
     poses.append(py::make_tuple(frame.sequence, matrix_of(frame.T_world_camera)));
   summary["poses"] = poses;
-  py::list warnings;
-  for (const ScanWarning& each : result.warnings) warnings.append(each.text);
-  summary["warnings"] = warnings;
+  summary["warnings"] = result.warnings;
   summary["triangles"] = result.mesh.check ? result.mesh.check->triangles : 0;
   summary["is_turntable"] = result.turntable && result.turntable->is_refined;
   return summary;
@@ -114,6 +112,15 @@ py::dict scan(const std::filesystem::path& recording, const std::filesystem::pat
 }  // namespace
 
 void add_scan(py::module_& module) {
+  py::class_<ScanWarning>(module, "ScanWarning",
+                          "A problem that did not end a scan. code: what it is about, as scan/scan_warning.h names it "
+                          "(\"tracking_lost\"); text, also str(): for the user.")
+      .def_property_readonly("code", [](const ScanWarning& warning) { return to_string(warning.code); })
+      .def_readonly("text", &ScanWarning::text)
+      .def("__str__", [](const ScanWarning& warning) { return warning.text; })
+      .def("__repr__", [](const ScanWarning& warning) {
+        return std::string("<ScanWarning ") + to_string(warning.code) + ": " + warning.text + ">";
+      });
   module.def("scan", &scan, py::arg("recording"), py::arg("output"), py::kw_only(),
              py::arg("presets") = std::vector<std::string>(), py::arg("settings") = std::vector<std::string>(),
              py::arg("progress") = py::none(), py::arg("warning") = py::none(),
@@ -121,7 +128,7 @@ void add_scan(py::module_& module) {
              "output: a folder, or one mesh file. presets: names, as --preset takes them. settings: \"key=value\", as\n"
              "--set takes them. progress(what, done, total): called between frames; False ends the frames, and what "
              "has\n"
-             "been fused becomes the mesh. warning(text): called for each warning.\n"
+             "been fused becomes the mesh. warning(ScanWarning): called for each warning.\n"
              "Returns a dict: files (kind to path), frames (counts), poses (number and 4 x 4 matrix of each frame in "
              "the\nmesh), warnings, triangles, is_turntable. Raises Error.");
 }

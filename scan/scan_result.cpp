@@ -4,6 +4,36 @@
 
 namespace scanknit {
 
+const char* to_string(WarningCode code) {
+  switch (code) {
+    case WarningCode::kNoEffect: return "no_effect";
+    case WarningCode::kRecording: return "recording";
+    case WarningCode::kScanner: return "scanner";
+    case WarningCode::kRecorder: return "recorder";
+    case WarningCode::kReset: return "reset";
+    case WarningCode::kTrackingLost: return "tracking_lost";
+    case WarningCode::kLoopNotClosed: return "loop_not_closed";
+    case WarningCode::kNotATurntable: return "not_a_turntable";
+    case WarningCode::kTurntable: return "turntable";
+    case WarningCode::kCropBoxIgnored: return "crop_box_ignored";
+    case WarningCode::kCropBoxDropped: return "crop_box_dropped";
+    case WarningCode::kFinishStep: return "finish_step";
+    case WarningCode::kNoTexture: return "no_texture";
+    case WarningCode::kAlignment: return "alignment";
+    case WarningCode::kAlignInterrupted: return "align_interrupted";
+    case WarningCode::kFramesDropped: return "frames_dropped";
+    case WarningCode::kRecordingEndsEarly: return "recording_ends_early";
+    case WarningCode::kStoppedEarly: return "stopped_early";
+    case WarningCode::kBudgetReached: return "budget_reached";
+    case WarningCode::kPicturesLost: return "pictures_lost";
+    case WarningCode::kTurntableNotTried: return "turntable_not_tried";
+    case WarningCode::kMeshHasHoles: return "mesh_has_holes";
+    case WarningCode::kVolumeFile: return "volume_file";
+    case WarningCode::kPointsOnly: return "points_only";
+  }
+  return "";
+}
+
 const ScanWarning* find_warning(const ScanResult& result, WarningCode code) {
   const auto found = std::find_if(result.warnings.begin(), result.warnings.end(),
                                   [&](const ScanWarning& warning) { return warning.code == code; });

@@ -38,6 +38,9 @@ struct ScanWarning {
   std::string text;  ///< for the user
 };
 
+/// "no_effect" for kNoEffect, and so on.
+[[nodiscard]] const char* to_string(WarningCode code);
+
 /// False for warnings that repeat what the result has in numbers: report.json does not list them.
 [[nodiscard]] constexpr bool is_reported(WarningCode code) {
   return code < WarningCode::kFramesDropped;

@@ -10,6 +10,6 @@
 Metres, radians; pose is camera to world; the camera looks along +z, x right, y down.
 """
 
-from ._core import Error, Frame, Mesh, Recording, Volume, __version__, scan
+from ._core import Error, Frame, Mesh, Recording, ScanWarning, Volume, __version__, scan
 
-__all__ = ["Error", "Frame", "Mesh", "Recording", "Volume", "__version__", "scan"]
+__all__ = ["Error", "Frame", "Mesh", "Recording", "ScanWarning", "Volume", "__version__", "scan"]

@@ -85,6 +85,12 @@ class Recording(Iterator[Frame]):
     @property
     def dropped(self) -> int: ...
 
+class ScanWarning:
+    @property
+    def code(self) -> str: ...  # "tracking_lost": the names of scan/scan_warning.h
+    @property
+    def text(self) -> str: ...  # for the user; also str()
+
 def scan(
     recording: Path,
     output: Path,  # a folder, or one mesh file
@@ -92,5 +98,5 @@ def scan(
     presets: Sequence[str] = (),
     settings: Sequence[str] = (),  # "key=value"
     progress: Optional[Callable[[str, int, int], Optional[bool]]] = None,  # False ends the frames
-    warning: Optional[Callable[[str], None]] = None,
+    warning: Optional[Callable[[ScanWarning], None]] = None,
 ) -> Dict[str, Any]: ...

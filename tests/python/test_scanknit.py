@@ -227,7 +227,7 @@ class Recordings(unittest.TestCase):
         self.assertEqual(scan["frames"], {"read": 6, "fused": 6, "dropped": 0, "lost": 0})
         self.assertEqual([number for number, _ in scan["poses"]], list(range(6)))
         self.assertIn(("fusing", 6, 6), seen)
-        self.assertEqual(warnings, scan["warnings"])
+        self.assertEqual([str(warning) for warning in warnings], [warning.text for warning in scan["warnings"]])
 
     def test_a_cancelled_scan_is_the_mesh_of_what_was_fused(self):
         def stop_after_two(what, done, total):
@@ -237,7 +237,8 @@ class Recordings(unittest.TestCase):
                              progress=stop_after_two)
         self.assertLess(scan["frames"]["fused"], 6)
         self.assertGreater(scan["triangles"], 100)
-        self.assertTrue(any("interrupted" in warning for warning in scan["warnings"]))
+        codes = {warning.code: warning.text for warning in scan["warnings"]}
+        self.assertIn("interrupted", codes["stopped_early"])
 
     def test_what_a_callback_raises_comes_out_of_the_scan(self):
         def raise_it(what, done, total):
