@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 Result<void> check_is_turntable(const ScanJob& job) {
   if (!job.cut_recording && !job.angles) return {};
   if (job.config.turntable.is_enabled && job.config.acquire.poses != PoseMode::kStill) return {};
-  return Error{ErrorCode::kUsage, fmt::format("{} is for turntables: give --preset turntable, and no --poses still",
-                                              job.cut_recording ? "--cut-recording" : "--angles")};
+  return Error{ErrorCode::kUsage, fmt::format("{} for turntables: set turntable.enabled, and no acquire.poses=still",
+                                              job.cut_recording ? "a cut recording is" : "known angles are")};
 }
 
 /// One spelling of a path, whether or not it exists.
@@ -40,13 +40,14 @@ Result<void> check_cut_recording(const ScanJob& job) {
   const fs::path input = one_spelling_of(job.input);
   for (fs::path at = folder; at != at.parent_path(); at = at.parent_path()) {
     if (at == input) {
-      return Error{ErrorCode::kOutput, "lies in the recording itself; give another --cut-recording", folder.string()};
+      return Error{ErrorCode::kOutput, "lies in the recording itself; choose another folder for the cut recording",
+                   folder.string()};
     }
   }
   for (const fs::path& mesh : job.files.meshes) {
     if (one_spelling_of(mesh).parent_path() == folder) {
       return Error{ErrorCode::kOutput,
-                   "is where the mesh goes; give another --cut-recording, for example its folder turn",
+                   "is where the mesh goes; choose another folder for the cut recording, for example turn in it",
                    folder.string()};
     }
   }
@@ -72,7 +73,7 @@ class RecordingScan {
     if (!job_.config.turntable.is_enabled) return walk();
     if (!stands_still) return turn();
     session_.warn(WarningCode::kNotATurntable,
-                  "--poses still: nothing is taken to turn, and no turntable is looked for");
+                  "acquire.poses=still: nothing is taken to turn, and no turntable is looked for");
     return walk();
   }
 

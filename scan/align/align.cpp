@@ -70,7 +70,7 @@ class AlignRun {
 
   [[nodiscard]] Result<void> check() const {
     if (request_.points && !is_points_path(*request_.points)) {
-      return Error{ErrorCode::kUsage, "--points writes .ply or .pcd", request_.points->string()};
+      return Error{ErrorCode::kUsage, "points are written as .ply or .pcd", request_.points->string()};
     }
     if (auto writable = check_files(job_); !writable) return writable;
     return request_.points ? check_writable(*request_.points) : Result<void>();
@@ -97,8 +97,8 @@ class AlignRun {
                                        [](const AlignInput& input) { return input.T_world_scan.has_value(); });
     if (has_given && !priors_.are_final) {
       session_.info(
-          "the poses of the files are a beginning and are corrected, since --refine, --initial or --markers "
-          "is given, or a scan without a pose is among them");
+          "the poses of the files are a beginning and are corrected, since they are to be refined, initial "
+          "poses or markers are given, or a scan without a pose is among them");
     }
     return {};
   }
@@ -129,7 +129,7 @@ class AlignRun {
     }
     return Error{ErrorCode::kTooLittle,
                  fmt::format("no place was found for {} beside scan 1 ({}). Scan so that at least a third of each scan "
-                             "is in another one too, say where it is with --initial or --markers, or leave it out{}",
+                             "is in another one too, say where it is by initial poses or markers, or leave it out{}",
                              fmt::join(lost, ", "), inputs_.inputs[0].name, reasons)};
   }
 
@@ -165,9 +165,8 @@ class AlignRun {
                                        [](const AlignInput& input) { return input.kind == AlignKind::kRange; });
     if (!has_grids || request_.has_voxel_size) return;
     job_.config.fusion.voxel_size_m = voxel_size_for(inputs_);
-    session_.info(
-        fmt::format("fusion.voxel_size: {}, the spacing of the points; --set fusion.voxel_size=... for another",
-                    format_length(job_.config.fusion.voxel_size_m)));
+    session_.info(fmt::format("fusion.voxel_size: {}, the spacing of the points; set fusion.voxel_size for another",
+                              format_length(job_.config.fusion.voxel_size_m)));
   }
 
   ScanJob job_;

@@ -85,7 +85,7 @@ Result<void> read_initial(const fs::path& path, const AlignInputs& inputs, const
                                    [](const auto& pose) { return pose.has_value(); });
   if (known < 2) {
     warnings.push_back(
-        fmt::format("--initial {} has no effect: it has poses of {} scans, and the motion between scans "
+        fmt::format("{} has no effect: it has poses of {} scans, and the motion between scans "
                     "needs two",
                     path.string(), known));
   }
@@ -187,7 +187,7 @@ void add_marker_motions(const std::vector<Markers>& markers, const AlignInputs& 
   }
   if (!has_common) {
     warnings.push_back(
-        "--markers has no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
+        "the markers have no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
         "x y z");
   }
 }

@@ -53,12 +53,12 @@ std::optional<std::string> misfit(const AlignInputs& inputs, const AlignedPair& 
   if (counts(pair)) return std::nullopt;
   const std::string names = names_of(inputs, pair.from, pair.to);
   if (pair.measure.overlap >= kLeastOverlap) {
-    return fmt::format("the given poses of {} do not fit: {}; --refine corrects poses", names, pair.judgement.reason);
+    return fmt::format("the given poses of {} do not fit: {}; refining corrects poses", names, pair.judgement.reason);
   }
   if (pair.measure.against <= kMostAgainst) return std::nullopt;
   return fmt::format(
       "the given poses of {} contradict what was seen: {:.0f} % of one lies where the other scanner looked through, or "
-      "saw nothing; --refine corrects poses",
+      "saw nothing; refining corrects poses",
       names, pair.measure.against * 100);
 }
 
@@ -97,7 +97,7 @@ std::vector<std::string> given_pose_warnings(const AlignInputs& inputs, const Al
     if (is_borne_out[i]) continue;
     warnings.push_back(
         fmt::format("no other scan confirms the given pose of {} ({}): none fits it there; look at the "
-                    "pictures of its pairs, or let --refine look for its place",
+                    "pictures of its pairs, or let refining look for its place",
                     i + 1, inputs.inputs[i].name));
   }
   return warnings;

@@ -140,12 +140,11 @@ std::string advice(const Sample& sample, const FusionConfig& fusion) {
       finest_fitting_size_mm(sample.frames, fusion, sample.selection.is_whole ? 0 : fusion.memory_budget_mib / 8);
   const bool is_tight = !size_mm && !sample.selection.is_whole;
   if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
-  if (!size_mm)
-    return "no voxel size up to 10 cm would fit: --set fusion.memory_budget=... or a smaller acquire.max_depth";
+  if (!size_mm) return "no voxel size up to 10 cm would fit: raise fusion.memory_budget, or lower acquire.max_depth";
   const std::string known = sample.selection.is_whole ? ""
                                                       : fmt::format(", judging by {} of its {} frames",
                                                                     sample.frames.size(), sample.selection.of);
-  return fmt::format("{0} mm {1}{2}: --set fusion.voxel_size={0}mm", format_number(*size_mm),
+  return fmt::format("{0} mm {1}{2}: set fusion.voxel_size={0}mm", format_number(*size_mm),
                      is_tight ? "might just fit" : "would fit", known);
 }
 

@@ -30,11 +30,11 @@ std::uint64_t sequence_of(const std::variant<Frame, FrameDropped>& event) {
 }
 
 Error no_usable_frame_error(const FrameCounts& frames) {
-  std::string why = "there is none, or none that --from, --to and --every ask for";
+  std::string why = "there is none, or none is selected";
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
   const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
   if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {
-    why += "; to find the poses from the frames: --poses track; if the scanner did not move: --poses still";
+    why += "; acquire.poses=track finds the poses from the frames; acquire.poses=still: the scanner did not move";
   }
   return {ErrorCode::kInput, "no usable frame: " + why};
 }

@@ -63,11 +63,11 @@ class LiveScan {
   [[nodiscard]] Result<void> check_job() const {
     const PoseMode poses = job_.config.acquire.poses;
     if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
-      return Error{ErrorCode::kUsage, "a scanner knows no poses: --poses track (the default) or still"};
+      return Error{ErrorCode::kUsage, "a scanner knows no poses: acquire.poses is track (the default) or still"};
     }
     if (job_.config.output.texture != TextureFormat::kOff && !request_.recording) {
       return Error{ErrorCode::kUsage,
-                   "export.texture is baked from the recording: leave out --no-recording, or leave the texture off"};
+                   "export.texture is baked from the recording: have one made, or leave the texture off"};
     }
     return check_files(job_);
   }

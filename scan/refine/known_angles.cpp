@@ -58,7 +58,7 @@ AngleSource KnownAngles::source() const {
 
 std::string KnownAngles::option() const {
   switch (source()) {
-    case AngleSource::kFile: return "--angles";
+    case AngleSource::kFile: return "the angle file";
     case AngleSource::kStep: return "turntable.step";
     case AngleSource::kRpm: return "turntable.rpm";
     default: return "turntable.none";

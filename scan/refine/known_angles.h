@@ -15,13 +15,13 @@
 
 namespace scanknit {
 
-/// The angles of --angles, turntable.step or turntable.rpm: of the first of these that is given.
+/// The angles of ScanJob::angles, turntable.step or turntable.rpm: of the first of these that is given.
 class KnownAngles {
  public:
   /// Nothing is known.
   KnownAngles() = default;
 
-  /// Reads --angles. Errors: kConfig, with file and line.
+  /// Reads ScanJob::angles. Errors: kConfig, with file and line.
   [[nodiscard]] static Result<KnownAngles> read(const ScanJob& job);
 
   [[nodiscard]] AngleSource source() const;
@@ -29,7 +29,7 @@ class KnownAngles {
   /// True when the angle across missing frames is known. False for turntable.step, which counts recorded frames only.
   [[nodiscard]] bool knows_gaps() const { return !file_degrees_.empty() || config_.step_degrees <= 0; }
 
-  /// The option as the user wrote it: `--angles`, `turntable.step`.
+  /// What gives the angles: `the angle file`, `turntable.step`.
   [[nodiscard]] std::string option() const;
 
   /// Checks, before any work, that every frame has an angle. Returns a warning when there are more angles than frames.

@@ -89,8 +89,7 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   session_.info(fmt::format("the camera came back to a known place with a drift of {:.0f} mm: closing the loop",
                             closure.drift_m * 1000));
   if (!archive_.is_kept()) {
-    return Error{ErrorCode::kInput,
-                 "closing it takes the frames again, and no recording was made; leave out --no-recording"};
+    return Error{ErrorCode::kInput, "closing it takes the frames again, and no recording was made"};
   }
   Trajectory corrected = walk.trajectory;
   for (std::size_t i = 0; i < corrected.size(); ++i) corrected[i].T_world_camera = closure.T_world_cameras[i];

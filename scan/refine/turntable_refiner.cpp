@@ -120,7 +120,7 @@ Result<void> TurntableRefiner::check_known_angles(const RecordingInfo& info) {
   if (!warning) return warning.error();
   if (*warning) warn(**warning);
   if (has_poses_ && known_.source() != AngleSource::kNone) {
-    warn(fmt::format("the poses of the recording are used, not {} (--poses track uses it)", known_.option()));
+    warn(fmt::format("the poses of the recording are used, not {} (acquire.poses=track uses it)", known_.option()));
   }
   return {};
 }
@@ -233,7 +233,7 @@ void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& held) {
   warn(fmt::format(
       "turntable: only {} of {} frames fit together; {} are left out, because no frame joins them to the rest: they "
       "show too little, or the table turned too far just before or after them. Turn it in steps of 2 to 8 degrees{}",
-      held.size(), nodes_.sequences.size(), frames_text(left_out), job_.angles ? "" : ", or give --angles"));
+      held.size(), nodes_.sequences.size(), frames_text(left_out), job_.angles ? "" : ", or give the angles"));
 }
 
 void TurntableRefiner::describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {

@@ -95,7 +95,7 @@ Result<double> propose_isovalue(const ValueSource& values) {
     if (auto read = values([&](std::span<const float> piece) { histogram.add(piece); }); !read) return read.error();
     if (const auto threshold = otsu_threshold(histogram)) return rounded(*threshold, histogram.bin_width() / 10);
   }
-  return Error{ErrorCode::kInput, "all values are equal, so there is no surface; give --isovalue"};
+  return Error{ErrorCode::kInput, "all values are equal, so there is no surface; set extract.isovalue"};
 }
 
 }  // namespace scanknit

@@ -91,7 +91,7 @@ Error needs_whole_mesh(const std::filesystem::path& path, const VolumeHeader& he
   return {ErrorCode::kBudget,
           fmt::format("the volume and its mesh need about {} MiB, more than extract.memory_budget ({}); within it the "
                       "mesh can be written as .ply or .stl only: name one with -o, or raise the budget: "
-                      "--set extract.memory_budget={}MiB",
+                      "extract.memory_budget={}MiB",
                       needed_mib, format_memory_mib(config.memory_budget_mib), needed_mib),
           path.string()};
 }
@@ -243,7 +243,7 @@ class VolumeExtraction {
       if (!proposed) return Error{proposed.error().code, proposed.error().message, job_.input.string()};
       isovalue = *proposed;
       source = IsovalueSource::kOtsu;
-      session_.info(fmt::format("isovalue {}, proposed by Otsu's method (1979); --isovalue X gives another",
+      session_.info(fmt::format("isovalue {}, proposed by Otsu's method (1979); extract.isovalue sets another",
                                 format_number(isovalue)));
     } else {
       const auto census = session_.timed("read", [&] { return take_census(values); });
@@ -256,7 +256,7 @@ class VolumeExtraction {
   [[nodiscard]] Error which_isovalue(const ValueCensus& census) const {
     if (census.count() == 0) return {ErrorCode::kInput, kNoFiniteSample, job_.input.string()};
     return {ErrorCode::kUsage,
-            fmt::format("which isovalue? Its values lie {}: give --isovalue X, or --auto-isovalue to have one proposed",
+            fmt::format("which isovalue? Its values lie {}: set extract.isovalue, or have one proposed (auto-isovalue)",
                         range_text(census)),
             job_.input.string()};
   }

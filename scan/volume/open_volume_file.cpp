@@ -8,8 +8,8 @@
 namespace scanknit {
 
 Error naming_options(Error error, const std::filesystem::path& path) {
-  if (error.code == ErrorCode::kUsage) error.message += " (see --dims, --type and --spacing)";
-  if (error.code == ErrorCode::kBudget) error.message += " (--set extract.memory_budget=SIZE)";
+  if (error.code == ErrorCode::kUsage) error.message += " (see dims, type and spacing)";
+  if (error.code == ErrorCode::kBudget) error.message += " (extract.memory_budget=SIZE)";
   if (error.where.empty()) error.where = path.string();
   return error;
 }
@@ -31,7 +31,7 @@ bool is_vdb(const std::filesystem::path& path) {
 
 Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options) {
   if (!options.dims && !options.type && !options.spacing) return {};
-  return Error{ErrorCode::kUsage, "--dims, --type and --spacing are for raw samples and stacks of images, not for .vdb",
+  return Error{ErrorCode::kUsage, "dims, type and spacing are for raw samples and stacks of images, not for .vdb",
                path.string()};
 }
 

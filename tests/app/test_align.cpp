@@ -125,7 +125,7 @@ TEST_F(AlignHills, WhatDoesNotOverlapEndsWithCode6AndWords) {
   const Outcome outcome = align({path("a.ply"), path("b.ply"), path("far.ply"), "-o", path("out")});
   EXPECT_EQ(outcome.exit_code, 6) << outcome.out;
   EXPECT_NE(outcome.err.find("no place was found for 3 (far.ply)"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("--initial"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("initial poses or markers"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(folder_ / "out" / "model.glb"));
   const Json report = report_of(folder_ / "out");
   EXPECT_EQ(report["alignment"]["scans"][1]["is_placed"], true);
@@ -177,8 +177,8 @@ TEST_F(AlignHills, GivenPosesThatContradictWhatWasSeenAreWarnedOf) {
   write_conf("wrong.conf", Pose::Identity(), Eigen::Translation3d(0, 0, 0.03) * T_b_world_.inverse());
   const Outcome outcome = align({path("wrong.conf"), "-o", path("out")});
   EXPECT_EQ(outcome.exit_code, 0) << "poses are taken as they are: " << outcome.err;
-  for (const char* words :
-       {"1 (a.ply) and 2 (b.ply) contradict what was seen", "no other scan confirms the given pose of 2", "--refine"}) {
+  for (const char* words : {"1 (a.ply) and 2 (b.ply) contradict what was seen",
+                            "no other scan confirms the given pose of 2", "refining corrects poses"}) {
     EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
     EXPECT_NE(warnings_of("out").find(words), std::string::npos) << words;
   }

@@ -157,7 +157,7 @@ double advised_size_mm(const Scan& scan, const std::string& budget, std::string*
   EXPECT_EQ(outcome.exit_code, 9) << outcome.err;
   EXPECT_FALSE(fs::exists(scan.output() / "model.glb"));
   if (message != nullptr) *message = outcome.err;
-  const std::string option = "--set fusion.voxel_size=";
+  const std::string option = ": set fusion.voxel_size=";
   const std::size_t at = outcome.err.find(option);
   return at == std::string::npos ? 0 : std::stod(outcome.err.substr(at + option.size()));
 }

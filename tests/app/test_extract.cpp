@@ -185,7 +185,7 @@ TEST_F(Extract, WithoutAnIsovalueShowsTheValuesAndExitsWith2) {
   const std::string range =
       "from " + std::to_string(ball_.sample(0, 0, 0)) + " to " + std::to_string(ball_.sample(11, 9, 7));
   EXPECT_TRUE(contains(outcome.err, range)) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "--auto-isovalue")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "auto-isovalue")) << outcome.err;
   EXPECT_FALSE(fs::exists(folder_ / "ball.ply"));
 }
 
@@ -280,7 +280,7 @@ TEST_F(Extract, OptionsThatDoNotFitTheVolumeExitWith2) {
   write_tiff_stack(ball_, folder_ / "stack");
   const Outcome no_spacing = extract(folder_ / "stack", folder_ / "a.ply", isovalue);
   EXPECT_EQ(no_spacing.exit_code, 2);
-  EXPECT_TRUE(contains(no_spacing.err, "--spacing")) << no_spacing.err;
+  EXPECT_TRUE(contains(no_spacing.err, "spacing")) << no_spacing.err;
 }
 
 TEST_F(Extract, UnreadableVolumesExitWith4AndWriteNothing) {

@@ -251,7 +251,7 @@ TEST_F(Tower, WithAGapIsThePartThatHoldsTogetherUnlessAnglesJoinIt) {
   EXPECT_LE(mean_error_m(place("stepped"), gap), 0.4e-3);
   const Outcome joined = scan(gap, place("joined"), {"--angles", gap + "/angles.txt"});
   ASSERT_EQ(joined.exit_code, 0) << joined.err;
-  EXPECT_TRUE(has_warning(place("joined"), "frames 0 to 14 are joined to the rest by --angles alone"));
+  EXPECT_TRUE(has_warning(place("joined"), "frames 0 to 14 are joined to the rest by the angle file alone"));
   EXPECT_EQ(report(place("joined"))["frames"]["fused"], 38);
   EXPECT_LE(mean_error_m(place("joined"), gap), 0.4e-3);
 }
@@ -290,7 +290,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
 
 TEST_F(Tower, WarnsThatStillPosesExcludeATurntable) {
   ASSERT_EQ(scan(recording(), place("still"), {"--poses", "still"}).exit_code, 0);
-  EXPECT_TRUE(has_warning(place("still"), "--poses still: nothing is taken to turn"));
+  EXPECT_TRUE(has_warning(place("still"), "acquire.poses=still: nothing is taken to turn"));
 }
 
 TEST_F(Tower, PutsItsCutRecordingOnlyWhereNothingIs) {
@@ -307,7 +307,7 @@ TEST_F(Tower, PutsItsCutRecordingOnlyWhereNothingIs) {
     refused(scan(recording(), out, {"--cut-recording", out + spelling}), 8, "is where the mesh goes");
   }
   refused(scanknit_command({"run", recording(), "-o", out, "--cut-recording", place("other")}), 2,
-          "give --preset turntable");
+          "set turntable.enabled");
   EXPECT_FALSE(fs::exists(recording() + "/trajectory.log"));
 }
 

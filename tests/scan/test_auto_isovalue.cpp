@@ -98,7 +98,7 @@ TEST(AutoIsovalue, OfOneValueOrNoneIsAnError) {
     EXPECT_EQ(proposed.error().code, ErrorCode::kInput);
     EXPECT_NE(proposed.error().message.find(part), std::string::npos) << proposed.error().message;
   };
-  expect_refused(std::vector<float>(100, 7), "--isovalue");
+  expect_refused(std::vector<float>(100, 7), "extract.isovalue");
   expect_refused({}, "not one finite sample");
   expect_refused({kNaN, std::numeric_limits<float>::infinity()}, "not one finite sample");
 }
