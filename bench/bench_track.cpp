@@ -8,10 +8,10 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
-#include "fusion/track/icp.h"
-#include "fusion/track/picture_shift.h"
+#include "fusion/register/icp.h"
+#include "fusion/register/picture_shift.h"
+#include "fusion/register/surface_pyramid.h"
 #include "fusion/track/raycast.h"
-#include "fusion/track/surface_pyramid.h"
 #include "synth/synthetic_source.h"
 
 namespace scanknit {

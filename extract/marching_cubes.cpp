@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "core/check.h"
-#include "extract/cell/resolve_cell.h"
 #include "extract/prefault.h"
+#include "extract/resolve_cell.h"
 
 namespace scanknit {
 namespace {

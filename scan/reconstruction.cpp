@@ -4,8 +4,8 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
-#include "fusion/loops/feature_match.h"
 #include "fusion/shutter/deskew.h"
+#include "fusion/track/feature_match.h"
 
 namespace scanknit {
 

@@ -8,7 +8,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
-#include "acquire/record/new_recording.h"
+#include "acquire/new_recording.h"
 
 namespace scanknit {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "acquire/layouts/oni_depth.h"
-#include "acquire/live/raw_decode.h"
+#include "acquire/replay/raw_decode.h"
 #include "core/files/byte_reader.h"
 
 namespace scanknit {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "acquire/layouts/pcd_header.h"
+#include "acquire/pcl/pcd_header.h"
 #include "core/image.h"
 #include "core/pose.h"
 #include "core/result.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "acquire/live/raw_decode.h"
+#include "acquire/replay/raw_decode.h"
 #include "acquire/sensor/recognise_sensor.h"
 
 namespace scanknit {

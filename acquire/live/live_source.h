@@ -14,8 +14,8 @@
 
 #include "acquire/device_source.h"
 #include "acquire/frame_source.h"
-#include "acquire/live/frame_pairing.h"
 #include "acquire/record/recorder.h"
+#include "acquire/replay/frame_pairing.h"
 #include "core/bounded_queue.h"
 #include "core/limits.h"
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "acquire/record/new_recording.h"
+#include "acquire/new_recording.h"
 
 namespace scanknit {
 

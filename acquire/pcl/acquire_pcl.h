@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "acquire/layouts/pcd_header.h"
+#include "acquire/pcl/pcd_header.h"
 #include "core/camera.h"
 #include "core/module.h"
 

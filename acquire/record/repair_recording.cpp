@@ -6,7 +6,7 @@
 #include "acquire/mcap/append_file.h"
 #include "acquire/mcap/mcap_reader.h"
 #include "acquire/mcap/mcap_writer.h"
-#include "acquire/record/new_recording.h"
+#include "acquire/new_recording.h"
 #include "core/files/atomic_file.h"
 
 namespace scanknit {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "acquire/live/frame_pairing.h"
-#include "acquire/live/raw_decode.h"
+#include "acquire/replay/frame_pairing.h"
+#include "acquire/replay/raw_decode.h"
 
 namespace scanknit {
 namespace {

@@ -38,7 +38,7 @@ struct RawRecording {
 };
 
 /// A frame for each depth picture, with the colour picture nearest to it in the camera's time (live/frame_pairing.h),
-/// decoded as live capture decodes it (live/raw_decode.h). The camera of `config` overrides the recording's.
+/// decoded as live capture decodes it (raw_decode.h). The camera of `config` overrides the recording's.
 [[nodiscard]] Recording index_raw_recording(RawRecording raw, const AcquireConfig& config);
 
 // fits_*: true if the file's first bytes have this format. index_*: lists its frames; `path` is for messages. Errors

@@ -14,7 +14,7 @@
 
 #include "acquire/usb/link_speed.h"
 #include "acquire/usb/quirks.h"
-#include "acquire/usb/realsense.h"
+#include "acquire/uvc/realsense.h"
 #include "acquire/uvc/uvc_selection.h"
 #include "acquire/uvc/uvc_stream.h"
 

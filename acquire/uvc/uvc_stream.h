@@ -9,8 +9,8 @@
 
 #include "acquire/device_source.h"
 #include "acquire/usb/clock_map.h"
-#include "acquire/usb/transfer_ring.h"
 #include "acquire/usb/usb_context.h"
+#include "acquire/uvc/transfer_ring.h"
 #include "acquire/uvc/uvc_assembler.h"
 #include "acquire/uvc/uvc_descriptors.h"
 #include "acquire/uvc/uvc_probe.h"

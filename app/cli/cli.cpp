@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "app/cli/command_line.h"
-#include "app/cli/exit_codes.h"
-#include "app/cli/suggestion.h"
+#include "app/config/suggestion.h"
+#include "app/exit_codes.h"
 #include "core/version.h"
 
 namespace scanknit {

@@ -3,7 +3,7 @@
 
 namespace scanknit {
 
-/// Parses, runs the command, returns the exit code of app/cli/exit_codes.h. Throws nothing.
+/// Parses, runs the command, returns the exit code of app/exit_codes.h. Throws nothing.
 [[nodiscard]] int run_cli(int argc, const char* const* argv);
 
 }  // namespace scanknit

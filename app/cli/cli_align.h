@@ -3,7 +3,7 @@
 
 #include <CLI/App.hpp>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 
 namespace scanknit {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "core/version.h"
 
 namespace scanknit {

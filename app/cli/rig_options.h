@@ -1,7 +1,7 @@
 // Options of turntables, for `run` and `synth`.
 #pragma once
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 
 namespace CLI {
 class App;

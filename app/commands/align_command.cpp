@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/report/conclude.h"
 #include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"

@@ -2,7 +2,7 @@
 #include <chrono>
 #include <utility>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/live/scan_view.h"
 #include "app/report/conclude.h"
 #include "app/terminal/signals.h"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 
 namespace scanknit {
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/config/config_print.h"
+#include "app/exit_codes.h"
 
 namespace scanknit {
 

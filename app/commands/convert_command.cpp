@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "acquire/frame_source.h"
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "app/terminal/signals.h"
 
 namespace scanknit {

@@ -7,8 +7,8 @@
 #include "acquire/device_source.h"
 #include "acquire/diagnose_devices.h"
 #include "acquire/openni2/openni2_plugin.h"
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 
 namespace scanknit {
 namespace {

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
 #include "export/mesh/read_mesh.h"

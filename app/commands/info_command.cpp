@@ -9,8 +9,8 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/sensor/sensor_profile.h"
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "core/mesh.h"
 #include "export/mesh/mesh_stats.h"
 #include "export/mesh/read_mesh.h"

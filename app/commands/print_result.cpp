@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 
 namespace scanknit {
 

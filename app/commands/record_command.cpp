@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"
 #include "core/files/atomic_file.h"

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "acquire/record/repair_recording.h"
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 
 namespace scanknit {
 

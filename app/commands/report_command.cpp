@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
 #include "core/located.h"

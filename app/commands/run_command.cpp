@@ -1,7 +1,7 @@
 #include <chrono>
 #include <utility>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/live/scan_view.h"
 #include "app/report/conclude.h"
 #include "app/terminal/pace_control.h"

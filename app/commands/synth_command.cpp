@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "app/terminal/signals.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/exit_codes.h"
-#include "app/commands/commands.h"
+#include "app/commands.h"
+#include "app/exit_codes.h"
 #include "app/terminal/signals.h"
 #include "app/terminal/view_links.h"
 #include "core/mesh/split_mesh.h"

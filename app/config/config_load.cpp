@@ -7,10 +7,10 @@
 #include <set>
 #include <utility>
 
-#include "app/cli/suggestion.h"
 #include "app/config/config_intrinsics.h"
 #include "app/config/config_schema.h"
 #include "app/config/presets.h"
+#include "app/config/suggestion.h"
 #include "app/config/yaml_node.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "acquire/sensor/sensor_profile.h"
-#include "app/cli/suggestion.h"
 #include "app/config/config_keys.h"
+#include "app/config/suggestion.h"
 #include "core/files/ascii_numbers.h"
 #include "core/files/quantity.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/live/tracking_advice.h"
 #include "app/terminal/view_links.h"
 #include "export/mesh/up_rotation.h"

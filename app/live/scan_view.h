@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/live/live_mesh.h"
 #include "app/live/view_budget.h"
 #include "app/report/run.h"

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "app/report/case_table.h"
 #include "app/report/report_json.h"
 #include "app/report/summary.h"

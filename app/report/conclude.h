@@ -1,7 +1,7 @@
 // The end of a command that makes a mesh: report, summary, exit code.
 #pragma once
 
-#include "app/commands/commands.h"
+#include "app/commands.h"
 #include "app/config/outputs.h"
 #include "app/report/run.h"
 

@@ -4,7 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 
 namespace scanknit {
 namespace {

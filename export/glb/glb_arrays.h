@@ -11,7 +11,7 @@
 #include "core/mesh.h"
 #include "core/mesh/split_mesh.h"
 #include "export/glb/glb_writer.h"
-#include "export/glb/placement.h"
+#include "export/placement.h"
 
 namespace scanknit {
 

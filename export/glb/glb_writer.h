@@ -7,7 +7,7 @@
 #include "core/mesh.h"
 #include "core/result.h"
 #include "export/export_config.h"
-#include "export/glb/placement.h"
+#include "export/placement.h"
 #include "export/texture/mesh_texture.h"
 
 namespace scanknit {

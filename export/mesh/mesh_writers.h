@@ -10,7 +10,7 @@
 #include "core/files/atomic_file.h"
 #include "core/mesh.h"
 #include "core/result.h"
-#include "export/glb/placement.h"
+#include "export/placement.h"
 
 namespace scanknit {
 

@@ -8,9 +8,9 @@
 #include "core/files/atomic_file.h"
 #include "core/located.h"
 #include "export/glb/glb_writer.h"
-#include "export/glb/placement_plan.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_writers.h"
+#include "export/placement_plan.h"
 #include "export/texture/mesh_texture.h"
 
 namespace scanknit {

@@ -9,7 +9,7 @@
 #include "core/files/atomic_file.h"
 #include "core/picture/png_codec.h"
 #include "export/picture/rasteriser.h"
-#include "export/texture/view_choice.h"
+#include "export/picture/view_choice.h"
 
 namespace scanknit {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "core/files/atomic_file.h"
 #include "core/located.h"
-#include "export/glb/placement_plan.h"
 #include "export/mesh/byte_writer.h"
 #include "export/mesh/mesh_writers.h"
+#include "export/placement_plan.h"
 #include "export/spill/vertex_clusters.h"
 
 namespace scanknit {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/median.h"
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 
 namespace scanknit {
 namespace {

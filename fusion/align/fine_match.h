@@ -4,7 +4,7 @@
 #include "core/pose.h"
 #include "fusion/align/point_grid.h"
 #include "fusion/align/scan_model.h"
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 
 namespace scanknit {
 

@@ -6,7 +6,7 @@
 
 #include "core/image.h"
 #include "core/pixels/pixel_rows.h"
-#include "fusion/turntable/picture_part.h"
+#include "fusion/picture_part.h"
 
 namespace scanknit {
 

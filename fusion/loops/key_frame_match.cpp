@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/track/icp.h"
+#include "fusion/register/icp.h"
 
 namespace scanknit {
 namespace {

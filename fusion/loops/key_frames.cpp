@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 
 namespace scanknit {
 namespace {

@@ -8,9 +8,9 @@
 #include "core/frame.h"
 #include "core/noise_model.h"
 #include "core/pose.h"
-#include "fusion/loops/feature_match.h"
-#include "fusion/loops/ferns.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
+#include "fusion/track/feature_match.h"
+#include "fusion/track/ferns.h"
 
 namespace scanknit {
 

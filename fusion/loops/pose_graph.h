@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/pose.h"
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 
 namespace scanknit {
 

@@ -7,7 +7,7 @@
 
 #include "core/camera.h"
 #include "core/pose.h"
-#include "fusion/turntable/picture_part.h"
+#include "fusion/picture_part.h"
 
 namespace scanknit {
 

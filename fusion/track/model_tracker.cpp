@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/track/motion_vector.h"
-#include "fusion/track/picture_shift.h"
+#include "fusion/register/motion_vector.h"
+#include "fusion/register/picture_shift.h"
 #include "fusion/track/raycast.h"
 
 namespace scanknit {

@@ -10,9 +10,9 @@
 #include "core/frame.h"
 #include "core/noise_model.h"
 #include "core/pose.h"
-#include "fusion/loops/relocaliser.h"
-#include "fusion/track/icp.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/icp.h"
+#include "fusion/register/surface_pyramid.h"
+#include "fusion/track/relocaliser.h"
 #include "fusion/track/tracker.h"
 #include "fusion/volume/tsdf_volume.h"
 

@@ -4,7 +4,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "fusion/track/luma.h"
+#include "fusion/register/luma.h"
 #include "fusion/track/ray_surfaces.h"
 
 HWY_BEFORE_NAMESPACE();

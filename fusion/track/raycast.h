@@ -3,7 +3,7 @@
 
 #include "core/camera.h"
 #include "core/pose.h"
-#include "fusion/track/model_view.h"
+#include "fusion/register/model_view.h"
 #include "fusion/volume/tsdf_volume.h"
 
 namespace scanknit {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/check.h"
-#include "fusion/track/icp.h"
+#include "fusion/register/icp.h"
 
 namespace scanknit {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/noise_model.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
 #include "fusion/turntable/turntable_solver.h"
 
 namespace scanknit {

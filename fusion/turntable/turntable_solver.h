@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 #include "fusion/turntable/turntable_axis.h"
 
 namespace scanknit {

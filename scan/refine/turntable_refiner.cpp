@@ -9,8 +9,8 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "core/median.h"
+#include "fusion/picture_part.h"
 #include "fusion/turntable/cut_volume.h"
-#include "fusion/turntable/picture_part.h"
 #include "scan/frames/frame_count.h"
 
 namespace scanknit {

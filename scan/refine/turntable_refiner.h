@@ -10,8 +10,8 @@
 
 #include "acquire/convert/cut_recording.h"
 #include "core/result.h"
+#include "fusion/picture_part.h"
 #include "fusion/turntable/look_through.h"
-#include "fusion/turntable/picture_part.h"
 #include "fusion/turntable/still_scene.h"
 #include "fusion/turntable/turntable_pairs.h"
 #include "fusion/turntable/turntable_prior.h"

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "acquire/filter/outlier_filter.h"
-#include "acquire/layouts/pcd_header.h"
+#include "acquire/pcl/pcd_header.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {

@@ -9,11 +9,11 @@
 #include <random>
 #include <thread>
 
-#include "acquire/live/raw_decode.h"
 #include "acquire/mcap/mcap_reader.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recorder.h"
 #include "acquire/record/repair_recording.h"
+#include "acquire/replay/raw_decode.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 

@@ -1,9 +1,9 @@
 // Our recordings played back: a recording like the others.
 #include <gtest/gtest.h>
 
-#include "acquire/live/raw_decode.h"
 #include "acquire/mcap/append_file.h"
 #include "acquire/record/recording_writer.h"
+#include "acquire/replay/raw_decode.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 

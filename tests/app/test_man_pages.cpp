@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <tuple>
 
-#include "app/cli/exit_codes.h"
+#include "app/exit_codes.h"
 #include "core/version.h"
 #include "tests/app/command_help.h"
 #include "tests/app/program.h"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "app/cli/suggestion.h"
+#include "app/config/suggestion.h"
 
 namespace scanknit {
 namespace {

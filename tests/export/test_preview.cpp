@@ -5,7 +5,7 @@
 
 #include "export/picture/preview.h"
 #include "export/picture/rasteriser.h"
-#include "export/texture/view_choice.h"
+#include "export/picture/view_choice.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "extract/cell/knit_value.h"
-#include "extract/cell/resolve_cell.h"
+#include "extract/resolve_cell.h"
 #include "tests/extract/volumes.h"
 
 namespace scanknit {

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <string>
 
-#include "extract/cell/resolve_cell.h"
+#include "extract/resolve_cell.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/extract/trilinear_truth.h"
 #include "tests/extract/volumes.h"

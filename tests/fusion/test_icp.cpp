@@ -1,4 +1,4 @@
-#include "fusion/track/icp.h"
+#include "fusion/register/icp.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

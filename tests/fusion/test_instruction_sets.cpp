@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "fusion/integrate/integrate.h"
-#include "fusion/track/icp.h"
-#include "fusion/track/picture_shift.h"
+#include "fusion/register/icp.h"
+#include "fusion/register/picture_shift.h"
+#include "fusion/register/surface_pyramid.h"
 #include "fusion/track/raycast.h"
-#include "fusion/track/surface_pyramid.h"
 #include "fusion/volume/block_index.h"
 #include "tests/fusion/small_world.h"
 

@@ -1,4 +1,4 @@
-#include "fusion/loops/relocaliser.h"
+#include "fusion/track/relocaliser.h"
 
 #include <gtest/gtest.h>
 

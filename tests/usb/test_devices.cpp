@@ -8,7 +8,7 @@
 #include "acquire/device_source.h"
 #include "acquire/usb/device_holders.h"
 #include "acquire/usb/quirks.h"
-#include "acquire/usb/transfer_ring.h"
+#include "acquire/uvc/transfer_ring.h"
 #include "tests/core/temporary_folder.h"
 
 namespace scanknit::test {

@@ -1,6 +1,6 @@
-#include "fusion/loops/feature_match.h"
+#include "fusion/track/feature_match.h"
 
-#include "fusion/loops/features_opencv.h"
+#include "fusion/track/features_opencv.h"
 
 namespace scanknit {
 

@@ -1,4 +1,4 @@
-#include "export/glb/placement_plan.h"
+#include "export/placement_plan.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "acquire/usb/transfer_ring.h"
+#include "acquire/uvc/transfer_ring.h"
 
 #include <libusb-1.0/libusb.h>
 

@@ -6,8 +6,8 @@
 #include "core/camera.h"
 #include "core/frame.h"
 #include "core/noise_model.h"
+#include "fusion/register/model_view.h"
 #include "fusion/shutter/frame_motion.h"
-#include "fusion/track/model_view.h"
 
 namespace scanknit {
 

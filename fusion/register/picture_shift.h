@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/pose.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
 
 namespace scanknit {
 

@@ -9,7 +9,7 @@
 
 #include "core/pose.h"
 #include "core/result.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
 
 namespace scanknit {
 

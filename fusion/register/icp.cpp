@@ -1,4 +1,4 @@
-#include "fusion/track/icp.h"
+#include "fusion/register/icp.h"
 
 #include <tbb/parallel_for.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "fusion/track/icp_rows.h"
+#include "fusion/register/icp_rows.h"
 
 namespace scanknit {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "core/version.h"
-#include "fusion/loops/features_opencv.h"
+#include "fusion/track/features_opencv.h"
 
 namespace scanknit {
 namespace {

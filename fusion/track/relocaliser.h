@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/pose.h"
-#include "fusion/loops/feature_match.h"
-#include "fusion/loops/ferns.h"
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
+#include "fusion/track/feature_match.h"
+#include "fusion/track/ferns.h"
 
 namespace scanknit {
 

@@ -1,4 +1,4 @@
-#include "acquire/record/new_recording.h"
+#include "acquire/new_recording.h"
 
 #include <string>
 #include <system_error>

@@ -1,4 +1,4 @@
-#include "acquire/usb/realsense.h"
+#include "acquire/uvc/realsense.h"
 
 #include <algorithm>
 #include <array>

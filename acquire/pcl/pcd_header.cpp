@@ -1,4 +1,4 @@
-#include "acquire/layouts/pcd_header.h"
+#include "acquire/pcl/pcd_header.h"
 
 #include <algorithm>
 #include <optional>

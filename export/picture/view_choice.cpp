@@ -1,4 +1,4 @@
-#include "export/texture/view_choice.h"
+#include "export/picture/view_choice.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,13 +1,13 @@
 // Compiled once for each instruction set by Highway, which includes this file again through foreach_target.h.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "fusion/track/pyramid_rows.cpp"
+#define HWY_TARGET_INCLUDE "fusion/register/pyramid_rows.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <array>
 
 #include "core/pixels/pixel_vectors.inl"
-#include "fusion/track/pyramid_rows.h"
+#include "fusion/register/pyramid_rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace scanknit::HWY_NAMESPACE {

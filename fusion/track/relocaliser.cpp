@@ -1,9 +1,9 @@
-#include "fusion/loops/relocaliser.h"
+#include "fusion/track/relocaliser.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "fusion/track/motion_vector.h"
+#include "fusion/register/motion_vector.h"
 
 namespace scanknit {
 namespace {

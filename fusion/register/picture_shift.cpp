@@ -1,4 +1,4 @@
-#include "fusion/track/picture_shift.h"
+#include "fusion/register/picture_shift.h"
 
 #include <tbb/parallel_for.h>
 

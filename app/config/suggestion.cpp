@@ -1,4 +1,4 @@
-#include "app/cli/suggestion.h"
+#include "app/config/suggestion.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -10,8 +10,8 @@
 
 #include "core/median.h"
 #include "fusion/integrate/surface_rows.h"
-#include "fusion/track/luma.h"
-#include "fusion/track/pyramid_rows.h"
+#include "fusion/register/luma.h"
+#include "fusion/register/pyramid_rows.h"
 
 namespace scanknit {
 namespace {

@@ -1,4 +1,4 @@
-#include "fusion/loops/ferns.h"
+#include "fusion/track/ferns.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "fusion/turntable/picture_part.h"
+#include "fusion/picture_part.h"
 
 #include <algorithm>
 #include <utility>

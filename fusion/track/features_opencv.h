@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/module.h"
-#include "fusion/loops/feature_match.h"
+#include "fusion/track/feature_match.h"
 
 namespace scanknit {
 

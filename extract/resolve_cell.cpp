@@ -1,4 +1,4 @@
-#include "extract/cell/resolve_cell.h"
+#include "extract/resolve_cell.h"
 
 #include <algorithm>
 #include <bit>

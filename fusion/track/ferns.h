@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/track/surface_pyramid.h"
+#include "fusion/register/surface_pyramid.h"
 
 namespace scanknit {
 

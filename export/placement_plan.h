@@ -9,9 +9,9 @@
 #include "core/axes.h"
 #include "core/result.h"
 #include "export/export_config.h"
-#include "export/glb/placement.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/write_mesh.h"
+#include "export/placement.h"
 
 namespace scanknit {
 

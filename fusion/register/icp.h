@@ -5,9 +5,9 @@
 
 #include "core/noise_model.h"
 #include "core/pose.h"
+#include "fusion/register/motion_vector.h"
+#include "fusion/register/surface_pyramid.h"
 #include "fusion/shutter/frame_motion.h"
-#include "fusion/track/motion_vector.h"
-#include "fusion/track/surface_pyramid.h"
 
 namespace scanknit {
 

@@ -1,12 +1,12 @@
 // Compiled once for each instruction set by Highway, which includes this file again through foreach_target.h.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "fusion/track/icp_rows.cpp"
+#define HWY_TARGET_INCLUDE "fusion/register/icp_rows.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
 
-#include "fusion/track/icp_rows.h"
+#include "fusion/register/icp_rows.h"
 
 #ifndef SCANKNIT_FUSION_ICP_ROWS_SUMS
 #define SCANKNIT_FUSION_ICP_ROWS_SUMS

@@ -5,8 +5,8 @@
 
 #include "core/noise_model.h"
 #include "core/pose.h"
+#include "fusion/register/surface_pyramid.h"
 #include "fusion/shutter/frame_motion.h"
-#include "fusion/track/surface_pyramid.h"
 
 namespace scanknit {
 

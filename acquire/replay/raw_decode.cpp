@@ -1,4 +1,4 @@
-#include "acquire/live/raw_decode.h"
+#include "acquire/replay/raw_decode.h"
 
 #include <algorithm>
 #include <array>

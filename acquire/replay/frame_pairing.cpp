@@ -1,4 +1,4 @@
-#include "acquire/live/frame_pairing.h"
+#include "acquire/replay/frame_pairing.h"
 
 #include <algorithm>
 #include <utility>

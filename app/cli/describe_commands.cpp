@@ -2,8 +2,8 @@
 #include <string>
 
 #include "app/cli/completion.h"
-#include "app/cli/exit_codes.h"
 #include "app/cli/man_page.h"
+#include "app/exit_codes.h"
 #include "core/files/atomic_file.h"
 
 namespace scanknit {
