@@ -113,7 +113,7 @@ py::dict scan(const std::filesystem::path& recording, const std::filesystem::pat
 
 void add_scan(py::module_& module) {
   py::class_<ScanWarning>(module, "ScanWarning",
-                          "A problem that did not end a scan. code: what it is about, as scan/scan_warning.h names it "
+                          "A problem that did not end a scan. code: what it is about, as scan/scan_result.h names it "
                           "(\"tracking_lost\"); text, also str(): for the user.")
       .def_property_readonly("code", [](const ScanWarning& warning) { return to_string(warning.code); })
       .def_readonly("text", &ScanWarning::text)

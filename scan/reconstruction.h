@@ -16,7 +16,6 @@
 #include "scan/scan_config.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
 

@@ -13,7 +13,6 @@
 #include "core/log.h"
 #include "core/result.h"
 #include "scan/scan_result.h"
-#include "scan/scan_warning.h"
 
 namespace scanknit {
 

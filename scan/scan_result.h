@@ -18,10 +18,74 @@
 #include "extract/cell/case_counts.h"
 #include "fusion/track/tracker.h"
 #include "scan/scan_config.h"
-#include "scan/scan_warning.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
+
+enum class WarningCode {
+  kNoEffect,          ///< a setting that changes none of the files
+  kRecording,         ///< a fault of the recording as a whole
+  kScanner,           ///< unknown properties of the scanner, and its failures
+  kRecorder,          ///< the recorder stopped; the scan went on
+  kReset,             ///< the user reset the scan
+  kTrackingLost,      ///< in more than a tenth of the frames
+  kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
+  kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses
+  kTurntable,         ///< frames or known angles that were not used
+  kCropBoxIgnored,    ///< nothing lay within the live view's box
+  kCropBoxDropped,    ///< the live view's box does not apply to the world of a refined turntable
+  kFinishStep,        ///< a finishing step was not done, or only in part
+  kNoTexture,         ///< the GLB has colours at its vertices
+  kAlignment,         ///< about scans, given poses, and how they agree
+  kAlignInterrupted,  ///< the mesh holds only the scans that were fused so far
+  // The next ones repeat what the result has in numbers, or what the files show.
+  kFramesDropped,
+  kRecordingEndsEarly,
+  kStoppedEarly,
+  kBudgetReached,
+  kPicturesLost,
+  kTurntableNotTried,
+  kMeshHasHoles,  ///< because of the chosen decider
+  kVolumeFile,    ///< parts of a volume file were not used
+  kPointsOnly,    ///< aligning only meshes and points makes no mesh
+};
+
+struct ScanWarning {
+  WarningCode code;
+  std::string text;  ///< for the user
+};
+
+/// "no_effect" for kNoEffect, and so on.
+[[nodiscard]] const char* to_string(WarningCode code);
+
+/// False for warnings that repeat what the result has in numbers: report.json does not list them.
+[[nodiscard]] constexpr bool is_reported(WarningCode code) {
+  return code < WarningCode::kFramesDropped;
+}
+
+/// A frame that was fused.
+struct PosedFrame {
+  std::uint64_t sequence = 0;  ///< Frame::sequence
+  double stamp = 0;            ///< seconds of the recording's clock; the frame's number if it has no clock
+  Pose T_world_camera = Pose::Identity();
+  FrameMotion motion = {};
+};
+
+/// In the order in which they were fused.
+using Trajectory = std::vector<PosedFrame>;
+
+/// T_world_camera by Frame::sequence.
+using PosesBySequence = std::map<std::uint64_t, Pose>;
+
+[[nodiscard]] inline PosesBySequence poses_of(const Trajectory& trajectory) {
+  PosesBySequence poses;
+  for (const PosedFrame& frame : trajectory) poses[frame.sequence] = frame.T_world_camera;
+  return poses;
+}
+
+/// The frame's PosedFrame::stamp.
+[[nodiscard]] inline double stamp_of(const Frame& frame) {
+  return frame.has_clock ? static_cast<double>(frame.timestamp_ns) * 1e-9 : static_cast<double>(frame.sequence);
+}
 
 /// The path of each written file, by its kind: "glb", "preview", "trajectory" ...
 using FilesByKind = std::map<std::string, std::string>;

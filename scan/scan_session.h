@@ -12,7 +12,6 @@
 #include "scan/scan_job.h"
 #include "scan/scan_observer.h"
 #include "scan/scan_result.h"
-#include "scan/scan_warning.h"
 #include "scan/stage_times.h"
 
 namespace scanknit {

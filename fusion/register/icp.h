@@ -3,11 +3,11 @@
 
 #include <optional>
 
+#include "core/frame_timing.h"
 #include "core/noise_model.h"
 #include "core/pose.h"
 #include "fusion/register/motion_vector.h"
 #include "fusion/register/surface_pyramid.h"
-#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 

@@ -3,10 +3,10 @@
 
 #include <array>
 
+#include "core/frame_timing.h"
 #include "core/noise_model.h"
 #include "core/pose.h"
 #include "fusion/register/surface_pyramid.h"
-#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 

@@ -5,9 +5,9 @@
 
 #include "core/camera.h"
 #include "core/frame.h"
+#include "core/frame_timing.h"
 #include "core/noise_model.h"
 #include "fusion/register/model_view.h"
-#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/frame.h"
-#include "fusion/shutter/frame_motion.h"
+#include "core/frame_timing.h"
 
 namespace scanknit {
 

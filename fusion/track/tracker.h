@@ -8,7 +8,6 @@
 #include "core/frame.h"
 #include "core/frame_timing.h"
 #include "core/pose.h"
-#include "fusion/shutter/frame_motion.h"
 
 namespace scanknit {
 

@@ -87,7 +87,7 @@ class Recording(Iterator[Frame]):
 
 class ScanWarning:
     @property
-    def code(self) -> str: ...  # "tracking_lost": the names of scan/scan_warning.h
+    def code(self) -> str: ...  # "tracking_lost": the names of scan/scan_result.h
     @property
     def text(self) -> str: ...  # for the user; also str()
 

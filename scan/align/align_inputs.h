@@ -14,7 +14,6 @@
 #include "scan/align/align.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
 

@@ -6,7 +6,7 @@
 
 #include "core/frame.h"
 #include "export/picture/surface_fit.h"
-#include "scan/trajectory.h"
+#include "scan/scan_result.h"
 
 namespace scanknit {
 

@@ -8,8 +8,8 @@
 #include "core/result.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/scan_config.h"
+#include "scan/scan_result.h"
 #include "scan/scan_session.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
 

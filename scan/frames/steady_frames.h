@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "scan/trajectory.h"
+#include "scan/scan_result.h"
 
 namespace scanknit {
 

@@ -10,7 +10,6 @@
 #include "scan/scan_job.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
 

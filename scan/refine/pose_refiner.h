@@ -8,7 +8,6 @@
 #include "core/result.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/scan_result.h"
-#include "scan/trajectory.h"
 
 namespace scanknit {
 

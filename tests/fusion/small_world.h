@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/frame_timing.h"
 #include "fusion/register/model_view.h"
-#include "fusion/shutter/frame_motion.h"
 #include "tests/fusion/analytic_frames.h"
 
 namespace scanknit::test {
