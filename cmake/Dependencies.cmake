@@ -75,14 +75,13 @@ if(SCANKNIT_BUILD_APP)
   find_package(CLI11 REQUIRED)
   find_package(yaml-cpp REQUIRED)
 endif()
-# The Python module. AUTO leaves it out where the rooms are static, and under sanitizers, of which the interpreter
-# knows nothing.
+# The Python module. AUTO leaves it out where the rooms are static.
 set(PYBIND11_FINDPYTHON ON)
 if(EXISTS /usr/bin/python3 AND NOT Python_EXECUTABLE)  # Debian's, whatever comes first in PATH: the module goes to it
   set(Python_EXECUTABLE /usr/bin/python3)
 endif()
 if(SCANKNIT_BUILD_PYTHON STREQUAL "AUTO")
-  if(BUILD_SHARED_LIBS AND NOT SCANKNIT_SANITIZE)
+  if(BUILD_SHARED_LIBS)
     find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
     find_package(pybind11 2.10 QUIET)
   endif()

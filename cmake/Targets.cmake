@@ -1,4 +1,4 @@
-# scanknit_flags(target): warnings, sanitizers, and arithmetic that gives the same bits on every machine.
+# scanknit_flags(target): warnings, and arithmetic that gives the same bits on every machine.
 function(scanknit_flags target)
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast
@@ -6,12 +6,6 @@ function(scanknit_flags target)
     # False alarms of GCC 12 inside std::string (its bug 105651), which come through once headers are precompiled.
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
     $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
-  if(SCANKNIT_SANITIZE)
-    target_compile_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE} -fno-omit-frame-pointer)
-    target_link_options(${target} PRIVATE -fsanitize=${SCANKNIT_SANITIZE})
-    # Asio has fences, which this sanitizer does not see; what is behind them it sees by the locks beside them.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-tsan>)
-  endif()
 endfunction()
 
 # What nearly every source includes, compiled once for each target: half of the time that the compiler takes.
