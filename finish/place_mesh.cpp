@@ -3,11 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "core/rotation.h"
+
 namespace scanknit {
 
 Pose turn_up(const Eigen::Vector3d& up, const Eigen::Vector3d& wanted_up) {
   Pose T = Pose::Identity();
-  T.linear() = Eigen::Quaterniond::FromTwoVectors(up, wanted_up).normalized().toRotationMatrix();
+  T.linear() = rotation_between(up, wanted_up).normalized().toRotationMatrix();
   return T;
 }
 

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -136,10 +135,10 @@ Pose motion_of(const Vector6d& step) {
 /// The normal equations with rotations about the middle of the points, in units of their radius.
 struct CentredEquations {
   Matrix6d T_step = Matrix6d::Identity();  ///< step = T_step * centred step
-  Eigen::SelfAdjointEigenSolver<Matrix6d> modes;
+  SymmetricModes modes;
   Vector6d vector = Vector6d::Zero();
   bool is_valid = false;  ///< the points do not all lie in one place
-  [[nodiscard]] double least_strength() const { return is_valid ? std::max(0.0, modes.eigenvalues()[0]) : 0; }
+  [[nodiscard]] double least_strength() const { return is_valid ? std::max(0.0, modes.values[0]) : 0; }
 };
 
 CentredEquations centred(const NormalSums& sums) {
@@ -150,7 +149,9 @@ CentredEquations centred(const NormalSums& sums) {
   Matrix6d& T = equations.T_step;
   T.topRightCorner<3, 3>() = cross_matrix(middle);
   T.rightCols<3>() /= radius;
-  equations.modes.compute(T.transpose() * (sums.matrix / sums.weight) * T);
+  Matrix6d matrix = Matrix6d::Zero();
+  matrix.triangularView<Eigen::Lower>() = T.transpose() * (sums.matrix / sums.weight) * T;
+  equations.modes = modes_of(matrix);
   equations.vector = T.transpose() * sums.vector / sums.weight;
   equations.is_valid = true;
   return equations;
@@ -159,8 +160,8 @@ CentredEquations centred(const NormalSums& sums) {
 /// The step along what is held firmly enough; `match` is told of the rest.
 Vector6d held_step(const CentredEquations& equations, double least_moved, FineMatch& match) {
   if (!equations.is_valid) return Vector6d::Zero();
-  Vector6d strengths = equations.modes.eigenvalues();
-  const Matrix6d& modes = equations.modes.eigenvectors();
+  Vector6d strengths = equations.modes.values;
+  const Matrix6d& modes = equations.modes.vectors;
   Vector6d step = Vector6d::Zero();
   match.is_held = false;
   for (Eigen::Index i = 0; i < 6; ++i) {

@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -85,8 +84,8 @@ struct Step {
 Step solve(const PairSums& sums) {
   Step step;
   if (sums.weights < kFewestPairs || !(sums.information > 0)) return step;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information_of(sums));
-  step.strengths = eigen.eigenvalues() / sums.information;
+  const SymmetricModes modes = modes_of(information_of(sums));
+  step.strengths = modes.values / sums.information;
   step.weak_directions = 0;
   const Vector6d downhill = -Eigen::Map<const Vector6d>(sums.Jtr.data());
   for (int i = 0; i < 6; ++i) {
@@ -94,9 +93,9 @@ Step solve(const PairSums& sums) {
       ++step.weak_directions;
       continue;
     }
-    const Vector6d direction = eigen.eigenvectors().col(i);
-    step.motion += direction * (direction.dot(downhill) / eigen.eigenvalues()(i));
-    step.information += eigen.eigenvalues()(i) * direction * direction.transpose();
+    const Vector6d direction = modes.vectors.col(i);
+    step.motion += direction * (direction.dot(downhill) / modes.values(i));
+    step.information += modes.values(i) * direction * direction.transpose();
   }
   return step;
 }

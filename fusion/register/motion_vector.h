@@ -11,6 +11,15 @@ namespace scanknit {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+/// The eigenvalues of a symmetric matrix, in ascending order, and their eigenvectors.
+struct SymmetricModes {
+  Vector6d values = Vector6d::Zero();
+  Matrix6d vectors = Matrix6d::Identity();
+};
+
+/// Reads the lower triangle. Eigen's solver takes the compiler seconds wherever it is called.
+[[nodiscard]] SymmetricModes modes_of(const Matrix6d& symmetric);
+
 /// The angle of its rotation, radians.
 [[nodiscard]] inline double angle_of(const Pose& motion) {
   return Eigen::AngleAxisd(motion.linear()).angle();

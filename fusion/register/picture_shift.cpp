@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/rotation.h"
+
 namespace scanknit {
 namespace {
 
@@ -60,7 +62,7 @@ Pose turn_by_shift(const SurfacePyramid& frame, const SurfacePyramid& model) {
   const Eigen::Vector3d ray(shift_of(place % kSide) / known.intrinsics.fx,
                             shift_of(place / kSide) / known.intrinsics.fy, 1);
   Pose turn = Pose::Identity();
-  turn.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray).toRotationMatrix();
+  turn.linear() = rotation_between(Eigen::Vector3d::UnitZ(), ray).toRotationMatrix();
   return turn;
 }
 

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/rotation.h"
+
 namespace scanknit {
 namespace {
 
@@ -67,8 +69,7 @@ void Drawing::stand_cylinder(double x, double y, double floor_m, double radius, 
 
 void Drawing::add_rod(const Vector3d& from, const Vector3d& to, double radius_m, const Texture& texture) {
   const Vector3d along = to - from;
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d turn = rotation_between(Vector3d::UnitZ(), along.normalized()).toRotationMatrix();
   add(Cylinder{radius_m, along.norm() / 2 + 0.6 * radius_m, 0.6 * radius_m}, (from + to) / 2, texture, turn);
 }
 

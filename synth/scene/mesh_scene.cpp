@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/rotation.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"
 #include "synth/scene/texture.h"
@@ -173,7 +174,7 @@ Eigen::Matrix3d upright(UpAxis up) {
   }();
   // For y up: half a turn about x, which keeps left and right.
   if (from == Vector3d::UnitY()) return Vector3d(1, -1, -1).asDiagonal();
-  return Eigen::Quaterniond::FromTwoVectors(from, -Vector3d::UnitY()).toRotationMatrix();
+  return rotation_between(from, -Vector3d::UnitY()).toRotationMatrix();
 }
 
 Result<void> check_closed(const Mesh& mesh) {
