@@ -8,16 +8,27 @@ function(scanknit_flags target)
     $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
 endfunction()
 
-# What nearly every source includes, compiled once for each target: half of the time that the compiler takes.
+# What nearly every source includes: half of the time that the compiler takes. Compiled once for all rooms, and once
+# more for those that include OpenVDB.
 set(SCANKNIT_PRECOMPILED
   <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <chrono> <cmath> <condition_variable> <filesystem> <fstream> <functional> <map>
   <memory> <mutex> <optional> <span> <sstream> <stop_token> <string> <string_view> <thread> <variant> <vector>)
 
-# scanknit_room(name SOURCES ... [HEADERS ...] PUBLIC ... PRIVATE ... [PRECOMPILE headers]): the library ScanKnit::name,
+foreach(name headers headers_openvdb)
+  add_library(scanknit_${name} OBJECT EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmake/precompiled.cpp)
+  target_compile_features(scanknit_${name} PRIVATE cxx_std_20)
+  target_link_libraries(scanknit_${name} PRIVATE Eigen3::Eigen)
+  target_precompile_headers(scanknit_${name} PRIVATE ${SCANKNIT_PRECOMPILED})
+  scanknit_flags(scanknit_${name})
+endforeach()
+target_link_libraries(scanknit_headers_openvdb PRIVATE OpenVDB::openvdb)
+target_precompile_headers(scanknit_headers_openvdb PRIVATE <openvdb/openvdb.h>)
+
+# scanknit_room(name SOURCES ... [HEADERS ...] PUBLIC ... PRIVATE ... [WITH_OPENVDB | PRECOMPILE headers]): the library ScanKnit::name,
 # whose headers are included as "name/header.h". HEADERS are the public ones: Install.cmake installs them, and no others.
 # They include no header of ours that is not public.
 function(scanknit_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(ROOM "WITH_OPENVDB" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
   list(TRANSFORM ROOM_HEADERS PREPEND ${name}/)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_HEADERS ${ROOM_HEADERS})
   set(target scanknit_${name})
@@ -33,7 +44,13 @@ function(scanknit_room name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/scanknit>)
   target_link_libraries(${target} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
-  target_precompile_headers(${target} PRIVATE ${SCANKNIT_PRECOMPILED} ${ROOM_PRECOMPILE})
+  if(ROOM_PRECOMPILE)
+    target_precompile_headers(${target} PRIVATE ${SCANKNIT_PRECOMPILED} ${ROOM_PRECOMPILE})
+  elseif(ROOM_WITH_OPENVDB)
+    target_precompile_headers(${target} REUSE_FROM scanknit_headers_openvdb)
+  else()
+    target_precompile_headers(${target} REUSE_FROM scanknit_headers)
+  endif()
   scanknit_flags(${target})
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
