@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fusion/register/icp_rows.h"
+#include "fusion/register/scene_change.h"
 
 namespace scanknit {
 namespace {
@@ -200,10 +201,13 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     sums = sum_pairs(registration);
     step = solve(sums);
   };
-  for (int level = config.first_level; level >= config.last_level; --level) {
-    const LevelPlan& plan = kPlans[static_cast<std::size_t>(level)];
+  const auto enter_level = [&](int level) {
     registration.frame = &frame.levels[static_cast<std::size_t>(level)];
     registration.model = &model.levels[static_cast<std::size_t>(level)];
+  };
+  for (int level = config.first_level; level >= config.last_level && !config.keeps_pose; --level) {
+    const LevelPlan& plan = kPlans[static_cast<std::size_t>(level)];
+    enter_level(level);
     for (int iteration = 0; iteration < plan.iterations; ++iteration) {
       look(plan, iteration);
       result.T_model_frame =
@@ -213,11 +217,17 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     }
   }
   result.T_model_frame.linear() = Eigen::Quaterniond(result.T_model_frame.linear()).normalized().toRotationMatrix();
-  if (!has_settled(step.motion)) {
+  if (config.keeps_pose || !has_settled(step.motion)) {
+    enter_level(config.last_level);
     const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
     look(last, last.iterations - 1);
   }
   describe(sums, step, result);
+  constexpr int kChangeLevel = 1;
+  if (config.last_level < kChangeLevel) {
+    result.changed_share = changed_share(frame.levels[kChangeLevel], model.levels[kChangeLevel], result.T_model_frame,
+                                         registration.rows, config.noise);
+  }
   result.shape = shape_of(sums, registration);
   result.centre = registration.centre;
   Vector6d units = Vector6d::Ones();  // of rotation: radians, not metres at `scale_m`

@@ -28,6 +28,7 @@ struct IcpConfig {
   int first_level = 2;            ///< begin at this level; 2 is the coarsest
   int last_level = 0;             ///< and end at this one
   std::optional<RollingShutter> shutter = std::nullopt;  ///< nothing: all rows are read at once
+  bool keeps_pose = false;  ///< only measure how well the frame fits at the given pose, at `last_level`
 };
 
 struct IcpResult {
@@ -36,6 +37,7 @@ struct IcpResult {
   double overlap = 0;                     ///< share of the points at which the model has a surface
   double inlier_share = 0;  ///< share of those within 3 sigma of the model's plane, with similar position and normal
   double contradicted_share = 0;  ///< share of those at which the model has a very different depth
+  double changed_share = 0;       ///< share of those in patches that have changed: changed_share(), unless coarse
   double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
   double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double support = 0;             ///< weight of the pairs for each point, with colour: to compare starts

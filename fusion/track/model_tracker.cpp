@@ -6,6 +6,7 @@
 #include "fusion/register/motion_vector.h"
 #include "fusion/register/picture_shift.h"
 #include "fusion/track/raycast.h"
+#include "fusion/track/still_camera.h"
 
 namespace scanknit {
 namespace {
@@ -23,6 +24,7 @@ constexpr double kGoodInliers = 0.65;
 
 // Colours of the right place agree to a mean weight of 0.75 and more; those of a wrong one by chance to 0.3 to 0.55.
 constexpr double kLeastColour = 0.35;
+constexpr double kColourOfRightPlace = 0.75;
 
 // Recorded poses are corrected by no more than this, unless the frame fits as frames usually do.
 constexpr double kSmallCorrection_m = 0.05;
@@ -34,14 +36,16 @@ constexpr double kSmallCorrection_rad = 0.05;
 constexpr double kSureOverlap = 0.4;
 constexpr double kSureInliers = 0.65;
 constexpr double kSureColour = 0.5;
-constexpr double kSureContradicted = 0.1;
+constexpr double kSureChanged = 0.1;
 constexpr double kUsualInliers = 0.08;
 constexpr double kUsualColour = 0.05;
-constexpr double kUsualContradicted = 0.03;
+constexpr double kUsualChanged = 0.03;
 
-// Where something comes, goes or moves, the model contradicts more of the frame. What it does not contradict must agree
-// with it as usual: else what moves takes the camera along.
-constexpr double kChanged = 0.1;
+// Where something comes, goes or moves, the model contradicts a part of the frame in patches (scene_change.h); where
+// the pose or the sensor is a little wrong, in strips. What the model does not contradict must agree with it as usual:
+// else what moves takes the camera along.
+constexpr double kChanged = 0.06;
+constexpr double kInPatches = 0.7;  // of all that is contradicted
 constexpr double kUsualRest = 0.06;
 constexpr double kLeastInliersInChange = 0.3;
 constexpr std::int64_t kPromptly_ns = 250'000'000;  // later than this another place is likelier than a change
@@ -56,7 +60,7 @@ constexpr double kSurpriseIntervals = 4;
 // A fit that gets so much worse from one frame to the next is a surprise, too: who walks into view does so more slowly.
 constexpr double kFallOfInliers = 0.25;
 constexpr double kFallOfColour = 0.2;
-constexpr double kRiseOfContradiction = 0.1;
+constexpr double kRiseOfChange = 0.1;
 
 // A place that was recognised must hold for so many frames in a row before anything is fused.
 constexpr int kSureViews = 3;
@@ -88,7 +92,7 @@ double inliers_of_rest(double inlier_share, double contradicted_share) {
 }
 
 bool has_changed(const IcpResult& fit) {
-  return fit.contradicted_share > kChanged;
+  return fit.changed_share > kChanged && fit.changed_share > kInPatches * fit.contradicted_share;
 }
 
 bool is_believable(const IcpResult& fit, double least_inliers = kLeastInliers) {
@@ -117,6 +121,7 @@ TrackResult describe(TrackState state, TrackReason reason, const Pose& T_world_c
   result.overlap = fit.overlap;
   result.inlier_share = fit.inlier_share;
   result.contradicted_share = fit.contradicted_share;
+  result.changed_share = fit.changed_share;
   result.colour_agreement = fit.colour_agreement;
   result.rms_sigma = fit.rms_sigma;
   result.weak_directions = fit.weak_directions;
@@ -134,13 +139,41 @@ TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   if (timing_.readout_s > 0 && since_last_s > 0) {
     shutter_ = RollingShutter{last_->T_world_camera, timing_.readout_s / since_last_s};
   }
-  const SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
+  SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
   if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
   if (!result.is_lost()) result.motion = motion_at(result.T_world_camera, frame);
   remember(frame, seen, result);
+  const bool has_moved = !still_since_ || result.T_world_camera.matrix() != still_since_->T_world_camera.matrix();
+  if (!result.is_lost() && has_moved) still_since_ = {result.T_world_camera, std::move(seen.levels.front())};
+  result.raycast_time = raycast_time_;
+  return result;
+}
+
+TrackResult ModelTracker::track_later(const Frame& frame, const TsdfVolume& volume,
+                                      const std::optional<KnownFrame>& neighbour) {
+  volume_ = &volume;
+  raycast_time_ = {};
+  noise_ = volume.config().noise.scaled(noise_scale_);
+  const double apart_s = neighbour ? seconds(frame.timestamp_ns - neighbour->timestamp_ns, frame) : 0;
+  const bool has_motion = apart_s != 0 && std::abs(apart_s) <= kLongest_s;
+  std::optional<RollingShutter> shutter;
+  if (has_motion && timing_.readout_s > 0) {
+    shutter = RollingShutter{neighbour->T_world_camera, timing_.readout_s / apart_s};
+  }
+  const SurfacePyramid seen = pyramid_of(frame, noise_);
+  IcpResult nothing;
+  nothing.points = points_of(seen.levels.front());
+  if (const auto blind = why_blind(seen.levels.front(), std::nullopt)) {
+    return describe(TrackState::kLost, *blind, Pose::Identity(), nothing);
+  }
+  const auto found = neighbour ? sure_fit(seen, neighbour->T_world_camera, shutter) : find_again(seen);
+  if (!found) return describe(TrackState::kLost, TrackReason::kPlaceNotRecognised, Pose::Identity(), nothing);
+  TrackResult result = describe(TrackState::kRecovered, TrackReason::kFoundLater, found->T_world_camera, found->icp);
+  result.rms_sigma *= noise_scale_;
+  if (has_motion) result.motion = motion_since(neighbour->T_world_camera, apart_s, result.T_world_camera);
   result.raycast_time = raycast_time_;
   return result;
 }
@@ -152,6 +185,7 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
   const auto blind = why_blind(seen.levels.front(), last_ ? std::optional(last_->depth_m) : std::nullopt);
   if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
   if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_last, nothing);
+  if (stands_still(seen)) return stay(seen);
 
   if (recognised_) {
     const auto again = sure_fit(seen, recognised_->T_world_camera);
@@ -181,6 +215,23 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
   }
   const TrackReason reason = is_lost_ ? TrackReason::kPlaceNotRecognised : TrackReason::kTooFast;
   return describe(TrackState::kLost, reason, T_last, followed.icp);
+}
+
+bool ModelTracker::stands_still(const SurfacePyramid& seen) const {
+  if (!still_since_ || still_since_->level.intrinsics != seen.levels.front().intrinsics) return false;
+  return scanknit::stands_still(seen.levels.front(), still_since_->level, noise_);
+}
+
+/// The pose is that of the frame since which the camera stands still: directions that the scene does not determine
+/// would slide, and take along with what moves.
+TrackResult ModelTracker::stay(const SurfacePyramid& seen) {
+  const Model model = look(seen.levels.front().intrinsics, still_since_->T_world_camera);
+  IcpConfig config{noise_};
+  config.keeps_pose = true;
+  const IcpResult fit = register_frame(seen, model.pyramid, Pose::Identity(), config);
+  const bool is_weak = fit.inlier_share < kGoodInliers || has_changed(fit);
+  const TrackState state = is_lost_ ? TrackState::kRecovered : is_weak ? TrackState::kWeak : TrackState::kOk;
+  return describe(state, state == TrackState::kWeak ? TrackReason::kSceneHasChanged : TrackReason::kNone, model.T_world_camera, fit);
 }
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
@@ -242,14 +293,14 @@ bool ModelTracker::is_steady(const IcpResult& fit) const {
 
 bool ModelTracker::is_sure(const IcpResult& fit) const {
   return fit.weak_directions == 0 && fit.overlap >= kSureOverlap && fit.inlier_share >= kSureInliers &&
-         fit.colour_agreement >= kSureColour && fit.contradicted_share <= kSureContradicted && is_as_usual(fit);
+         fit.colour_agreement >= kSureColour && fit.changed_share <= kSureChanged && is_as_usual(fit);
 }
 
 bool ModelTracker::is_as_usual(const IcpResult& fit) const {
   if (!knows_the_usual()) return true;
   return fit.inlier_share >= usual_.inlier_share - kUsualInliers &&
-         fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
-         fit.contradicted_share <= usual_.contradicted_share + kUsualContradicted;
+         fit.colour_agreement >= std::min(usual_.colour_agreement - kUsualColour, kColourOfRightPlace) &&
+         fit.changed_share <= usual_.changed_share + kUsualChanged;
 }
 
 bool ModelTracker::knows_the_usual() const {
@@ -260,7 +311,7 @@ bool ModelTracker::knows_the_usual() const {
 bool ModelTracker::is_suddenly_worse(const IcpResult& fit) const {
   return fit.inlier_share < newest_.inlier_share - kFallOfInliers ||
          fit.colour_agreement < newest_.colour_agreement - kFallOfColour ||
-         fit.contradicted_share > newest_.contradicted_share + kRiseOfContradiction;
+         fit.changed_share > newest_.changed_share + kRiseOfChange;
 }
 
 ModelTracker::Model ModelTracker::look(const CameraIntrinsics& camera, const Pose& T_world_camera) {
@@ -306,12 +357,13 @@ ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose&
   return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera}, shutter_);
 }
 
-std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place) {
+std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
+                                                        const std::optional<RollingShutter>& shutter) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
   const Model model = look(camera, T_world_place);
-  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, {});
+  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, shutter);
   if (!is_believable(first.icp)) return std::nullopt;
-  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera}, {});
+  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera}, shutter);
   return is_sure(second.icp) ? std::optional(second) : std::nullopt;
 }
 
@@ -355,9 +407,14 @@ SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
 /// As the camera moved since the last frame.
 FrameMotion ModelTracker::motion_at(const Pose& T_world_camera, const Frame& frame) const {
   const double since_s = seconds_since_last(frame);
-  if (!(since_s > 0) || timing_.is_at_once()) return {};
-  const SteadyMotion since = SteadyMotion::from(last_->T_world_camera.inverse() * T_world_camera);
-  return {since * (timing_.readout_s / since_s), since * (timing_.colour_later_s / since_s)};
+  return since_s > 0 ? motion_since(last_->T_world_camera, since_s, T_world_camera) : FrameMotion{};
+}
+
+/// As the camera moved from one pose to the other in `apart_s`, which is negative where the frame came first.
+FrameMotion ModelTracker::motion_since(const Pose& T_world_other, double apart_s, const Pose& T_world_camera) const {
+  if (timing_.is_at_once()) return {};
+  const SteadyMotion since = SteadyMotion::from(T_world_other.inverse() * T_world_camera);
+  return {since * (timing_.readout_s / apart_s), since * (timing_.colour_later_s / apart_s)};
 }
 
 Pose ModelTracker::predicted(std::int64_t timestamp_ns) const {
@@ -390,7 +447,7 @@ void ModelTracker::remember(const Frame& frame, const SurfacePyramid& seen, cons
 
 void ModelTracker::learn_quality(const TrackResult& result) {
   if (!(result.inlier_share >= kLeastInliers)) return;  // nothing to compare with
-  newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share};
+  newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share, result.changed_share};
   if (result.state != TrackState::kOk) return;
   constexpr double kSlowly = 0.1;
   const double rate = std::max(kSlowly, 1.0 / ++usual_frames_);
@@ -398,6 +455,7 @@ void ModelTracker::learn_quality(const TrackResult& result) {
   follow(usual_.inlier_share, newest_.inlier_share);
   follow(usual_.colour_agreement, newest_.colour_agreement);
   follow(usual_.contradicted_share, newest_.contradicted_share);
+  follow(usual_.changed_share, newest_.changed_share);
   constexpr double kNoisiest = 4;
   noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
 }

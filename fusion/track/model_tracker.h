@@ -24,6 +24,9 @@ class ModelTracker {
 
   /// Tracker::track().
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
+  /// Tracker::track_later().
+  [[nodiscard]] TrackResult track_later(const Frame& frame, const TsdfVolume& volume,
+                                        const std::optional<KnownFrame>& neighbour);
 
  private:
   /// The last frame whose pose is known, or good enough to continue from.
@@ -47,14 +50,23 @@ class ModelTracker {
     SurfacePyramid pyramid;
   };
 
+  /// The last frame that was fused.
+  struct Fused {
+    Pose T_world_camera;
+    SurfaceLevel level;
+  };
+
   /// How well a frame fits.
   struct Quality {
     double inlier_share = 0;
     double colour_agreement = 0;
     double contradicted_share = 1;
+    double changed_share = 1;
   };
 
   [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
+  [[nodiscard]] bool stands_still(const SurfacePyramid& seen) const;
+  [[nodiscard]] TrackResult stay(const SurfacePyramid& seen);
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses,
@@ -62,9 +74,11 @@ class ModelTracker {
   [[nodiscard]] double seconds_since_last(const Frame& frame) const;
   [[nodiscard]] SteadyMotion expected_to_colour(const Frame& frame) const;
   [[nodiscard]] FrameMotion motion_at(const Pose& T_world_camera, const Frame& frame) const;
+  [[nodiscard]] FrameMotion motion_since(const Pose& T_world_other, double apart_s, const Pose& T_world_camera) const;
   [[nodiscard]] Fit fit_near(const SurfacePyramid& seen, const Pose& expected);
   [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
-  [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place);
+  [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
+                                            const std::optional<RollingShutter>& shutter = std::nullopt);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
   [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const;
@@ -84,6 +98,7 @@ class ModelTracker {
   PosePrior prior_;
   FrameTiming timing_;
   std::optional<Known> last_;
+  std::optional<Fused> still_since_;   ///< the last fused frame in which the camera had moved
   std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
   std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
   bool is_lost_ = false;

@@ -29,6 +29,7 @@ const char* to_string(TrackReason reason) {
     case TrackReason::kSceneHasChanged: return "scene has changed";
     case TrackReason::kLittleOverlap: return "little overlap";
     case TrackReason::kRecordedPoseKept: return "recorded pose kept";
+    case TrackReason::kFoundLater: return "found later";
   }
   return "";
 }
@@ -40,6 +41,11 @@ Tracker::~Tracker() = default;
 
 TrackResult Tracker::track(const Frame& frame, const TsdfVolume& volume) {
   return tracker_->track(frame, volume);
+}
+
+TrackResult Tracker::track_later(const Frame& frame, const TsdfVolume& volume,
+                                 const std::optional<KnownFrame>& neighbour) {
+  return tracker_->track_later(frame, volume, neighbour);
 }
 
 }  // namespace scanknit

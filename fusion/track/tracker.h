@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "core/frame.h"
 #include "core/frame_timing.h"
@@ -39,6 +41,7 @@ enum class TrackReason {
   kSceneHasChanged,
   kLittleOverlap,
   kRecordedPoseKept,
+  kFoundLater,  ///< by track_later()
 };
 
 /// The same words as in docs/report.md: "nothing seen"; "" for kNone.
@@ -52,6 +55,7 @@ struct TrackResult {
   double overlap = 0;                       ///< share of them at which the model has a surface
   double inlier_share = 0;                  ///< share of those that agrees with it
   double contradicted_share = 0;            ///< share of those at which the model has a very different depth
+  double changed_share = 0;                 ///< share of those in patches of the picture where the scene has changed
   double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
   int weak_directions = 0;                  ///< how many of the six the scene does not determine
@@ -59,6 +63,12 @@ struct TrackResult {
   std::chrono::nanoseconds raycast_time{};  ///< the part of the time that raycasting took
 
   [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }
+};
+
+/// A frame whose pose is known.
+struct KnownFrame {
+  Pose T_world_camera = Pose::Identity();
+  std::int64_t timestamp_ns = 0;
 };
 
 /// How the tracker uses the poses of a recording.
@@ -85,6 +95,12 @@ class Tracker {
   /// whose pose is not accepted is lost: this is a state, not an error, and relocalisation finds the pose of later
   /// frames.
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
+
+  /// Finds the pose of a frame that was lost, when `volume` holds what was seen before and after it: from `neighbour`,
+  /// a frame shortly before or after it; without one, at the places that it looks like. The result is kRecovered, or
+  /// kLost unless the frame fits as well as frames usually do. Does not change what track() does next.
+  [[nodiscard]] TrackResult track_later(const Frame& frame, const TsdfVolume& volume,
+                                        const std::optional<KnownFrame>& neighbour);
 
  private:
   std::unique_ptr<ModelTracker> tracker_;
