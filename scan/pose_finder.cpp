@@ -1,5 +1,6 @@
 #include "scan/pose_finder.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "core/check.h"
@@ -13,6 +14,17 @@ PosePrior prior_of(PoseMode mode) {
 
 double milliseconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::milli>(time).count();
+}
+
+TrackedFrame described(const Frame& frame, const TrackResult& tracked) {
+  return {.sequence = frame.sequence,
+          .state = tracked.state,
+          .reason = tracked.reason,
+          .overlap = tracked.overlap,
+          .inlier_share = tracked.inlier_share,
+          .rms_sigma = tracked.rms_sigma,
+          .points = tracked.points,
+          .weak_directions = tracked.weak_directions};
 }
 
 }  // namespace
@@ -29,16 +41,22 @@ std::optional<PoseFinder::Found> PoseFinder::find(const Frame& frame, const Tsdf
   const auto spent = std::chrono::steady_clock::now() - begin;
   session.note_time("track", milliseconds(spent - tracked.raycast_time));
   session.note_time("raycast", milliseconds(tracked.raycast_time));
-  tracking_->frames.push_back({.sequence = frame.sequence,
-                               .state = tracked.state,
-                               .reason = tracked.reason,
-                               .overlap = tracked.overlap,
-                               .inlier_share = tracked.inlier_share,
-                               .rms_sigma = tracked.rms_sigma,
-                               .points = tracked.points,
-                               .weak_directions = tracked.weak_directions});
+  tracking_->frames.push_back(described(frame, tracked));
   if (tracked.is_lost()) return std::nullopt;
   return Found{tracked.T_world_camera, tracked.motion};
+}
+
+TrackResult PoseFinder::find_later(const Frame& frame, const TsdfVolume& volume,
+                                   const std::optional<KnownFrame>& neighbour, ScanSession& session) {
+  return session.timed("track_later", [&] { return tracker_.track_later(frame, volume, neighbour); });
+}
+
+void PoseFinder::note_found_later(const Frame& frame, const TrackResult& found) {
+  const auto noted = std::find_if(tracking_->frames.begin(), tracking_->frames.end(),
+                                  [&](const TrackedFrame& other) { return other.sequence == frame.sequence; });
+  SCANKNIT_CHECK(noted != tracking_->frames.end());
+  *noted = described(frame, found);
+  ++tracking_->found_later;
 }
 
 }  // namespace scanknit

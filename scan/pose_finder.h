@@ -27,6 +27,12 @@ class PoseFinder {
   /// stages "track" and "raycast".
   [[nodiscard]] std::optional<Found> find(const Frame& frame, const TsdfVolume& volume, ScanSession& session);
 
+  /// Tracker::track_later().
+  [[nodiscard]] TrackResult find_later(const Frame& frame, const TsdfVolume& volume,
+                                       const std::optional<KnownFrame>& neighbour, ScanSession& session);
+  /// Notes in tracking() that the pose of a frame that was lost is known now.
+  void note_found_later(const Frame& frame, const TrackResult& found);
+
   /// How well each frame was tracked; nothing when poses are given, and before the first frame.
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }
 

@@ -2,10 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
+
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
 #include "fusion/track/feature_match.h"
+#include "scan/frames/frame_archive.h"
+#include "scan/lost_frames.h"
 
 namespace scanknit {
 
@@ -67,6 +72,48 @@ void Reconstruction::note_fused(const Frame& frame, const PoseFinder::Found& fou
   }
   refiner_.note_fused(frame, found.T_world_camera, std::exchange(follows_gap_, false));
   if (options_.keeps_depth_samples) samples_.add(frame);
+}
+
+Result<void> Reconstruction::find_lost(FrameSource& source) {
+  std::set<std::uint64_t> lost;
+  for (const TrackedFrame& frame : tracking()->frames) {
+    if (frame.state == TrackState::kLost) lost.insert(frame.sequence);
+  }
+  const PosesBySequence known = poses_of(trajectory_);
+  LostFrames search({[&](Frame& frame, const std::optional<KnownFrame>& neighbour) -> Result<TrackResult> {
+                       if (auto filtered = filter_frame(frame, config_.acquire, config_.fusion.noise); !filtered) {
+                         return filtered.error();
+                       }
+                       return poses_.find_later(frame, volume_, neighbour, session_);
+                     },
+                     [&](Frame& frame, const TrackResult& found) { return fuse_later(frame, found); }});
+  std::size_t searched = 0;
+  return for_each_frame(source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
+    Result<void> met;
+    bool is_last = false;
+    if (const auto pose = known.find(frame.sequence); pose != known.end()) {
+      met = search.meet_known({pose->second, frame.timestamp_ns});
+      is_last = searched == lost.size();
+    } else if (lost.contains(frame.sequence)) {
+      met = search.meet_lost(frame);
+      session_.progress("looking for lost frames", ++searched, lost.size());
+    }
+    if (!met) return met.error();
+    return is_last ? Reading::kStop : Reading::kContinue;
+  });
+}
+
+Result<void> Reconstruction::fuse_later(Frame& frame, const TrackResult& found) {
+  if (!found.motion.is_still()) deskew(found.motion, frame);
+  const auto fused = integrate(frame, found.T_world_camera, volume_);
+  if (!fused) return fused.error().code == ErrorCode::kInput ? Result<void>() : fused.error();
+  const PosedFrame posed{frame.sequence, stamp_of(frame), found.T_world_camera, found.motion};
+  const auto after =
+      std::upper_bound(trajectory_.begin(), trajectory_.end(), posed.sequence,
+                       [](std::uint64_t sequence, const PosedFrame& other) { return sequence < other.sequence; });
+  trajectory_.insert(after, posed);
+  poses_.note_found_later(frame, found);
+  return {};
 }
 
 Result<void> Reconstruction::start_over() {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
+#include "acquire/frame_source.h"
 #include "core/frame.h"
 #include "core/result.h"
 #include "fusion/volume/tsdf_volume.h"
@@ -39,6 +40,10 @@ class Reconstruction {
   /// Filters the frame, finds its pose and fuses it. An error ends the scan.
   [[nodiscard]] Result<Added> add(Frame& frame);
 
+  /// Looks for the frames that were lost, now that the volume holds what was scanned before and after them, and fuses
+  /// those that it finds. `source` gives all frames again. Errors: those of the source and of integrate().
+  [[nodiscard]] Result<void> find_lost(FrameSource& source);
+
   /// Empties the volume and the trajectory; the volume keeps its address. Errors: TsdfVolume::create().
   [[nodiscard]] Result<void> start_over();
 
@@ -63,6 +68,7 @@ class Reconstruction {
         session_(session),
         volume_(std::move(volume)),
         poses_(options.poses, config.acquire.timing()) {}
+  [[nodiscard]] Result<void> fuse_later(Frame& frame, const TrackResult& found);
   [[nodiscard]] Result<void> begin_again(const FrameMotion& motion);
   [[nodiscard]] Result<Added> fuse(Frame& frame, const PoseFinder::Found& found);
   void note_fused(const Frame& frame, const PoseFinder::Found& found, bool is_budget_reached);

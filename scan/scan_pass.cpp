@@ -21,6 +21,7 @@ ScanPass::ScanPass(const ScanJob& job, const PassInput& input, PoseRefiner& refi
 Result<void> ScanPass::run() {
   if (auto begun = begin(); !begun) return begun;
   if (auto fused = track_and_fuse(); !fused) return fused;
+  if (auto found = find_lost(); !found) return found;
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
   return write_texture();
@@ -46,6 +47,18 @@ Result<void> ScanPass::track_and_fuse() {
     }
     carry_out_commands();
   }
+  return {};
+}
+
+/// Looks again at the frames that were lost: what was scanned after them is known now.
+Result<void> ScanPass::find_lost() {
+  const bool has_lost = scan_->tracking() && intake_.counts().lost > 0 && intake_.counts().fused > 0;
+  const bool is_stopped = session_.is_stopped() || input_.stop.stop_requested();
+  if (!has_lost || is_stopped || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return {};
+  const auto source = input_.archive.open();
+  if (!source) return source.error();
+  if (auto found = scan_->find_lost(**source); !found) return found;
+  intake_.recount(scan_->trajectory().size());
   return {};
 }
 

@@ -70,7 +70,7 @@ struct PosedFrame {
   FrameMotion motion = {};
 };
 
-/// In the order in which they were fused.
+/// In the order of the scan.
 using Trajectory = std::vector<PosedFrame>;
 
 /// T_world_camera by Frame::sequence.
@@ -110,6 +110,7 @@ struct TrackedFrame {
 struct TrackingResult {
   PosePrior prior = PosePrior::kIgnore;
   std::vector<TrackedFrame> frames;
+  std::size_t found_later = 0;  ///< of `frames`: lost during the scan, found when all of it was known; kRecovered
 };
 
 /// The result of the search for places that the walk came back to.

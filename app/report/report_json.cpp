@@ -74,6 +74,7 @@ Json tracking_json(const ScanResult& scan) {
   for (const TrackState state : {TrackState::kOk, TrackState::kWeak, TrackState::kLost, TrackState::kRecovered}) {
     json["states"][to_string(state)] = count_of(*scan.tracking, state);
   }
+  json["found_later"] = scan.tracking->found_later;
   json["frames"] = Json::array();
   for (const TrackedFrame& frame : scan.tracking->frames) {
     json["frames"].push_back({{"frame", frame.sequence},

@@ -34,7 +34,9 @@ std::string tracking_line(const ScanResult& scan) {
   for (const TrackedFrame& frame : scan.tracking->frames) ++states[to_string(frame.state)];
   std::vector<std::string> parts;
   for (const auto& [state, count] : states) parts.push_back(fmt::format("{} {}", count, state));
-  return fmt::format("Tracking {}\n", fmt::join(parts, ", "));
+  const std::size_t later = scan.tracking->found_later;
+  const std::string remark = later == 0 ? "" : fmt::format("; {} of them lost at first, and found later", later);
+  return fmt::format("Tracking {}{}\n", fmt::join(parts, ", "), remark);
 }
 
 const char* angle_remark(const TurntableResult& table) {

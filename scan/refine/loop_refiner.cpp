@@ -74,6 +74,23 @@ Result<void> LoopRefiner::track_again(const FrameRange& frames) {
   return {};
 }
 
+/// The trajectory with the corrected poses of the frames that were noted. A frame that was found later moves along with
+/// the one before it.
+Trajectory LoopRefiner::moved(Trajectory trajectory, const std::vector<Pose>& T_world_noted) const {
+  Pose T_corrected_tracked = Pose::Identity();
+  std::size_t noted = 0;
+  for (PosedFrame& frame : trajectory) {
+    if (noted < fused_.size() && fused_[noted] == frame.sequence) {
+      const Pose& T_corrected = T_world_noted[noted++];
+      T_corrected_tracked = T_corrected * frame.T_world_camera.inverse();
+      frame.T_world_camera = T_corrected;
+    } else {
+      frame.T_world_camera = T_corrected_tracked * frame.T_world_camera;
+    }
+  }
+  return trajectory;
+}
+
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
   if (!closure.has_come_back()) return std::optional<Trajectory>();
   if (!closure.pulled.empty() && archive_.is_kept()) {
@@ -91,8 +108,7 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   if (!archive_.is_kept()) {
     return Error{ErrorCode::kInput, "closing it takes the frames again, and no recording was made"};
   }
-  Trajectory corrected = walk.trajectory;
-  for (std::size_t i = 0; i < corrected.size(); ++i) corrected[i].T_world_camera = closure.T_world_cameras[i];
+  Trajectory corrected = moved(walk.trajectory, closure.T_world_cameras);
   largest_correction_m_ = farthest_moved_m(walk.trajectory, corrected);
   wanted_ = corrected.size();
   return std::optional(std::move(corrected));

@@ -31,6 +31,7 @@ class LoopRefiner final : public PoseRefiner {
  private:
   [[nodiscard]] LoopClosure find_loops();
   [[nodiscard]] Result<void> track_again(const FrameRange& frames);
+  [[nodiscard]] Trajectory moved(Trajectory trajectory, const std::vector<Pose>& T_world_noted) const;
   [[nodiscard]] Result<std::optional<Trajectory>> close(const TrackedWalk& walk, LoopClosure closure);
   [[nodiscard]] LoopResult described(const LoopClosure& closure) const;
   void warn_not_closed(const Error& error);

@@ -1,0 +1,100 @@
+#include "scan/lost_frames.h"
+
+#include <utility>
+
+namespace scanknit {
+namespace {
+
+constexpr std::size_t kMostWaiting = 32;  // frames; 2 MB each at 640 x 480
+constexpr int kMostMisses = 5;            // frames in a row: then the camera has moved too far
+constexpr std::size_t kSureViews = 3;
+
+KnownFrame known(const Frame& frame, const TrackResult& result) {
+  return {result.T_world_camera, frame.timestamp_ns};
+}
+
+}  // namespace
+
+Result<void> LostFrames::meet_known(const KnownFrame& frame) {
+  recognised_.clear();
+  if (auto gone_back = go_back_from(frame); !gone_back) return gone_back;
+  before_ = frame;
+  misses_ = 0;
+  return {};
+}
+
+Result<void> LostFrames::meet_lost(const Frame& frame) {
+  const auto found = go_on(frame);
+  if (!found) return found.error();
+  if (*found) return {};
+  waiting_.push_back(frame);
+  if (waiting_.size() > kMostWaiting) waiting_.pop_front();
+  return recognise(frame);
+}
+
+Result<std::optional<LostFrames::Found>> LostFrames::find(const Frame& frame,
+                                                          const std::optional<KnownFrame>& neighbour) {
+  Found found{frame, {}};
+  auto result = calls_.track(found.frame, neighbour);
+  if (!result) return result.error();
+  if (result->is_lost()) return std::optional<Found>();
+  found.result = *std::move(result);
+  return std::optional(std::move(found));
+}
+
+/// Whether the frame was found from the one before it.
+Result<bool> LostFrames::go_on(const Frame& frame) {
+  if (!before_) return false;
+  auto found = find(frame, before_);
+  if (!found) return found.error();
+  if (!*found) {
+    if (++misses_ == kMostMisses) before_.reset();
+    return false;
+  }
+  if (auto fused = calls_.fuse((*found)->frame, (*found)->result); !fused) return fused.error();
+  before_ = known(frame, (*found)->result);
+  misses_ = 0;
+  return true;
+}
+
+/// Looks for known places that the frame may show. When a few in a row show one, they are fused.
+Result<void> LostFrames::recognise(const Frame& frame) {
+  const auto neighbour =
+      recognised_.empty() ? std::nullopt : std::optional(known(recognised_.back().frame, recognised_.back().result));
+  auto found = find(frame, neighbour);
+  if (!found) return found.error();
+  if (!*found) {
+    recognised_.clear();
+    return {};
+  }
+  recognised_.push_back(*std::move(*found));
+  if (recognised_.size() < kSureViews) return {};
+  std::vector<Found> sure = std::exchange(recognised_, {});
+  waiting_.resize(waiting_.size() - sure.size());
+  for (Found& view : sure) {
+    if (auto fused = calls_.fuse(view.frame, view.result); !fused) return fused;
+  }
+  before_ = known(sure.back().frame, sure.back().result);
+  misses_ = 0;
+  return go_back_from(known(sure.front().frame, sure.front().result));
+}
+
+/// Finds the frames that wait, the last one first.
+Result<void> LostFrames::go_back_from(KnownFrame frame) {
+  std::deque<Frame> waiting = std::exchange(waiting_, {});
+  int misses = 0;
+  for (; !waiting.empty() && misses < kMostMisses; waiting.pop_back()) {
+    auto found = find(waiting.back(), frame);
+    if (!found) return found.error();
+    if (!*found) {
+      ++misses;
+      continue;
+    }
+    misses = 0;
+    frame = known(waiting.back(), (*found)->result);
+    if (auto fused = calls_.fuse((*found)->frame, (*found)->result); !fused) return fused;
+  }
+  return {};
+}
+
+}  // namespace scanknit
