@@ -181,6 +181,12 @@ struct HolesResult {
   std::vector<double> longest_m;  ///< of the longest rims, longest first
 };
 
+/// Surface that is there twice, in two sheets that face the same way: a wall that was fused at two places.
+struct DoubledResult {
+  double area_m2 = 0;
+  double share = 0;  ///< of the mesh's area
+};
+
 /// How well the mesh fits some of its depth frames.
 struct FitResult {
   std::size_t frames = 0;
@@ -193,13 +199,14 @@ struct FitResult {
 struct MeshResult {
   std::optional<double> isovalue;  ///< nothing before it is known
   IsovalueSource isovalue_source = IsovalueSource::kConfig;
-  std::optional<CaseCounts> cases;     ///< nothing before the surface is extracted
-  std::optional<FinishResult> finish;  ///< nothing unless `finish:` asks for a step
-  std::optional<MeshCheck> check;      ///< nothing before the surface is finished
-  bool is_checked = true;              ///< false: it was streamed; `check` has only two counts and the bounds
-  std::optional<HolesResult> holes;    ///< nothing for an empty or a streamed mesh
-  std::optional<FitResult> fit;        ///< nothing when there were no depth frames
-  FilesByKind files;                   ///< meshes and pictures
+  std::optional<CaseCounts> cases;       ///< nothing before the surface is extracted
+  std::optional<FinishResult> finish;    ///< nothing unless `finish:` asks for a step
+  std::optional<MeshCheck> check;        ///< nothing before the surface is finished
+  bool is_checked = true;                ///< false: it was streamed; `check` has only two counts and the bounds
+  std::optional<HolesResult> holes;      ///< nothing for an empty or a streamed mesh
+  std::optional<DoubledResult> doubled;  ///< nothing unless frames were fused, and the mesh not simplified
+  std::optional<FitResult> fit;          ///< nothing when there were no depth frames
+  FilesByKind files;                     ///< meshes and pictures
 };
 
 /// The texture of the GLB.

@@ -221,6 +221,11 @@ Json holes_json(const std::optional<HolesResult>& holes) {
   return json;
 }
 
+Json doubled_json(const std::optional<DoubledResult>& doubled) {
+  if (!doubled) return nullptr;
+  return Json{{"area_m2", finite(doubled->area_m2)}, {"share", finite(doubled->share)}};
+}
+
 Json fit_json(const std::optional<FitResult>& fit) {
   if (!fit) return nullptr;
   return Json{{"frames", fit->frames},
@@ -338,6 +343,7 @@ std::string report_json(const CommandRun& run) {
   json["volume"] = volume_json(scan.volume);
   json["mesh"] = mesh_json(scan.mesh);
   json["holes"] = holes_json(scan.mesh.holes);
+  json["doubled"] = doubled_json(scan.mesh.doubled);
   json["fit"] = fit_json(scan.mesh.fit);
   json["extract"] = extract_json(scan.mesh);
   json["finish"] = finish_json(scan.mesh.finish);

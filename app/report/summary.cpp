@@ -14,6 +14,8 @@
 namespace scanknit {
 namespace {
 
+constexpr double kWorthSaying = 0.005;  // share of the surface in two sheets
+
 /// "1,234,567"
 std::string grouped(std::size_t count) {
   std::string digits = std::to_string(count);
@@ -80,9 +82,12 @@ std::string mesh_line(const ScanResult& scan) {
   const MeshCheck& mesh = *scan.mesh.check;
   const Eigen::Vector3f size_mm = (mesh.max_m - mesh.min_m) * 1000.0f;
   const std::string pieces = fmt::format(", {} piece{}", grouped(mesh.components), mesh.components == 1 ? "" : "s");
-  return fmt::format("Mesh     {} triangles, {} vertices{}; {:.0f} x {:.0f} x {:.0f} mm\n", grouped(mesh.triangles),
+  const auto& doubled = scan.mesh.doubled;
+  const bool is_doubled = doubled && doubled->share > kWorthSaying;
+  const std::string sheets = is_doubled ? fmt::format("; {:.1f} % in two sheets", 100 * doubled->share) : "";
+  return fmt::format("Mesh     {} triangles, {} vertices{}; {:.0f} x {:.0f} x {:.0f} mm{}\n", grouped(mesh.triangles),
                      grouped(mesh.vertices), scan.mesh.is_checked ? pieces : ", not checked", size_mm.x(), size_mm.y(),
-                     size_mm.z());
+                     size_mm.z(), sheets);
 }
 
 /// "0.42 mm", "98 mm": two significant digits, or all digits before the point.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "export/mesh/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 
@@ -47,6 +49,13 @@ Result<FinishedSurface> surface_of(const Reconstruction& scan, const MeshRequest
   return whole;
 }
 
+/// Nothing for a simplified mesh, whose vertices are too far apart.
+std::optional<DoubledResult> doubled_surface(const Mesh& mesh, const ScanConfig& config) {
+  if (mesh.empty() || config.finish.triangles || config.finish.simplify_error_m) return std::nullopt;
+  const DoubledSurface doubled = find_doubled_surface(mesh, config.fusion.voxel_size_m);
+  return DoubledResult{doubled.area_m2, doubled.share};
+}
+
 }  // namespace
 
 Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session,
@@ -56,6 +65,7 @@ Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& req
   result.isovalue = request.job.config.extract.isovalue;
   auto meshed = surface_of(scan, request, session, result);
   if (!meshed) return meshed.error();
+  result.doubled = session.timed("export", [&] { return doubled_surface(meshed->surface.mesh, request.job.config); });
   // The preview's viewpoint: where the scanner was half way through the scan.
   const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
   MeshFrame frame{request.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
