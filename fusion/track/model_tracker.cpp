@@ -231,7 +231,8 @@ TrackResult ModelTracker::stay(const SurfacePyramid& seen) {
   const IcpResult fit = register_frame(seen, model.pyramid, Pose::Identity(), config);
   const bool is_weak = fit.inlier_share < kGoodInliers || has_changed(fit);
   const TrackState state = is_lost_ ? TrackState::kRecovered : is_weak ? TrackState::kWeak : TrackState::kOk;
-  return describe(state, state == TrackState::kWeak ? TrackReason::kSceneHasChanged : TrackReason::kNone, model.T_world_camera, fit);
+  return describe(state, state == TrackState::kWeak ? TrackReason::kSceneHasChanged : TrackReason::kNone,
+                  model.T_world_camera, fit);
 }
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
