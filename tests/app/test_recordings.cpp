@@ -63,6 +63,7 @@ struct TrackedRecording {
   const char* folder;
   const char* voxel_size;
   double rmse_m;  ///< at most, from the recorded poses, which are estimates themselves (../shared/data/README.md)
+  std::vector<std::string> camera = {};  ///< settings, where the recording does not say it
 };
 
 std::ostream& operator<<(std::ostream& out, const TrackedRecording& recording) {
@@ -77,9 +78,14 @@ TEST_P(Tracked, FollowsTheRecordedPoses) {
   if (!fs::exists(folder)) GTEST_SKIP() << "SKIPPED: no recording at " << folder;
   const TempFolder out;
   const auto run = [&](const std::string& poses) {
-    const Outcome outcome = scanknit_command({"run", folder.string(), "-o", out / (poses + ".ply"), "--trajectory",
-                                              out / (poses + ".txt"), "--poses", poses, "--set",
-                                              std::string("fusion.voxel_size=") + recording.voxel_size, "--json"});
+    std::vector<std::string> arguments = {"run",          folder.string(),
+                                          "-o",           out / (poses + ".ply"),
+                                          "--trajectory", out / (poses + ".txt"),
+                                          "--poses",      poses,
+                                          "--set",        std::string("fusion.voxel_size=") + recording.voxel_size,
+                                          "--json"};
+    for (const std::string& setting : recording.camera) arguments.insert(arguments.end(), {"--set", setting});
+    const Outcome outcome = scanknit_command(arguments);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return Json::parse(outcome.out, nullptr, false);
   };
@@ -94,7 +100,13 @@ TEST_P(Tracked, FollowsTheRecordedPoses) {
 INSTANTIATE_TEST_SUITE_P(Main, Tracked,
                          ::testing::Values(TrackedRecording{"box_f200", "rgbd_box_f200", "2mm", 0.006},
                                            TrackedRecording{"redwood", "rgbd_redwood_lr1_211", "1cm", 0.02},
-                                           TrackedRecording{"tum_rpy", "rgbd_tum_fr1_rpy_150", "1cm", 0.03}),
+                                           TrackedRecording{"tum_rpy", "rgbd_tum_fr1_rpy_150", "1cm", 0.03},
+                                           TrackedRecording{"shelf",
+                                                            "rgbd_shelf_masks_15",
+                                                            "3mm",
+                                                            0.006,
+                                                            {"acquire.intrinsics=[611.355,611.4,337.406,247.190]",
+                                                             "acquire.depth_scale=10000"}}),
                          [](const auto& test) { return std::string(test.param.name); });
 
 INSTANTIATE_TEST_SUITE_P(
