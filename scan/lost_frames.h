@@ -13,8 +13,8 @@
 
 namespace scanknit {
 
-/// To be told of all frames of a scan in their order. Goes on into a gap from the frame before it, then back into it
-/// from the frame after it; in between, finds places that were scanned before or since.
+/// Gets all frames of a scan in their order. It follows the camera into a gap from the frame before the gap, then
+/// backwards from the frame after it; in between it recognises places that were scanned before or since.
 class LostFrames {
  public:
   struct Calls {

@@ -166,8 +166,8 @@ enum class IsovalueSource { kConfig, kSignedDistance, kOtsu };
 /// The steps that were done between fusing and writing (`finish:`).
 struct FinishResult {
   struct Step {
-    std::string name;                       ///< "crop", "ground", "watertight", "pieces", "smooth", "simplify", "place"
-    std::string refused;                    ///< why the step was not done; empty when it was done
+    std::string name;     ///< "crop", "ground", "watertight", "pieces", "crumbs", "smooth", "simplify", "place"
+    std::string refused;  ///< why the step was not done; empty when it was done
     std::map<std::string, double> figures;  ///< how much it changed; units in the names
   };
   std::vector<Step> steps;  ///< in the order in which they were done

@@ -29,7 +29,7 @@ Words<SensorModel> sensor_words() {
   return words;
 }
 
-/// A part of the noise model. What is given also is in force before a sensor is known.
+/// A part of the noise model. A value that is given applies even before the sensor is known.
 template <typename Part>
 ConfigKey noise_key(ConfigKey key, std::optional<double> GivenNoise::*given, Part part) {
   bind_optional<double>(
@@ -62,7 +62,7 @@ std::vector<ConfigKey> picture_keys() {
   ConfigKey depth_scale = describe(ConfigType::kNumber,
                                    {"acquire.depth_scale", "1/m",
                                     "Raw units of the depth pictures per metre: 1000 for millimetres, 5000 for TUM "
-                                    "recordings. auto: as the recording says, else as its layout is known for."},
+                                    "recordings. auto: what the recording says, else what its layout usually has."},
                                    {1e-3, 1e7});
   bind_optional<double>(
       depth_scale, [](auto& c) -> auto& { return c.acquire.depth_scale; });
@@ -100,8 +100,8 @@ std::vector<ConfigKey> sensor_keys() {
   return {
       optional_choice<SensorModel>(
           {"acquire.sensor", "",
-           "The sensor, of which range, noise and timing are known (below), and the camera of a data set. none: "
-           "another one. "
+           "The sensor: it determines range, noise and timing (below), and for a data set the camera. none: another "
+           "one. "
            "auto: recognised by what the recording says, or by the steps of its depth and its camera."},
           sensor_words(), [](auto& c) -> auto& { return c.acquire.sensor; }),
       choice<PoseMode>(
@@ -138,8 +138,9 @@ std::vector<ConfigKey> scanner_keys() {
   return {
       choice<ScannerColour>(
           {"acquire.colour", "",
-           "Colour of a scanner that is plugged in. auto: used where it is known where the colour camera is, else left "
-           "out; registered: where it is not known, taken to see what the depth camera sees; off: left out."},
+           "Colour of a scanner that is plugged in. auto: used if the pose of the colour camera is known, else left "
+           "out; registered: if it is not known, the colour camera is taken to see what the depth camera sees; off: "
+           "left out."},
           {{"auto", ScannerColour::kAuto}, {"registered", ScannerColour::kRegistered}, {"off", ScannerColour::kOff}},
           [](auto& c) -> auto& { return c.acquire.colour; }),
       optional_choice<bool>(
@@ -261,7 +262,7 @@ std::vector<ConfigKey> turntable_keys() {
       boolean(
           {"turntable.enabled", "",
            "The scanner stands still and an object turns before it. The axis and the angle of every frame are found, "
-           "and the frames fused again with them; what turns out to be no turntable is left as it was tracked."},
+           "and the frames are fused again with them; if no turntable is found, the mesh has the tracked poses."},
           [](auto& c) -> auto& { return c.turntable.is_enabled; }),
       boolean(
           {"turntable.cut", "",
@@ -356,7 +357,7 @@ std::vector<ConfigKey> export_keys() {
       optional_choice<UpAxis>(
           {"export.world_up", "",
            "Which axis of the recording's world points up, so that GLB, STL and the preview stand "
-           "upright. auto: as the recording's layout is known for."},
+           "upright. auto: as is usual for the recording's layout."},
           axis_words(), [](auto& c) -> auto& { return c.output.world_up; }),
       optional_choice<UpAxis>(
           {"export.up", "",

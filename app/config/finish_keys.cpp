@@ -29,8 +29,8 @@ std::vector<ConfigKey> closing_keys() {
   return {
       choice<GroundWish>(
           {"finish.ground", "",
-           "The table or the floor, the largest plane across the world's up (RANSAC). keep; remove: cut away, what "
-           "stood on it is open below; cap: cut away and closed by a plane, which finish.watertight: full draws."},
+           "The table or the floor, the largest plane across the world's up (RANSAC). keep; remove: cut away, so that "
+           "what stood on it is open below; cap: cut away and closed by a plane, which finish.watertight: full draws."},
           {{"keep", GroundWish::kKeep}, {"remove", GroundWish::kRemove}, {"cap", GroundWish::kCap}},
           [](auto& c) -> auto& { return c.finish.ground; }),
       std::move(clearance),

@@ -9,7 +9,7 @@ namespace scanknit {
 /// The view earns 1/25 of the time between frames; with updates that take longer than expected it stays below 1/20. A
 /// pause or a silent scanner earns almost nothing, and at most one update of the mesh can be saved up, so that the
 /// share holds for any second of the scan on an otherwise idle computer. When an update takes too long, the next frames
-/// pay the debt.
+/// have no update until the share holds again.
 class ViewBudget {
  public:
   using Clock = std::chrono::steady_clock;

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   job.config.turntable.is_enabled = true;
   job.config.extract.min_component_triangles = 1000;
   job.config.finish.min_piece_share = 0.02;
+  job.config.finish.drops_crumbs = true;
   Terminal terminal;
   const scanknit::ScanResult scan = scanknit::scan_recording(job, terminal, terminal.stop.get_token());
   if (!scan.outcome) std::cerr << '\n' << scan.outcome.error().text() << '\n';

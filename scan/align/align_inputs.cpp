@@ -138,10 +138,11 @@ class InputLoader {
   [[nodiscard]] Result<void> add_mesh(const fs::path& path, Mesh mesh) {
     const bool is_cloud = mesh.triangles.empty();
     if (is_cloud && mesh.normals.empty()) {
-      return Error{ErrorCode::kInput,
-                   "points without normals: nobody knows which side of them is outside; write them with normals, or "
-                   "give the organised grid that they come from",
-                   path.string()};
+      return Error{
+          ErrorCode::kInput,
+          "points without normals, which do not say which side of them is outside; write them with normals, or "
+          "give the organised grid that they come from",
+          path.string()};
     }
     AlignInput input{
         .name = path.filename().string(), .path = path, .kind = is_cloud ? AlignKind::kCloud : AlignKind::kMesh};

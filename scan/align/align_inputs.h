@@ -44,8 +44,8 @@ struct AlignInputs {
   FrameCounts frames;                         ///< of recordings; a range scan counts as a frame
 };
 
-/// Reads all inputs. Fuses each recording as scan_recording() does, to get its model. Warns of each scan that a .conf
-/// names and that does not exist. `inputs` has what was read, also after an error. Errors (kInput): a file is
+/// Reads all inputs. Tracks and fuses each recording, to get its model; closes no loops. Warns of each scan that a
+/// .conf names and that does not exist. `inputs` has what was read, also after an error. Errors (kInput): a file is
 /// unreadable, or there is nothing to read.
 [[nodiscard]] Result<void> load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
                                              ScanSession& session, AlignInputs& inputs);

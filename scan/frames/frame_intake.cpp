@@ -173,7 +173,7 @@ void FrameIntake::warn_of_dropped() {
     session_.warn(WarningCode::kFramesDropped, "  " + counts_.drop_messages[i]);
   }
   if (counts_.dropped > kMessagesInWarning) {
-    session_.warn(WarningCode::kFramesDropped, "  ... the others are in the report");
+    session_.warn(WarningCode::kFramesDropped, fmt::format("  ... and {} more", counts_.dropped - kMessagesInWarning));
   }
 }
 

@@ -23,7 +23,7 @@ double noise_end_m(const FusionConfig& fusion) {
 }
 
 void say_sensor(const RecognisedSensor& sensor, ScanSession& session) {
-  session.info(fmt::format("sensor: {}, as {}; acquire.sensor=none takes it for an unknown one",
+  session.info(fmt::format("sensor: {}, because {}; acquire.sensor=none treats it as unknown",
                            find_sensor(sensor.model)->name, sensor.reason));
 }
 

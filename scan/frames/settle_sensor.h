@@ -9,9 +9,9 @@
 
 namespace scanknit {
 
-/// Sets what is not given of the sensor's range, noise and timing, by `recognised` (nothing: unknown), and says in one
-/// line each which sensor and which range were chosen. Afterwards nothing of these is left to be chosen: the same
-/// configuration opens the recording again with the same settings.
+/// Sets the range, the noise and the timing that `config` leaves to the sensor; `recognised` is that sensor (nothing:
+/// unknown). Says which sensor and which range were chosen, in one line each. Afterwards `config` leaves nothing to the
+/// sensor: it opens the recording again with the same settings.
 void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session);
 
 }  // namespace scanknit

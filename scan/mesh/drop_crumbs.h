@@ -9,11 +9,12 @@
 
 namespace scanknit {
 
-/// Removes the small pieces that the frames do not confirm. A frame confirms a vertex where its reading is nearer than
-/// one sigma of its noise. On average a piece's vertices need three such frames (an eighth of them, where there are
-/// fewer than 24), and half of all frames that have a reading within `band`: at a true surface it is two thirds. Noise
-/// that floats beside a surface is within the band of many frames, and nearer than sigma in few. A piece with a tenth
-/// of the largest one's area stays. `frames`: some of the scan's, evenly spread; without any, nothing is removed.
+/// Removes the small pieces that the frames do not confirm. A frame confirms a vertex if its reading is within one
+/// sigma of the noise. A piece stays if its vertices are confirmed, on average, by at least three frames (an eighth of
+/// the frames, if there are fewer than 24) and by at least half of the frames that have a reading within `band`. For a
+/// true surface that is two thirds; noise that floats beside a surface is within the band of many frames, but within
+/// sigma of few. A piece with a tenth of the largest one's area always stays. `frames`: some of the scan's, evenly
+/// spread; without any, nothing is removed.
 PiecesRemoved drop_crumbs(std::span<const PosedDepth> frames, const FitBand& band, Mesh& mesh);
 
 }  // namespace scanknit

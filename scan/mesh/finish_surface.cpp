@@ -277,7 +277,7 @@ class SurfaceFinisher {
     }
     drop_invented_pieces(config_.extract.min_component_triangles, meshed->mesh, invented);
     if (meshed->mesh.empty()) {
-      refuse("watertight", "nothing of what was seen would be left; the mesh stays as it was");
+      refuse("watertight", "it would leave nothing that was seen; the mesh stays as it was");
       return {};
     }
     const double invented_m2 = area_m2(meshed->mesh, invented);
@@ -298,7 +298,7 @@ class SurfaceFinisher {
                 {"area_removed_mm2", removed.area_m2 * metres_per_unit_ * metres_per_unit_ * kSquareMillimetres}});
   }
 
-  /// Says nothing of a mesh without crumbs: nothing was asked for.
+  /// Is on by default: notes nothing when there are no crumbs.
   void remove_crumbs(Mesh& mesh) {
     if (stop_.stop_requested()) return;
     const PiecesRemoved removed = drop_crumbs(frames_, fit_band_of(config_.fusion), mesh);
@@ -338,8 +338,8 @@ class SurfaceFinisher {
     if (!done.is_held_back) return;
     session_.warn_of_mesh(
         WarningCode::kFinishStep,
-        fmt::format("finish: the mesh was simplified to {} triangles only: where fewer would break what is manifold or "
-                    "closed, its triangles are kept",
+        fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer be closed or "
+                    "manifold",
                     done.triangles));
   }
 

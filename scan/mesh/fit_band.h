@@ -1,4 +1,4 @@
-// How far a reading may lie from a mesh's surface and still be of it.
+// The largest distance between a mesh's surface and a reading of that surface.
 #pragma once
 
 #include "export/picture/surface_fit.h"

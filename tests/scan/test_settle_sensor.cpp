@@ -124,7 +124,7 @@ TEST(SettledSensor, SaysInALineEachWhatWasChosenAndWhichKeyChangesIt) {
   std::vector<std::string> lines;
   (void)settled(with_voxels(0.002), SensorModel::kRealsenseD400, &lines);
   ASSERT_EQ(lines.size(), 2u);
-  EXPECT_EQ(lines[0], "sensor: realsense_d400, as it says so; acquire.sensor=none takes it for an unknown one");
+  EXPECT_EQ(lines[0], "sensor: realsense_d400, because it says so; acquire.sensor=none treats it as unknown");
   EXPECT_EQ(lines[1],
             "depth beyond 1.48 m is left out: there the noise exceeds 5 voxels of 2 mm; acquire.max_depth=... keeps "
             "more");
