@@ -53,9 +53,13 @@ Result<void> Reconstruction::begin_again(const FrameMotion& motion) {
   return added ? Result<void>() : added.error();
 }
 
-Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
+Result<IntegrateStats> Reconstruction::integrate_straightened(Frame& frame, const PoseFinder::Found& found) {
   if (!found.motion.is_still()) session_.timed("deskew", [&] { deskew(found.motion, frame); });
-  const auto fused = session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
+  return session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
+}
+
+Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
+  const auto fused = integrate_straightened(frame, found);
   if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
   if (!fused) return fused.error();
   note_fused(frame, found, fused->is_budget_reached);
@@ -104,8 +108,7 @@ Result<void> Reconstruction::find_lost(FrameSource& source) {
 }
 
 Result<void> Reconstruction::fuse_later(Frame& frame, const TrackResult& found) {
-  if (!found.motion.is_still()) deskew(found.motion, frame);
-  const auto fused = integrate(frame, found.T_world_camera, volume_);
+  const auto fused = integrate_straightened(frame, {found.T_world_camera, found.motion});
   if (!fused) return fused.error().code == ErrorCode::kInput ? Result<void>() : fused.error();
   const PosedFrame posed{frame.sequence, stamp_of(frame), found.T_world_camera, found.motion};
   const auto after =

@@ -10,6 +10,7 @@
 #include "acquire/frame_source.h"
 #include "core/frame.h"
 #include "core/result.h"
+#include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/frames/depth_samples.h"
 #include "scan/pose_finder.h"
@@ -68,6 +69,7 @@ class Reconstruction {
         session_(session),
         volume_(std::move(volume)),
         poses_(options.poses, config.acquire.timing()) {}
+  [[nodiscard]] Result<IntegrateStats> integrate_straightened(Frame& frame, const PoseFinder::Found& found);
   [[nodiscard]] Result<void> fuse_later(Frame& frame, const TrackResult& found);
   [[nodiscard]] Result<void> begin_again(const FrameMotion& motion);
   [[nodiscard]] Result<Added> fuse(Frame& frame, const PoseFinder::Found& found);

@@ -21,7 +21,7 @@ ScanPass::ScanPass(const ScanJob& job, const PassInput& input, PoseRefiner& refi
 Result<void> ScanPass::run() {
   if (auto begun = begin(); !begun) return begun;
   if (auto fused = track_and_fuse(); !fused) return fused;
-  if (auto found = find_lost(); !found) return found;
+  find_lost();
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
   return write_texture();
@@ -50,16 +50,16 @@ Result<void> ScanPass::track_and_fuse() {
   return {};
 }
 
-/// Looks again at the frames that were lost: what was scanned after them is known now.
-Result<void> ScanPass::find_lost() {
+/// Looks again at the frames that were lost: what was scanned after them is known now. Without them, the scan goes on.
+void ScanPass::find_lost() {
   const bool has_lost = scan_->tracking() && intake_.counts().lost > 0 && intake_.counts().fused > 0;
-  const bool is_stopped = session_.is_stopped() || input_.stop.stop_requested();
-  if (!has_lost || is_stopped || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return {};
+  if (!has_lost || session_.is_stopped() || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return;
   const auto source = input_.archive.open();
-  if (!source) return source.error();
-  if (auto found = scan_->find_lost(**source); !found) return found;
+  const Result<void> found = source ? scan_->find_lost(**source) : source.error();
   intake_.recount(scan_->trajectory().size());
-  return {};
+  if (found) return;
+  session_.warn(WarningCode::kTrackingLost,
+                "frames that were lost could not be looked for again: " + found.error().text());
 }
 
 /// Writes the mesh of the tracked frames first, so that it exists whatever happens later.

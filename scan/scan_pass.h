@@ -52,7 +52,7 @@ class ScanPass {
  private:
   [[nodiscard]] Result<void> begin();
   [[nodiscard]] Result<void> track_and_fuse();
-  [[nodiscard]] Result<void> find_lost();
+  void find_lost();
   [[nodiscard]] Result<void> write_tracked();
   [[nodiscard]] Result<void> refine();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);

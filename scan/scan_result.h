@@ -27,7 +27,7 @@ enum class WarningCode {
   kScanner,           ///< unknown properties of the scanner, and its failures
   kRecorder,          ///< the recorder stopped; the scan went on
   kReset,             ///< the user reset the scan
-  kTrackingLost,      ///< in more than a tenth of the frames
+  kTrackingLost,      ///< in more than a tenth of the frames; or lost frames could not be looked for again
   kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
   kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses
   kTurntable,         ///< frames or known angles that were not used

@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "scan/passes.h"
+#include "tests/fusion/small_world.h"
 
 namespace scanknit {
 namespace {
@@ -69,6 +73,46 @@ TEST(LostFrames, AreFoundInTheMiddleWhereThreeInARowShowAKnownPlace) {
   const Frames found = Walk(1).looks_known({20}).find("." + std::string(22, '.') + "..");
   EXPECT_EQ((Frames{found.begin(), found.begin() + 3}), (Frames{20, 21, 22}));
   EXPECT_EQ(found.size(), 25u);  // back to the first, and on to the last
+}
+
+/// Frames of a walk, of which some show nothing.
+class CoveredWalk final : public FrameSource {
+ public:
+  CoveredWalk() { info_.poses = PoseMode::kTrack; }
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] FrameEvent next(std::stop_token /*stop*/) override {
+    if (next_ == 12) return EndOfStream{};
+    const bool is_covered = next_ >= 5 && next_ < 7;
+    Frame frame = test::look(is_covered ? test::World() : test::small_room(), test::on_circle(next_));
+    frame.sequence = static_cast<std::uint64_t>(next_);
+    frame.timestamp_ns = ++next_;
+    return frame;
+  }
+
+ private:
+  RecordingInfo info_;
+  int next_ = 0;
+};
+
+TEST(LostFrames, ThatCannotBeReadAgainCostNothingElse) {
+  ScanJob job;
+  job.config.fusion.voxel_size_m = 0.02;
+  CoveredWalk walk;
+  const FrameArchive gone([](std::size_t /*every*/) -> Result<std::unique_ptr<FrameSource>> {
+    return Error{ErrorCode::kInput, "is not there any more", "walk.mcap"};
+  });
+  ScanObserver observer;
+  ScanSession session(observer, {});
+  const PassResult made = scan_walk(job, {.source = walk, .archive = gone}, session);
+  EXPECT_TRUE(made.scan.outcome) << made.scan.outcome.error().text();
+  EXPECT_EQ(made.scan.frames.fused, 10u);
+  EXPECT_EQ(made.scan.frames.lost, 2u);
+  ASSERT_TRUE(made.scan.mesh.check);
+  EXPECT_GT(made.scan.mesh.check->triangles, 1000u);
+  const auto warnings = session.warnings();
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_EQ(warnings.front().code, WarningCode::kTrackingLost);
+  EXPECT_NE(warnings.front().text.find("walk.mcap"), std::string::npos) << warnings.front().text;
 }
 
 TEST(LostFrames, ThatShowNothingKnownStayLost) {
