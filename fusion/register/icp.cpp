@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "fusion/register/contradiction.h"
 #include "fusion/register/icp_rows.h"
 #include "fusion/register/scene_change.h"
 
@@ -17,8 +18,6 @@ namespace {
 // where it is seen in few noisy frames: the square of that.
 constexpr double kWeakStrength = 1e-3;
 constexpr double kInlierSigmas = 3;
-constexpr double kContradiction_m = 0.03;
-constexpr double kContradictionSigmas = 6;
 constexpr double kFewestPairs = 50;
 
 /// What one level does: `iterations` rounds, with gates that narrow from the first to the last.

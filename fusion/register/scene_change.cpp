@@ -7,12 +7,11 @@
 #include <cstdint>
 
 #include "core/image.h"
+#include "fusion/register/contradiction.h"
 
 namespace scanknit {
 namespace {
 
-constexpr double kChange_m = 0.03;
-constexpr double kChangeSigmas = 6;
 constexpr double kNearest_m = 0.01;
 
 enum class Seen : std::uint8_t { kNothing, kSame, kNearer, kFarther };
@@ -34,7 +33,7 @@ Image<Seen> compare(const SurfaceLevel& frame, const SurfaceLevel& model, const 
       const double model_m = model.z_m[model.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))];
       if (!(model_m > 0)) continue;
       const double farther_m = p.z() - model_m;
-      const bool is_same = std::abs(farther_m) <= kChange_m + kChangeSigmas * noise.sigma_m(z_m);
+      const bool is_same = std::abs(farther_m) <= contradiction_m(noise, z_m);
       seen.at(x, y) = is_same ? Seen::kSame : farther_m > 0 ? Seen::kFarther : Seen::kNearer;
     }
   });

@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "fusion/register/contradiction.h"
+
 namespace scanknit {
 namespace {
 
@@ -17,13 +19,10 @@ constexpr double kComparableShare = 0.4;  // of the tiles with depth: who moves 
 constexpr double kStillShare = 0.6;       // of the tiles that can be compared
 constexpr std::size_t kFewestTiles = 8;   // with a pattern
 
-// A pixel whose depth differs by more shows something else.
-constexpr double kOther_m = 0.03;
-constexpr double kOtherSigmas = 6;
 // The mean of a tile is better known than one of its pixels, whose errors are alike within it.
 constexpr double kMeanSigmas = 1;
 
-constexpr double kStill_px = 0.06;
+constexpr double kStill_px = 0.06;        // 0.4 mm at 2 m for a Kinect, less than what tracking wavers
 constexpr double kFarthest_px = 0.5;      // what differs by more has not been moved, but is another pattern
 constexpr double kIntensityNoise = 0.03;  // standard deviation
 constexpr double kLeastPattern = 0.5;     // sum of squared gradients: the shift is known to 0.04 pixels
@@ -78,11 +77,10 @@ Tile compare_tile(const SurfaceLevel& now, const SurfaceLevel& before, const Noi
       if (!(z_m > 0)) continue;
       ++filled;
       if (!(before.z_m[i] > 0)) continue;
-      const double sigma_m = noise.sigma_m(z_m);
-      const double nearer_m = z_m - before.z_m[i];
-      if (std::abs(nearer_m) > kOther_m + kOtherSigmas * sigma_m) continue;
+      const double farther_m = z_m - before.z_m[i];
+      if (std::abs(farther_m) > contradiction_m(noise, z_m)) continue;
       ++alike;
-      deviation += nearer_m / sigma_m;
+      deviation += farther_m / noise.sigma_m(z_m);
       if (now.intensity[i] < 0 || before.intensity[i] < 0) continue;
       const Eigen::Vector2d gradient(0.5 * (now.gx[i] + before.gx[i]), 0.5 * (now.gy[i] + before.gy[i]));
       sums.add(gradient, before.intensity[i], now.intensity[i] - before.intensity[i]);
