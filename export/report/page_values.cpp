@@ -384,6 +384,9 @@ void add_topology(const ReportJson& report, object& page) {
       counts_at(mesh, {"vertices", "triangles", "components", "euler", "boundary_edges", "non_manifold_edges",
                        "non_manifold_vertices", "misoriented_edges", "degenerate_triangles", "duplicate_triangles"});
   for (const std::string key : {"is_closed", "is_manifold", "is_well_formed"}) counts[key] = yes_or_no(mesh, "/" + key);
+  if (value_at(report, "/doubled").is_object()) {
+    counts["doubled"] = object{{"share", share_at(report, "/doubled/share")}};
+  }
   page[value_at(mesh, "/components").is_null() ? "streamed_mesh" : "checked_mesh"] = counts;
 }
 

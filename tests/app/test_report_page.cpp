@@ -224,6 +224,14 @@ TEST(CheckReport, WhatLacksTheFirstThingsOrHasAnotherTypeIsNamed) {
   }
 }
 
+TEST(ReportPage, SaysHowMuchOfTheSurfaceIsThereTwice) {
+  nlohmann::json report = sample();
+  report["doubled"] = {{"area_m2", 0.25}, {"share", 0.125}};
+  EXPECT_NE(page_of(report, "").find("<td>surface in two sheets</td><td>12.5 %</td>"), std::string::npos);
+  report["doubled"] = nullptr;
+  EXPECT_EQ(page_of(report, "").find("two sheets"), std::string::npos);
+}
+
 TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
   for (const char* text : {"nonsense", "1 2\n3 4\n", "0 nan 0 0\n1 inf 0 0\n", "0 1 2 3 0 0 0 1"}) {
     EXPECT_EQ(page_of(sample(), text).find("Camera path"), std::string::npos) << text;
