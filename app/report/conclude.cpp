@@ -69,6 +69,14 @@ std::string text_for_people(const CommandRun& run, const CommonArguments& common
   return text;
 }
 
+/// Says what helps, in words of the command line, which the scan does not know.
+void advise(const CommandRun& run, const Outputs& outputs, const CommonArguments& common) {
+  const bool has_frames = run.scan.outcome.error().code == ErrorCode::kTooLittle && run.scan.frames.fused > 0;
+  if (!has_frames || outputs.scan.volume) return;
+  Console(common.verbosity)
+      .info("--save-volume FILE.vdb keeps the frames that were fused; scanknit extract makes a mesh of that file");
+}
+
 }  // namespace
 
 CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
@@ -91,13 +99,16 @@ int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& com
   std::string json = has_report || common.is_json ? report_json(run) : "";
   if (has_report) {
     if (auto written = write_report(json, outputs, run.scan.files); !written) {
-      json.clear();  // it says that there is a report
       note_failure(written.error(), run, common);
+      if (common.is_json) json = report_json(run);  // of the run as it ended now
     }
   }
   const std::string text = common.is_json ? std::move(json) : text_for_people(run, common, with_case_table);
   const int printed = text.empty() ? kExitOk : print_result(text, common);
-  if (!run.scan.outcome) (void)fail(run.scan.outcome.error(), common);
+  if (!run.scan.outcome) {
+    (void)fail(run.scan.outcome.error(), common);
+    advise(run, outputs, common);
+  }
   return run.exit_code != kExitOk ? run.exit_code : printed;
 }
 

@@ -7,9 +7,9 @@
 
 namespace scanknit {
 
-/// Writes the report to its file, the result to stdout, and an error to stderr. With --json the result is the report,
-/// or nothing when its file cannot be written; else a short summary (not with --quiet) and, if `with_case_table`, the
-/// frequency of the sub-cases. Returns the exit code.
+/// Writes the report to its file, the result to stdout, and an error to stderr. With --json the result is the report;
+/// else a short summary (not with --quiet) and, if `with_case_table`, the frequency of the sub-cases. Returns the exit
+/// code.
 [[nodiscard]] int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common,
                            bool with_case_table = false);
 

@@ -38,8 +38,8 @@ Result<void> check_size(const LiveScanner& scanner) {
   const CameraIntrinsics& camera = scanner.calibration.depth.intrinsics;
   if (camera.width == 0 || (camera.width == depth.width && camera.height == depth.height)) return {};
   return Error{ErrorCode::kConfig,
-               fmt::format("acquire.intrinsics is for pictures of {} x {}, but the camera sends {} x {}; another "
-                           "size can be chosen",
+               fmt::format("acquire.intrinsics is for pictures of {} x {}, but the camera sends {} x {}; ask the "
+                           "camera for that size",
                            camera.width, camera.height, depth.width, depth.height),
                scanner.device->info().name};
 }
