@@ -1,7 +1,7 @@
 #include <csignal>
 
 #include "app/cli/cli.h"
-#include "core/freed_memory.h"
+#include "core/system/freed_memory.h"
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is a write error then, like a full disk

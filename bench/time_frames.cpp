@@ -19,7 +19,7 @@
 #include "acquire/filter/depth_filter.h"
 #include "acquire/frame_source.h"
 #include "core/files/ascii_numbers.h"
-#include "core/freed_memory.h"
+#include "core/system/freed_memory.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/track/tracker.h"
 

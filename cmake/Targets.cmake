@@ -55,7 +55,7 @@ function(scanknit_room name)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
 
-# scanknit_module(name SOURCES ... LIBRARIES ... [COMPONENT component]): libscanknit_name.so, which core/module.h opens when
+# scanknit_module(name SOURCES ... LIBRARIES ... [COMPONENT component]): libscanknit_name.so, which core/system/module.h opens when
 # it is asked for. No library to link with, and so installed in a folder of its own. The program is built with all of
 # them; a test that needs one has add_dependencies(test scanknit_name).
 function(scanknit_module name)

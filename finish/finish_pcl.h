@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "finish/ground_plane.h"
 
 namespace scanknit {

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "acquire/convert/cut_recording.h"
-#include "scan/frames/budget_check.h"
+#include "scan/checks/budget_check.h"
+#include "scan/checks/settings_check.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/frames/settle_sensor.h"
 #include "scan/passes.h"
-#include "scan/settings_check.h"
 
 namespace scanknit {
 namespace {

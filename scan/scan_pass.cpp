@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "core/files/atomic_file.h"
-#include "export/report/trajectory.h"
+#include "export/trajectory.h"
+#include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/write_surface.h"
-#include "scan/tracking_verdict.h"
 
 namespace scanknit {
 

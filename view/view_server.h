@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/bounded_queue.h"
 #include "core/result.h"
+#include "core/system/bounded_queue.h"
 #include "view/live_view.h"
 #include "view/view_scene.h"
 

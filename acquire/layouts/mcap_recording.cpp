@@ -8,7 +8,7 @@
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recording_channels.h"
 #include "acquire/replay/raw_recording.h"
-#include "core/located.h"
+#include "core/files/located.h"
 
 namespace scanknit {
 namespace {

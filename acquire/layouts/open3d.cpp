@@ -11,8 +11,8 @@
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/ascii_numbers.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
-#include "core/located.h"
 
 namespace scanknit {
 namespace {

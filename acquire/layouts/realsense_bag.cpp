@@ -10,7 +10,7 @@
 #include "acquire/replay/raw_recording.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
-#include "core/located.h"
+#include "core/files/located.h"
 
 namespace scanknit {
 namespace {

@@ -16,8 +16,8 @@
 #include "acquire/frame_source.h"
 #include "acquire/record/recorder.h"
 #include "acquire/replay/frame_pairing.h"
-#include "core/bounded_queue.h"
 #include "core/limits.h"
+#include "core/system/bounded_queue.h"
 
 namespace scanknit {
 

@@ -1,7 +1,7 @@
 // The module libscanknit_openni2.so.
 #include "acquire/openni2/openni2_camera.h"
 #include "acquire/openni2/openni2_plugin.h"
-#include "core/module.h"
+#include "core/system/module.h"
 #include "core/version.h"
 
 extern "C" __attribute__((visibility("default"))) const scanknit::ModuleEntry* scanknit_module() {

@@ -8,8 +8,8 @@
 #include "acquire/layouts/oni_file.h"
 #include "acquire/reconnecting_source.h"
 #include "acquire/waiting.h"
-#include "core/located.h"
-#include "core/module.h"
+#include "core/files/located.h"
+#include "core/system/module.h"
 
 namespace scanknit {
 namespace {

@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-/// What the module offers (core/module.h).
+/// What the module offers (core/system/module.h).
 struct OpenNi2Plugin {
   /// Cameras that OpenNI2's drivers see. Error (kDevice): the library does not start.
   Result<std::vector<DeviceInfo>> (*list)();

@@ -11,7 +11,7 @@
 
 #include "acquire/pcl/pcd_header.h"
 #include "core/camera.h"
-#include "core/module.h"
+#include "core/system/module.h"
 
 namespace scanknit {
 

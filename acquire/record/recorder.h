@@ -15,8 +15,8 @@
 #include "acquire/mcap/append_file.h"
 #include "acquire/raw_frame.h"
 #include "acquire/record/recording_writer.h"
-#include "core/bounded_queue.h"
 #include "core/result.h"
+#include "core/system/bounded_queue.h"
 
 namespace scanknit {
 

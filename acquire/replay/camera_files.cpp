@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "acquire/replay/text_numbers.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
-#include "core/located.h"
 
 namespace scanknit {
 namespace {

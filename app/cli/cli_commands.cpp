@@ -11,7 +11,7 @@
 #include "app/cli/sensor_options.h"
 #include "app/commands/commands_module.h"
 #include "core/files/quantity.h"
-#include "core/module.h"
+#include "core/system/module.h"
 #include "synth/scene/scene_names.h"
 
 namespace scanknit {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <tuple>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "core/version.h"
 
 namespace scanknit {

@@ -12,7 +12,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "core/mesh.h"
-#include "export/mesh/mesh_stats.h"
+#include "export/measure/mesh_stats.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
 #include "export/spill/stitch_borders.h"

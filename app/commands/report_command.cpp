@@ -5,9 +5,9 @@
 #include <system_error>
 
 #include "app/commands.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
-#include "core/located.h"
 #include "export/report/report_page.h"
 
 namespace scanknit {

@@ -10,7 +10,7 @@
 
 #include "app/config/config_print.h"
 #include "core/version.h"
-#include "export/mesh/mesh_stats.h"
+#include "export/measure/mesh_stats.h"
 #include "scan/live/live_scanner.h"
 
 namespace scanknit {

@@ -5,7 +5,7 @@
 
 #include "core/limits.h"
 #include "core/mesh.h"
-#include "core/module.h"
+#include "core/system/module.h"
 #include "export/mesh/read_mesh.h"
 
 namespace scanknit {

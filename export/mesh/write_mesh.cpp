@@ -6,7 +6,7 @@
 #include <cctype>
 
 #include "core/files/atomic_file.h"
-#include "core/located.h"
+#include "core/files/located.h"
 #include "export/glb/glb_writer.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_writers.h"

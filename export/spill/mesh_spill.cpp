@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/files/atomic_file.h"
-#include "core/located.h"
+#include "core/files/located.h"
 #include "export/mesh/byte_writer.h"
 #include "export/mesh/mesh_writers.h"
 #include "export/placement_plan.h"

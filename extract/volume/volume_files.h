@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "extract/volume/file_layout.h"
 #include "extract/volume/slice_reader.h"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "fusion/align/local_features.h"
 
 namespace scanknit {

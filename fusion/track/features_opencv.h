@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "fusion/track/feature_match.h"
 
 namespace scanknit {

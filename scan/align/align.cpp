@@ -13,7 +13,7 @@
 #include "export/mesh/write_points.h"
 #include "scan/align/align_output.h"
 #include "scan/align/align_warnings.h"
-#include "scan/settings_check.h"
+#include "scan/checks/settings_check.h"
 
 namespace scanknit {
 namespace {

@@ -12,12 +12,12 @@
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
 #include "extract/extract_surface.h"
+#include "scan/checks/tracking_verdict.h"
 #include "scan/frames/frame_count.h"
 #include "scan/frames/frame_intake.h"
 #include "scan/frames/settle_sensor.h"
 #include "scan/reconstruction.h"
 #include "scan/stage_times.h"
-#include "scan/tracking_verdict.h"
 
 namespace scanknit {
 namespace {

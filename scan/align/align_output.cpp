@@ -7,7 +7,7 @@
 #include "core/files/atomic_file.h"
 #include "export/mesh/write_points.h"
 #include "export/picture/preview.h"
-#include "export/report/trajectory.h"
+#include "export/trajectory.h"
 #include "fusion/integrate/range_integrate.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/finish_surface.h"

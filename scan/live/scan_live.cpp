@@ -7,12 +7,12 @@
 #include "acquire/live/live_source.h"
 #include "acquire/record/recorder.h"
 #include "core/files/atomic_file.h"
+#include "scan/checks/settings_check.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/frames/settle_sensor.h"
 #include "scan/live/live_scanner.h"
 #include "scan/passes.h"
 #include "scan/scan.h"
-#include "scan/settings_check.h"
 #include "scan/stage_times.h"
 
 namespace scanknit {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "export/mesh/doubled_surface.h"
+#include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 

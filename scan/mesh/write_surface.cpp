@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/files/quantity.h"
-#include "export/mesh/holes.h"
+#include "export/measure/holes.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/preview.h"
 #include "scan/mesh/fit_band.h"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/report/report_json.h"
-#include "export/mesh/mesh_stats.h"
+#include "export/measure/mesh_stats.h"
 #include "tests/app/run_sample.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/support/places.h"

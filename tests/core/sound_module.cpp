@@ -1,5 +1,5 @@
 // A module as it should be.
-#include "core/module.h"
+#include "core/system/module.h"
 #include "core/version.h"
 #include "tests/core/module_offers.h"
 

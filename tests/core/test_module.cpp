@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/module.h"
+#include "core/system/module.h"
 #include "core/version.h"
 #include "tests/core/module_offers.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "export/mesh/doubled_surface.h"
+#include "export/measure/doubled_surface.h"
 
 namespace scanknit {
 namespace {

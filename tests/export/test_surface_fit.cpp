@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "export/mesh/holes.h"
+#include "export/measure/holes.h"
 #include "export/picture/surface_fit.h"
 #include "tests/export/export_samples.h"
 

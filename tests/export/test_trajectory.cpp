@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <sstream>
 
-#include "export/report/trajectory.h"
+#include "export/trajectory.h"
 
 namespace scanknit {
 namespace {

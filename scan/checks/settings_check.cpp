@@ -1,4 +1,4 @@
-#include "scan/settings_check.h"
+#include "scan/checks/settings_check.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

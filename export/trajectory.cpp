@@ -1,4 +1,4 @@
-#include "export/report/trajectory.h"
+#include "export/trajectory.h"
 
 #include <fmt/format.h>
 

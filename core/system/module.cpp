@@ -1,4 +1,4 @@
-#include "core/module.h"
+#include "core/system/module.h"
 
 #include <dlfcn.h>
 #include <link.h>

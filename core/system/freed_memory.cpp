@@ -1,4 +1,4 @@
-#include "core/freed_memory.h"
+#include "core/system/freed_memory.h"
 
 #include <cstdlib>  // says whether this is glibc
 

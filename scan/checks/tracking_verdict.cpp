@@ -1,4 +1,4 @@
-#include "scan/tracking_verdict.h"
+#include "scan/checks/tracking_verdict.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,4 +1,4 @@
-#include "export/mesh/holes.h"
+#include "export/measure/holes.h"
 
 #include <tbb/parallel_sort.h>
 

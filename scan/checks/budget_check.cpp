@@ -1,4 +1,4 @@
-#include "scan/frames/budget_check.h"
+#include "scan/checks/budget_check.h"
 
 #include <fmt/format.h>
 

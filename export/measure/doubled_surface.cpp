@@ -1,4 +1,4 @@
-#include "export/mesh/doubled_surface.h"
+#include "export/measure/doubled_surface.h"
 
 #include <tbb/parallel_for.h>
 

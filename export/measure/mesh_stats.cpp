@@ -1,4 +1,4 @@
-#include "export/mesh/mesh_stats.h"
+#include "export/measure/mesh_stats.h"
 
 #include <fmt/format.h>
 
