@@ -16,18 +16,18 @@ enum class Watertight {
 };
 
 /// What to do with the table or the floor.
-enum class GroundWish {
+enum class GroundMode {
   kKeep,
   kRemove,  ///< remove it; what stood on it is open below
   kCap,     ///< remove it; a plane closes what stood on it
 };
 
-enum class UpWish {
+enum class UpMode {
   kWorld,   ///< the up axis of the recording or of export.world_up
   kGround,  ///< the normal of the table or the floor
 };
 
-enum class OriginWish {
+enum class OriginMode {
   kKeep,
   kGround,  ///< on the ground, in the middle
 };
@@ -46,7 +46,7 @@ struct CropLimits {
 
 struct FinishConfig {
   CropLimits crop;                           ///< the recording's world
-  GroundWish ground = GroundWish::kKeep;     ///< the table or the floor
+  GroundMode ground = GroundMode::kKeep;     ///< the table or the floor
   std::optional<double> ground_clearance_m;  ///< height of the cut above it; nothing: two voxels
   Watertight watertight = Watertight::kOff;
   double max_hole_m = 0.02;                ///< for Watertight::kSmall: the diagonal of a patch's bounding box
@@ -57,16 +57,16 @@ struct FinishConfig {
   std::size_t smooth_steps = 0;            ///< pairs of Taubin's two passes
   std::optional<std::size_t> triangles;    ///< number of triangles after simplification
   std::optional<double> simplify_error_m;  ///< largest distance that simplification may move the surface
-  UpWish up = UpWish::kWorld;
-  OriginWish origin = OriginWish::kKeep;
+  UpMode up = UpMode::kWorld;
+  OriginMode origin = OriginMode::kKeep;
 
-  [[nodiscard]] bool needs_plane() const { return ground != GroundWish::kKeep || up == UpWish::kGround; }
+  [[nodiscard]] bool needs_plane() const { return ground != GroundMode::kKeep || up == UpMode::kGround; }
   [[nodiscard]] bool changes_volume() const {
-    return crop.is_set() || ground != GroundWish::kKeep || watertight != Watertight::kOff;
+    return crop.is_set() || ground != GroundMode::kKeep || watertight != Watertight::kOff;
   }
   [[nodiscard]] bool is_anything() const {
     return changes_volume() || needs_plane() || min_piece_share > 0 || min_piece_size_m > 0 || smooth_steps > 0 ||
-           triangles || simplify_error_m || origin != OriginWish::kKeep;
+           triangles || simplify_error_m || origin != OriginMode::kKeep;
   }
 };
 

@@ -56,7 +56,7 @@ MeshMoved smooth_mesh(std::size_t steps, Mesh& mesh, const std::stop_token& stop
 /// normal, if any.
 void renew_normals(Mesh& mesh);
 
-struct SimplifyWish {
+struct SimplifyTarget {
   std::optional<std::size_t> triangles;  ///< keep at least so many; nothing: as few as the error allows
   std::optional<double> max_error_m;     ///< nothing: no limit
 };
@@ -73,7 +73,7 @@ struct MeshSimplified {
 /// colour. A manifold mesh stays manifold, and a closed one stays closed with the same genus, but small pieces may
 /// vanish. Keeps the triangles whose collapse would break this; if these are too many, simplifies in steps as far as
 /// possible. Deterministic.
-MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh);
+MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh);
 
 /// The smallest rotation about the origin that turns `up` (unit) into `wanted_up` (unit).
 [[nodiscard]] Pose turn_up(const Eigen::Vector3d& up, const Eigen::Vector3d& wanted_up);

@@ -245,22 +245,22 @@ Simplified simplify_in_steps(Mesh mesh, MeshCheck check, std::size_t target, dou
 
 }  // namespace
 
-MeshSimplified simplify_mesh(const SimplifyWish& wish, Mesh& mesh) {
+MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh) {
   MeshSimplified result;
   result.triangles_before = result.triangles = mesh.triangles.size();
-  if (mesh.empty() || (wish.triangles && *wish.triangles >= mesh.triangles.size())) return result;
+  if (mesh.empty() || (target.triangles && *target.triangles >= mesh.triangles.size())) return result;
   const MeshCheck before = check_mesh(mesh);
-  const std::size_t target = wish.triangles.value_or(0);
-  const double max_error_m = wish.max_error_m.value_or(std::numeric_limits<double>::infinity());
-  auto best = simplify_at_once(mesh, before, target, max_error_m);
+  const std::size_t triangles = target.triangles.value_or(0);
+  const double max_error_m = target.max_error_m.value_or(std::numeric_limits<double>::infinity());
+  auto best = simplify_at_once(mesh, before, triangles, max_error_m);
   const bool is_sound_at_once = best.has_value();
-  if (!best) best = simplify_in_steps(mesh, before, target, max_error_m);
+  if (!best) best = simplify_in_steps(mesh, before, triangles, max_error_m);
   result.triangles = best->mesh.triangles.size();
   result.pieces_lost = before.components - best->components;
   result.error_m = best->error_m;
-  const bool is_done = wish.triangles && result.triangles <= target + target / 100;  // 1 % too many is fine
-  const bool is_error_spent = wish.max_error_m && result.error_m > kErrorSpent * max_error_m;
-  const bool is_as_far_as_goes = !wish.triangles && is_sound_at_once;
+  const bool is_done = target.triangles && result.triangles <= triangles + triangles / 100;  // 1 % too many is fine
+  const bool is_error_spent = target.max_error_m && result.error_m > kErrorSpent * max_error_m;
+  const bool is_as_far_as_goes = !target.triangles && is_sound_at_once;
   result.is_held_back = !is_done && !is_error_spent && !is_as_far_as_goes;
   if (result.triangles < result.triangles_before) {
     drop_unused_vertices(best->mesh);

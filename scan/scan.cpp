@@ -8,8 +8,8 @@
 #include "acquire/convert/cut_recording.h"
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
+#include "scan/frames/apply_sensor.h"
 #include "scan/frames/recorded_frames.h"
-#include "scan/frames/settle_sensor.h"
 #include "scan/passes.h"
 
 namespace scanknit {
@@ -86,7 +86,7 @@ class RecordingScan {
     auto opened = open_recording(job_.input, job_.config.acquire);
     if (!opened) return opened.error();
     for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
-    settle_sensor((*opened)->info().sensor, job_.config, session_);
+    apply_sensor((*opened)->info().sensor, job_.config, session_);
     source_ = paced(*std::move(opened), job_.pace, job_.pace_control());
     const PoseMode poses = source_->info().poses;
     if (auto fits = check_budget(job_.input, poses, job_.config, session_.stop()); !fits) return fits;
@@ -127,7 +127,7 @@ class RecordingScan {
     return {.source = source, .archive = archive_, .stop = session_.stop(), .is_paced = job_.pace == Pace::kRealtime};
   }
 
-  ScanJob job_;  ///< its configuration is settled when the recording is open
+  ScanJob job_;  ///< its configuration is complete when the recording is open
   ScanSession session_;
   FrameArchive archive_;
   std::unique_ptr<FrameSource> source_;

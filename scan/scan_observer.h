@@ -69,7 +69,7 @@ class ScanObserver {
   virtual void on_frame([[maybe_unused]] const Frame& frame, [[maybe_unused]] const std::optional<Pose>& T_world_camera,
                         [[maybe_unused]] const ScanState& scan) {}
   /// A frame could not be used, or none has come for a moment, or one was skipped because the scan is paused.
-  virtual void on_no_frame([[maybe_unused]] const Frame* passed_by, [[maybe_unused]] const ScanState& scan) {}
+  virtual void on_no_frame([[maybe_unused]] const Frame* skipped, [[maybe_unused]] const ScanState& scan) {}
   /// `scan.phase` has changed.
   virtual void on_phase([[maybe_unused]] const ScanState& scan) {}
   /// The mesh of the tracked frames has been written.

@@ -227,7 +227,7 @@ void ScanPass::wait_while_paused() {
       carry_out(*command);
       continue;
     }
-    const auto frame = input_.is_paced ? intake_.pass_over("paused") : std::nullopt;
+    const auto frame = input_.is_paced ? intake_.skip_frame("paused") : std::nullopt;
     session_.observer().on_no_frame(frame ? &*frame : nullptr, state());
   }
 }

@@ -21,8 +21,8 @@ int extract_command(const ExtractArguments& arguments, const CommonArguments& co
   if (!outputs) return fail(outputs.error(), common);
 
   VolumeRequest request{arguments.options,
-                        loaded->gives("extract.isovalue") ? IsovalueWish::kGiven : IsovalueWish::kNotGiven};
-  if (arguments.wants_auto_isovalue) request.isovalue = IsovalueWish::kAuto;
+                        loaded->gives("extract.isovalue") ? IsovalueSetting::kGiven : IsovalueSetting::kNotGiven};
+  if (arguments.wants_auto_isovalue) request.isovalue = IsovalueSetting::kAuto;
   const ScanJob job = job_of(arguments.volume, loaded->config, *outputs);
   ScanConsole console(common.verbosity);
   ScanResult scan = extract_volume(job, request, console, stop_on_signal.token());

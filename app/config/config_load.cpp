@@ -136,11 +136,11 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
     problems.push_back({"configuration", "acquire.max_depth: not beyond acquire.min_depth: no depth would be left"});
   }
   const FinishConfig& finish = config.finish;
-  if (finish.ground == GroundWish::kCap && finish.watertight != Watertight::kFull) {
+  if (finish.ground == GroundMode::kCap && finish.watertight != Watertight::kFull) {
     problems.push_back(
         {"configuration", "finish.ground: cap is drawn by finish.watertight: full; set that too, or take remove"});
   }
-  const bool needs_distances = finish.watertight != Watertight::kOff || finish.ground != GroundWish::kKeep;
+  const bool needs_distances = finish.watertight != Watertight::kOff || finish.ground != GroundMode::kKeep;
   if (needs_distances && config.extract.inside == InsideSide::kHigh) {
     problems.push_back({"configuration",
                         "extract.inside: high, but finish.watertight and finish.ground need signed distances with "

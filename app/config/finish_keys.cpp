@@ -27,11 +27,11 @@ std::vector<ConfigKey> closing_keys() {
   bind_optional<double>(
       clearance, [](auto& c) -> auto& { return c.finish.ground_clearance_m; });
   return {
-      choice<GroundWish>(
+      choice<GroundMode>(
           {"finish.ground", "",
            "The table or the floor, the largest plane across the world's up (RANSAC). keep; remove: cut away, so that "
            "what stood on it is open below; cap: cut away and closed by a plane, which finish.watertight: full draws."},
-          {{"keep", GroundWish::kKeep}, {"remove", GroundWish::kRemove}, {"cap", GroundWish::kCap}},
+          {{"keep", GroundMode::kKeep}, {"remove", GroundMode::kRemove}, {"cap", GroundMode::kCap}},
           [](auto& c) -> auto& { return c.finish.ground; }),
       std::move(clearance),
       choice<Watertight>(
@@ -90,15 +90,15 @@ std::vector<ConfigKey> mesh_keys() {
           {0, 1000}, [](auto& c) -> auto& { return c.finish.smooth_steps; }),
       std::move(triangles),
       std::move(error),
-      choice<UpWish>(
+      choice<UpMode>(
           {"finish.up", "",
            "Which way is up in the files. world: as the recording or export.world_up says; ground: across the table "
            "or the floor that is found."},
-          {{"world", UpWish::kWorld}, {"ground", UpWish::kGround}}, [](auto& c) -> auto& { return c.finish.up; }),
-      choice<OriginWish>(
+          {{"world", UpMode::kWorld}, {"ground", UpMode::kGround}}, [](auto& c) -> auto& { return c.finish.up; }),
+      choice<OriginMode>(
           {"finish.origin", "",
            "keep: the recording's; ground: the mesh stands on the ground, its bounding box centred over the origin."},
-          {{"keep", OriginWish::kKeep}, {"ground", OriginWish::kGround}},
+          {{"keep", OriginMode::kKeep}, {"ground", OriginMode::kGround}},
           [](auto& c) -> auto& { return c.finish.origin; }),
   };
 }

@@ -157,11 +157,11 @@ void ScanView::show_picture(const Frame& frame) {
   server_->publish_picture(picture_message(++pictures_, depth_picture(frame.depth_m)));
 }
 
-void ScanView::on_no_frame(const Frame* passed_by, const ScanState& scan) {
+void ScanView::on_no_frame(const Frame* skipped, const ScanState& scan) {
   if (!shows_frames()) return;
   note_counts(scan);
   if (scan.phase == ScanPhase::kPaused) {
-    if (passed_by != nullptr && Clock::now() - picture_at_ >= kPictureEvery) show_picture(*passed_by);
+    if (skipped != nullptr && Clock::now() - picture_at_ >= kPictureEvery) show_picture(*skipped);
     budget_.go_on(Clock::now());
     return publish_news();
   }

@@ -43,7 +43,7 @@ class ScanView final : public ScanObserver {
   [[nodiscard]] Result<void> on_begin(const ScanState& scan) override;
   /// Spends at most a twentieth of the scan's time on the view (view_budget.h).
   void on_frame(const Frame& frame, const std::optional<Pose>& T_world_camera, const ScanState& scan) override;
-  void on_no_frame(const Frame* passed_by, const ScanState& scan) override;
+  void on_no_frame(const Frame* skipped, const ScanState& scan) override;
   void on_phase(const ScanState& scan) override;
   /// Shows the whole mesh, however long it takes.
   void on_tracked_mesh(const ScanState& scan) override;

@@ -13,9 +13,9 @@
 #include "export/mesh/write_mesh.h"
 #include "extract/extract_surface.h"
 #include "scan/checks/tracking_verdict.h"
+#include "scan/frames/apply_sensor.h"
 #include "scan/frames/frame_count.h"
 #include "scan/frames/frame_intake.h"
-#include "scan/frames/settle_sensor.h"
 #include "scan/reconstruction.h"
 #include "scan/stage_times.h"
 
@@ -167,7 +167,7 @@ class InputLoader {
     if (input.name.empty()) input.name = path.parent_path().filename().string();
     ScanSession own(session_.observer(), session_.stop());
     input.config = config_;
-    settle_sensor((*source)->info().sensor, input.config, own);
+    apply_sensor((*source)->info().sensor, input.config, own);
     const auto model = model_of_frames(**source, own, input);
     add_times(own.times(), session_.times());
     if (!model) return model.error();

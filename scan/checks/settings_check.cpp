@@ -26,7 +26,7 @@ std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportCon
 /// The keys of `finish:` that are set without effect, each with the key that it depends on.
 std::vector<std::string> unused_finish_keys(const FinishConfig& config) {
   std::vector<std::string> unused;
-  if (config.ground == GroundWish::kKeep && config.ground_clearance_m) {
+  if (config.ground == GroundMode::kKeep && config.ground_clearance_m) {
     unused.emplace_back("finish.ground_clearance (finish.ground)");
   }
   if (config.watertight != Watertight::kOff) return unused;

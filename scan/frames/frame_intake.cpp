@@ -120,7 +120,7 @@ void FrameIntake::count(const Frame& frame, const Reconstruction::Added& added) 
   }
 }
 
-std::optional<Frame> FrameIntake::pass_over(const char* reason) {
+std::optional<Frame> FrameIntake::skip_frame(const char* reason) {
   auto event = next_event();
   if (!event) return std::nullopt;
   leave_out(reason);

@@ -46,7 +46,7 @@ class FrameIntake {
 
   /// Skips the next frame, usable or not, and counts it as dropped for `reason`, one word. Returns it for display if it
   /// has pictures.
-  std::optional<Frame> pass_over(const char* reason);
+  std::optional<Frame> skip_frame(const char* reason);
 
   /// Counts all frames that were fused or lost as dropped ("reset").
   void start_over();
@@ -57,7 +57,7 @@ class FrameIntake {
   [[nodiscard]] const FrameCounts& counts() const { return counts_; }
   [[nodiscard]] const RecordingInfo& info() const { return source_.info(); }
 
-  /// The frames that came, usable or not, except those that were skipped by pass_over() or came before start_over().
+  /// The frames that came, usable or not, except those that were skipped by skip_frame() or came before start_over().
   [[nodiscard]] const SequenceRanges& taken() const { return taken_; }
   /// The counts of frames that are not in taken().
   [[nodiscard]] const FrameCounts& left_out() const { return left_out_; }

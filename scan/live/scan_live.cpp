@@ -8,8 +8,8 @@
 #include "acquire/record/recorder.h"
 #include "core/files/atomic_file.h"
 #include "scan/checks/settings_check.h"
+#include "scan/frames/apply_sensor.h"
 #include "scan/frames/recorded_frames.h"
-#include "scan/frames/settle_sensor.h"
 #include "scan/live/live_scanner.h"
 #include "scan/passes.h"
 #include "scan/scan.h"
@@ -86,7 +86,7 @@ class LiveScan {
     auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder_.get());
     if (!source) return source.error();
     source_ = *std::move(source);
-    settle_sensor(source_->info().sensor, job_.config, session_);
+    apply_sensor(source_->info().sensor, job_.config, session_);
     is_recording_ = recorder_ != nullptr;
     has_recording_ = is_recording_;
     session_.info("scanning; Ctrl-C ends the scan and makes the mesh");
@@ -186,7 +186,7 @@ class LiveScan {
     return losses;
   }
 
-  ScanJob job_;  ///< its configuration is settled when the scanner is open
+  ScanJob job_;  ///< its configuration is complete when the scanner is open
   const LiveScanRequest& request_;
   std::stop_token stop_;  ///< ends the frames
   ScanSession session_;

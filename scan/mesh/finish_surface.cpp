@@ -76,7 +76,7 @@ class SurfaceFinisher {
  public:
   SurfaceFinisher(const FinishRequest& request, ScanSession& session, MeshResult& result)
       : config_(request.config),
-        wish_(request.config.finish),
+        settings_(request.config.finish),
         up_(request.config.output.world_up.value_or(request.world_up)),
         metres_per_unit_(request.metres_per_unit),
         session_(session),
@@ -85,7 +85,7 @@ class SurfaceFinisher {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     session_.begin_mesh();
     result_.finish.reset();
-    if (wish_.is_anything()) result_.finish.emplace();
+    if (settings_.is_anything()) result_.finish.emplace();
   }
 
   [[nodiscard]] Result<FinishedSurface> from_volume(const FieldView& whole) {
@@ -93,7 +93,7 @@ class SurfaceFinisher {
     FieldView view = whole;
     auto surface = cropped(view);
     if (!surface) return surface.error();
-    if (surface->mesh.empty() || !wish_.is_anything()) return from_mesh(*std::move(surface));
+    if (surface->mesh.empty() || !settings_.is_anything()) return from_mesh(*std::move(surface));
     find_ground_of(surface->mesh, view.field->voxelSize().x());
     if (auto cut = cut_ground(view, *surface); !cut) return cut.error();
     if (auto closed = close(view, *surface); !closed) return closed.error();
@@ -103,8 +103,8 @@ class SurfaceFinisher {
   [[nodiscard]] Result<FinishedSurface> from_mesh(Surface surface) {
     FinishedSurface finished{std::move(surface)};
     if (finished.surface.mesh.empty()) return finished;
-    if (wish_.drops_crumbs) session_.timed("finish", [&] { remove_crumbs(finished.surface.mesh); });
-    if (!wish_.is_anything()) return finished;
+    if (settings_.drops_crumbs) session_.timed("finish", [&] { remove_crumbs(finished.surface.mesh); });
+    if (!settings_.is_anything()) return finished;
     session_.timed("finish", [&] {
       drop_pieces(finished.surface.mesh);
       smooth(finished.surface.mesh);
@@ -133,7 +133,7 @@ class SurfaceFinisher {
   }
 
   [[nodiscard]] Result<void> check(const FieldView& view) const {
-    const bool needs_distances = wish_.watertight != Watertight::kOff || wish_.ground != GroundWish::kKeep;
+    const bool needs_distances = settings_.watertight != Watertight::kOff || settings_.ground != GroundMode::kKeep;
     const bool is_matter_low = !is_inside_high(config_.extract.inside, view.is_signed_distance);
     if (!needs_distances || (view.is_signed_distance && is_matter_low)) return {};
     return Error{ErrorCode::kConfig,
@@ -148,11 +148,11 @@ class SurfaceFinisher {
 
   /// Narrows the view to the crop box.
   [[nodiscard]] Result<Surface> cropped(FieldView& view) {
-    if (!wish_.crop.is_set()) return extract(view);
+    if (!settings_.crop.is_set()) return extract(view);
     auto whole = extract(view);
     if (!whole || whole->mesh.empty()) return whole;
     const auto region_before = view.region;
-    auto region = samples_within(crop_box(wish_.crop), *view.field);
+    auto region = samples_within(crop_box(settings_.crop), *view.field);
     if (!region) {
       refuse("crop", "finish.crop lies along the axes of the world, and those of this volume are turned against them");
       return whole;
@@ -173,14 +173,14 @@ class SurfaceFinisher {
   }
 
   void find_ground_of(const Mesh& mesh, double voxel_m) {
-    if (!wish_.needs_plane() || is_stopped("ground")) return;
+    if (!settings_.needs_plane() || is_stopped("ground")) return;
     GroundSearch search;
     search.expected_up = direction(up_).cast<double>();
     search.tolerance_m = kGroundVoxels * voxel_m;
     const auto found = session_.timed("finish", [&] { return find_ground(mesh, search); });
     if (!found) return refuse("ground", found.error().text());
     ground_ = *found;
-    clearance_m_ = wish_.ground_clearance_m.value_or(kGroundVoxels * voxel_m);
+    clearance_m_ = settings_.ground_clearance_m.value_or(kGroundVoxels * voxel_m);
     if (!ground_) {
       refuse("ground",
              "no plane that could be a table or a floor was found: it must face the world's up within 45 "
@@ -190,7 +190,7 @@ class SurfaceFinisher {
 
   /// Signed distance to the ground's cut, metres; positive below, where matter is cut away.
   [[nodiscard]] double below_ground_m(const Eigen::Vector3d& p) const {
-    return ground_ && wish_.ground != GroundWish::kKeep ? clearance_m_ - ground_->height_m(p) : -kInfinity;
+    return ground_ && settings_.ground != GroundMode::kKeep ? clearance_m_ - ground_->height_m(p) : -kInfinity;
   }
 
   [[nodiscard]] std::string why_nothing_is_above() const {
@@ -200,7 +200,7 @@ class SurfaceFinisher {
         "was found; finish.ground cuts nothing away{}",
         least > 1 ? fmt::format("piece of {} triangles (extract.min_component_triangles) or more", least) : "surface",
         clearance_m_ * kMillimetres,
-        wish_.up == UpWish::kGround ? ", and finish.up: ground does not turn the mesh" : "");
+        settings_.up == UpMode::kGround ? ", and finish.up: ground does not turn the mesh" : "");
   }
 
   /// Replaces the view by one of a volume without the ground. If that has no surface, keeps the view and warns.
@@ -209,7 +209,7 @@ class SurfaceFinisher {
     Figures figures = {{"plane_area_mm2", ground_->area_m2 * kSquareMillimetres},
                        {"plane_rms_mm", ground_->rms_m * kMillimetres},
                        {"tilt_degrees", ground_->tilt_rad * kDegrees}};
-    if (wish_.ground != GroundWish::kKeep) {
+    if (settings_.ground != GroundMode::kKeep) {
       without_ground_ = session_.timed("finish", [&] {
         return cut_open(view, config_.extract.min_weight,
                         [this](const Eigen::Vector3d& p) { return below_ground_m(p); });
@@ -235,15 +235,15 @@ class SurfaceFinisher {
     request.min_weight = config_.extract.min_weight;
     request.isovalue_m = config_.extract.isovalue;
     request.band_voxels = config_.fusion.truncation_voxels;
-    request.is_outside_free = wish_.watertight == Watertight::kFull;
+    request.is_outside_free = settings_.watertight == Watertight::kFull;
     request.memory_bytes = static_cast<std::size_t>(config_.fusion.memory_budget_mib) << 20;
     Mesh pieces = open;  // the box need not hold pieces that will be removed
-    (void)remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m, pieces);
+    (void)remove_small_pieces(settings_.min_piece_share, settings_.min_piece_size_m, pieces);
     request.surface = bounds_of(pieces);
     if (!request.is_outside_free) return request;
-    const bool is_cut = ground_ && wish_.ground != GroundWish::kKeep;
+    const bool is_cut = ground_ && settings_.ground != GroundMode::kKeep;
     if (!is_cut && !view.region) return request;
-    Eigen::AlignedBox3d box = crop_box(wish_.crop);
+    Eigen::AlignedBox3d box = crop_box(settings_.crop);
     if (view.region) {  // the region may be the live view's crop box
       const openvdb::Vec3d low = view.field->indexToWorld(view.region->min());
       const openvdb::Vec3d high = view.field->indexToWorld(view.region->max());
@@ -255,8 +255,8 @@ class SurfaceFinisher {
   }
 
   [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
-    if (wish_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
-    const bool is_full = wish_.watertight == Watertight::kFull;
+    if (settings_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
+    const bool is_full = settings_.watertight == Watertight::kFull;
     // The ground is cut by a plane. Extraction needs the distances below that plane.
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
@@ -271,7 +271,7 @@ class SurfaceFinisher {
     std::vector<std::uint8_t> invented = invented_triangles(meshed->mesh, *closed);
     Figures figures;
     if (!is_full) {
-      const PatchCount patches = keep_small_patches(wish_.max_hole_m, meshed->mesh, invented);
+      const PatchCount patches = keep_small_patches(settings_.max_hole_m, meshed->mesh, invented);
       figures["holes_closed"] = static_cast<double>(patches.kept);
       figures["holes_left"] = static_cast<double>(patches.left_open);
     }
@@ -287,7 +287,7 @@ class SurfaceFinisher {
     figures["boundary_edges"] = static_cast<double>(check_mesh(meshed->mesh).boundary_edges);
     note("watertight", std::move(figures));
     left_out_ = count_removed(surface.mesh, triangles_left_out(surface.mesh, meshed->mesh, *closed));
-    if (wish_.invented_colour) paint_invented(invented, *wish_.invented_colour, meshed->mesh);
+    if (settings_.invented_colour) paint_invented(invented, *settings_.invented_colour, meshed->mesh);
     surface = *std::move(meshed);
     return {};
   }
@@ -306,9 +306,10 @@ class SurfaceFinisher {
   }
 
   void drop_pieces(Mesh& mesh) {
-    if (!(wish_.min_piece_share > 0) && !(wish_.min_piece_size_m > 0)) return;
+    if (!(settings_.min_piece_share > 0) && !(settings_.min_piece_size_m > 0)) return;
     if (is_stopped("pieces")) return;
-    PiecesRemoved removed = remove_small_pieces(wish_.min_piece_share, wish_.min_piece_size_m / metres_per_unit_, mesh);
+    PiecesRemoved removed =
+        remove_small_pieces(settings_.min_piece_share, settings_.min_piece_size_m / metres_per_unit_, mesh);
     removed.pieces += left_out_.pieces;
     removed.triangles += left_out_.triangles;
     removed.area_m2 += left_out_.area_m2;
@@ -316,9 +317,9 @@ class SurfaceFinisher {
   }
 
   void smooth(Mesh& mesh) {
-    if (wish_.smooth_steps == 0 || is_stopped("smooth")) return;
+    if (settings_.smooth_steps == 0 || is_stopped("smooth")) return;
     const double before = signed_volume_m3(mesh);
-    const MeshMoved moved = smooth_mesh(wish_.smooth_steps, mesh, stop_);
+    const MeshMoved moved = smooth_mesh(settings_.smooth_steps, mesh, stop_);
     if (moved.is_stopped && is_stopped("smooth")) return;
     const double change = before == 0 ? 0 : signed_volume_m3(mesh) / before - 1;
     note("smooth", {{"mean_moved_mm", moved.mean_m * metres_per_unit_ * kMillimetres},
@@ -327,10 +328,10 @@ class SurfaceFinisher {
   }
 
   void simplify(Mesh& mesh) {
-    if ((!wish_.triangles && !wish_.simplify_error_m) || is_stopped("simplify")) return;
-    SimplifyWish wish{wish_.triangles, wish_.simplify_error_m};
-    if (wish.max_error_m) *wish.max_error_m /= metres_per_unit_;
-    const MeshSimplified done = simplify_mesh(wish, mesh);
+    if ((!settings_.triangles && !settings_.simplify_error_m) || is_stopped("simplify")) return;
+    SimplifyTarget target{settings_.triangles, settings_.simplify_error_m};
+    if (target.max_error_m) *target.max_error_m /= metres_per_unit_;
+    const MeshSimplified done = simplify_mesh(target, mesh);
     note("simplify", {{"triangles_before", static_cast<double>(done.triangles_before)},
                       {"triangles", static_cast<double>(done.triangles)},
                       {"pieces_lost", static_cast<double>(done.pieces_lost)},
@@ -344,8 +345,8 @@ class SurfaceFinisher {
   }
 
   [[nodiscard]] Pose place(Mesh& mesh) {
-    const bool turns = wish_.up == UpWish::kGround && ground_;
-    const bool moves = wish_.origin == OriginWish::kGround;
+    const bool turns = settings_.up == UpMode::kGround && ground_;
+    const bool moves = settings_.origin == OriginMode::kGround;
     Pose T = Pose::Identity();
     if ((!turns && !moves) || is_stopped("place")) return T;
     const Eigen::Vector3d up = direction(up_).cast<double>();
@@ -363,7 +364,7 @@ class SurfaceFinisher {
   }
 
   const ScanConfig& config_;
-  const FinishConfig& wish_;
+  const FinishConfig& settings_;
   UpAxis up_;
   double metres_per_unit_;
   ScanSession& session_;
@@ -386,8 +387,8 @@ Result<FinishedSurface> finished_surface(const FieldView& view, const FinishRequ
 
 Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session,
                                       MeshResult& result) {
-  const FinishConfig& wish = request.config.finish;
-  if (wish.changes_volume() || wish.needs_plane()) {
+  const FinishConfig& config = request.config.finish;
+  if (config.changes_volume() || config.needs_plane()) {
     return Error{
         ErrorCode::kConfig,
         "finish.crop, finish.ground, finish.watertight and finish.up: ground work on scans and .vdb only; leave "

@@ -232,13 +232,13 @@ class VolumeExtraction {
   [[nodiscard]] Result<void> choose_isovalue(const ValueSource& values, bool is_signed_distance) {
     double& isovalue = job_.config.extract.isovalue;
     IsovalueSource& source = result_.mesh.isovalue_source;
-    if (request_.isovalue == IsovalueWish::kGiven) {
+    if (request_.isovalue == IsovalueSetting::kGiven) {
       source = IsovalueSource::kConfig;
     } else if (is_signed_distance) {
       isovalue = 0;
       source = IsovalueSource::kSignedDistance;
-      if (request_.isovalue == IsovalueWish::kAuto) session_.info("isovalue 0: the volume holds signed distances");
-    } else if (request_.isovalue == IsovalueWish::kAuto) {
+      if (request_.isovalue == IsovalueSetting::kAuto) session_.info("isovalue 0: the volume holds signed distances");
+    } else if (request_.isovalue == IsovalueSetting::kAuto) {
       const auto proposed = session_.timed("read", [&] { return propose_isovalue(values); });
       if (!proposed) return Error{proposed.error().code, proposed.error().message, job_.input.string()};
       isovalue = *proposed;

@@ -11,7 +11,7 @@
 namespace scanknit {
 
 /// Where the isovalue comes from.
-enum class IsovalueWish {
+enum class IsovalueSetting {
   kGiven,    ///< in the job's extract.isovalue
   kAuto,     ///< proposed from the volume's values; 0 for signed distances
   kNotGiven  ///< 0 for signed distances; for any other volume an error that gives the range of its values
@@ -19,7 +19,7 @@ enum class IsovalueWish {
 
 struct VolumeRequest {
   VolumeOptions options;
-  IsovalueWish isovalue = IsovalueWish::kNotGiven;
+  IsovalueSetting isovalue = IsovalueSetting::kNotGiven;
 };
 
 /// Makes a mesh of a volume file: OpenVDB (.vdb), DICOM, NRRD, MetaImage, NIfTI-1, a folder of PNG or TIFF slices, or

@@ -299,8 +299,8 @@ TEST_F(ViewOfNoTurntable, ACommandPausesTheScan) {
   ASSERT_NO_FATAL_FAILURE(watch_at("realtime"));
   ASSERT_NO_FATAL_FAILURE(until_frame(10));
   ASSERT_EQ(ask("pause"), "");
-  const int passed_by = state_in_phase("paused")["dropped"];
-  for (Json state = state_in_phase("paused"); state["dropped"].get<int>() < passed_by + 5;
+  const int skipped = state_in_phase("paused")["dropped"];
+  for (Json state = state_in_phase("paused"); state["dropped"].get<int>() < skipped + 5;
        state = state_in_phase("paused")) {
     ASSERT_FALSE(state.is_null());
   }

@@ -18,7 +18,7 @@ ScanConfig steps_wanted() {
   ScanConfig config;
   config.finish.smooth_steps = 1000;
   config.finish.triangles = 500;
-  config.finish.origin = OriginWish::kGround;
+  config.finish.origin = OriginMode::kGround;
   return config;
 }
 

@@ -73,7 +73,7 @@ TEST_F(FrameIntakeTest, TakesAllThatComesAndWhatGaveWayToIt) {
 
 TEST_F(FrameIntakeTest, WhatIsPassedOverIsLeftOutAndWhatGaveWayToIt) {
   take(4);
-  intake.pass_over("paused");
+  intake.skip_frame("paused");
   take(3);
   EXPECT_EQ(taken(), (Numbers{1, 2, 3, 4, 8}));
   EXPECT_EQ(intake.left_out().read, 3u);
@@ -94,7 +94,7 @@ TEST_F(FrameIntakeTest, WhatCameBeforeABeginningIsLeftOutAndWhatGaveWayToIt) {
 
 TEST_F(FrameIntakeTest, ThoseThatWereTakenCanBeReadAgain) {
   take(4);
-  intake.pass_over("paused");
+  intake.skip_frame("paused");
   take(3);
   std::deque<FrameEvent> recorded;
   for (std::uint64_t i = 0; i < 12; ++i) recorded.push_back(frame(i));

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "acquire/sensor/sensor_profile.h"
-#include "scan/frames/settle_sensor.h"
+#include "scan/frames/apply_sensor.h"
 
 namespace scanknit {
 namespace {
@@ -17,12 +17,12 @@ class Listener final : public ScanObserver {
   std::vector<std::string> lines;
 };
 
-ScanConfig settled(ScanConfig config, SensorModel recognised, std::vector<std::string>* lines = nullptr,
+ScanConfig applied(ScanConfig config, SensorModel recognised, std::vector<std::string>* lines = nullptr,
                    bool is_by_depth = false) {
   Listener listener;
   ScanSession session(listener, {});
   const RecognisedSensor sensor{recognised, "it says so", is_by_depth};
-  settle_sensor(recognised == SensorModel::kNone ? std::nullopt : std::optional(sensor), config, session);
+  apply_sensor(recognised == SensorModel::kNone ? std::nullopt : std::optional(sensor), config, session);
   if (lines != nullptr) *lines = listener.lines;
   return config;
 }
@@ -33,96 +33,96 @@ ScanConfig with_voxels(double voxel_size_m) {
   return config;
 }
 
-TEST(SettledSensor, GivesItsNoiseAndTheBeginOfItsRange) {
+TEST(AppliedSensor, GivesItsNoiseAndTheBeginOfItsRange) {
   const SensorProfile& d400 = *find_sensor(SensorModel::kRealsenseD400);
-  const ScanConfig config = settled({}, SensorModel::kRealsenseD400);
+  const ScanConfig config = applied({}, SensorModel::kRealsenseD400);
   EXPECT_EQ(config.acquire.sensor, SensorModel::kRealsenseD400);
   EXPECT_EQ(config.fusion.noise, d400.noise);
   EXPECT_EQ(config.acquire.min_depth_m, d400.min_depth_m);
 }
 
-TEST(SettledSensor, GivesItsTimingUnlessItIsGiven) {
+TEST(AppliedSensor, GivesItsTimingUnlessItIsGiven) {
   const FrameTiming kinect = find_sensor(SensorModel::kKinectV1)->timing;
-  ScanConfig config = settled({}, SensorModel::kKinectV1);
+  ScanConfig config = applied({}, SensorModel::kKinectV1);
   EXPECT_EQ(config.acquire.readout_s, kinect.readout_s);
   EXPECT_EQ(config.acquire.colour_later_s, kinect.colour_later_s);
   EXPECT_GT(kinect.readout_s, 0);
   config.acquire.readout_s = 0;
   config.acquire.sensor.reset();
-  EXPECT_EQ(settled(config, SensorModel::kKinectV1).acquire.readout_s, 0);
-  EXPECT_TRUE(settled({}, SensorModel::kNone).acquire.timing().is_at_once());
+  EXPECT_EQ(applied(config, SensorModel::kKinectV1).acquire.readout_s, 0);
+  EXPECT_TRUE(applied({}, SensorModel::kNone).acquire.timing().is_at_once());
 }
 
-TEST(SettledSensor, GivesNoTimingWhereItIsRecognisedByItsDepthAlone) {
-  const ScanConfig config = settled({}, SensorModel::kKinectV1, nullptr, /*is_by_depth=*/true);
+TEST(AppliedSensor, GivesNoTimingWhereItIsRecognisedByItsDepthAlone) {
+  const ScanConfig config = applied({}, SensorModel::kKinectV1, nullptr, /*is_by_depth=*/true);
   EXPECT_EQ(config.acquire.sensor, SensorModel::kKinectV1);
   EXPECT_TRUE(config.acquire.timing().is_at_once());
 }
 
-TEST(SettledSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
-  const ScanConfig config = settled(with_voxels(0.002), SensorModel::kRealsenseD400);
+TEST(AppliedSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
+  const ScanConfig config = applied(with_voxels(0.002), SensorModel::kRealsenseD400);
   const double sigma_m = config.fusion.noise.sigma_m(*config.acquire.max_depth_m);
   EXPECT_LE(sigma_m, kMostNoiseVoxels * 0.002);
   EXPECT_GT(sigma_m, kMostNoiseVoxels * 0.002 * 0.95) << "no nearer than it must";
 }
 
-TEST(SettledSensor, EndsDepthWithTheSensorsRangeAtLargeVoxels) {
-  EXPECT_EQ(settled(with_voxels(0.03), SensorModel::kKinectV1).acquire.max_depth_m, 4);
+TEST(AppliedSensor, EndsDepthWithTheSensorsRangeAtLargeVoxels) {
+  EXPECT_EQ(applied(with_voxels(0.03), SensorModel::kKinectV1).acquire.max_depth_m, 4);
 }
 
-TEST(SettledSensor, EndsDepthOfAnUnknownSensorByAKinectsNoise) {
-  const ScanConfig config = settled(with_voxels(0.01), SensorModel::kNone);
+TEST(AppliedSensor, EndsDepthOfAnUnknownSensorByAKinectsNoise) {
+  const ScanConfig config = applied(with_voxels(0.01), SensorModel::kNone);
   EXPECT_EQ(config.acquire.sensor, SensorModel::kNone);
   EXPECT_EQ(config.acquire.min_depth_m, 0);
   EXPECT_NEAR(NoiseModel{}.sigma_m(*config.acquire.max_depth_m), kMostNoiseVoxels * 0.01, 0.001);
 }
 
-TEST(SettledSensor, KeepsARangeAtVoxelsFinerThanItsNoise) {
+TEST(AppliedSensor, KeepsARangeAtVoxelsFinerThanItsNoise) {
   for (const SensorProfile& profile : kSensorProfiles) {
-    const ScanConfig config = settled(with_voxels(0.0002), profile.model);
+    const ScanConfig config = applied(with_voxels(0.0002), profile.model);
     EXPECT_GT(*config.acquire.max_depth_m, *config.acquire.min_depth_m) << profile.name;
   }
 }
 
-TEST(SettledSensor, ChangesNothingThatIsGiven) {
+TEST(AppliedSensor, ChangesNothingThatIsGiven) {
   ScanConfig given = with_voxels(0.002);
   given.acquire.min_depth_m = 0.1;
   given.acquire.max_depth_m = 0;  // no limit
   given.noise = {0.003, 0.004, 0.5};
-  const ScanConfig config = settled(given, SensorModel::kRealsenseD400);
+  const ScanConfig config = applied(given, SensorModel::kRealsenseD400);
   EXPECT_EQ(config.acquire.min_depth_m, 0.1);
   EXPECT_EQ(config.acquire.max_depth_m, 0);
   EXPECT_EQ(config.fusion.noise, (NoiseModel{0.003, 0.004, 0.5}));
 }
 
-TEST(SettledSensor, IsTheGivenOneWhateverWasRecognised) {
+TEST(AppliedSensor, IsTheGivenOneWhateverWasRecognised) {
   ScanConfig given;
   given.acquire.sensor = SensorModel::kPhoneLidar;
-  EXPECT_EQ(settled(given, SensorModel::kKinectV1).fusion.noise, kPhoneNoise);
+  EXPECT_EQ(applied(given, SensorModel::kKinectV1).fusion.noise, kPhoneNoise);
   given.acquire.sensor = SensorModel::kNone;
-  EXPECT_EQ(settled(given, SensorModel::kRealsenseD400).fusion.noise, NoiseModel{});
+  EXPECT_EQ(applied(given, SensorModel::kRealsenseD400).fusion.noise, NoiseModel{});
 }
 
-TEST(SettledSensor, TakesANoiseThatIsGivenInPart) {
+TEST(AppliedSensor, TakesANoiseThatIsGivenInPart) {
   ScanConfig given;
   given.noise.floor_m = 0.002;
-  const NoiseModel noise = settled(given, SensorModel::kRealsenseD400).fusion.noise;
+  const NoiseModel noise = applied(given, SensorModel::kRealsenseD400).fusion.noise;
   EXPECT_EQ(noise.floor_m, 0.002);
   EXPECT_EQ(noise.growth_per_m, kStereoNoise.growth_per_m);
 }
 
-TEST(SettledSensor, IsSettledOnce) {
-  const ScanConfig once = settled(with_voxels(0.002), SensorModel::kRealsenseD400);
+TEST(AppliedSensor, IsSettledOnce) {
+  const ScanConfig once = applied(with_voxels(0.002), SensorModel::kRealsenseD400);
   std::vector<std::string> lines;
-  const ScanConfig twice = settled(once, SensorModel::kNone, &lines);
+  const ScanConfig twice = applied(once, SensorModel::kNone, &lines);
   EXPECT_EQ(twice.acquire.max_depth_m, once.acquire.max_depth_m);
   EXPECT_EQ(twice.fusion.noise, once.fusion.noise);
   EXPECT_TRUE(lines.empty());
 }
 
-TEST(SettledSensor, SaysInALineEachWhatWasChosenAndWhichKeyChangesIt) {
+TEST(AppliedSensor, SaysInALineEachWhatWasChosenAndWhichKeyChangesIt) {
   std::vector<std::string> lines;
-  (void)settled(with_voxels(0.002), SensorModel::kRealsenseD400, &lines);
+  (void)applied(with_voxels(0.002), SensorModel::kRealsenseD400, &lines);
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0], "sensor: realsense_d400, because it says so; acquire.sensor=none treats it as unknown");
   EXPECT_EQ(lines[1],

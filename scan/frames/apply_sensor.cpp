@@ -1,4 +1,4 @@
-#include "scan/frames/settle_sensor.h"
+#include "scan/frames/apply_sensor.h"
 
 #include <fmt/format.h>
 
@@ -22,23 +22,23 @@ double noise_end_m(const FusionConfig& fusion) {
   return std::isfinite(end_m) ? std::floor(end_m * 100) / 100 : 0;
 }
 
-void say_sensor(const RecognisedSensor& sensor, ScanSession& session) {
+void report_sensor(const RecognisedSensor& sensor, ScanSession& session) {
   session.info(fmt::format("sensor: {}, because {}; acquire.sensor=none treats it as unknown",
                            find_sensor(sensor.model)->name, sensor.reason));
 }
 
-void settle_noise(const SensorProfile& sensor, ScanConfig& config) {
+void apply_noise(const SensorProfile& sensor, ScanConfig& config) {
   NoiseModel& noise = config.fusion.noise;
   noise = config.noise.over(sensor.model == SensorModel::kNone ? noise : sensor.noise);
   config.noise = {noise.floor_m, noise.growth_per_m, noise.from_m};
 }
 
-void settle_timing(const FrameTiming& timing, AcquireConfig& acquire) {
+void apply_timing(const FrameTiming& timing, AcquireConfig& acquire) {
   if (!acquire.readout_s) acquire.readout_s = timing.readout_s;
   if (!acquire.colour_later_s) acquire.colour_later_s = timing.colour_later_s;
 }
 
-void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& session) {
+void apply_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
   if (!acquire.min_depth_m) {
     const bool leaves_nothing = acquire.max_depth_m.value_or(0) > 0 && *acquire.max_depth_m <= sensor.min_depth_m;
@@ -59,17 +59,17 @@ void settle_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& 
 
 }  // namespace
 
-void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session) {
+void apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
-  if (!acquire.sensor && recognised) say_sensor(*recognised, session);
+  if (!acquire.sensor && recognised) report_sensor(*recognised, session);
   const bool is_by_depth = !acquire.sensor && recognised && recognised->is_by_depth;
   if (!acquire.sensor) acquire.sensor = recognised ? recognised->model : SensorModel::kNone;
   const SensorProfile* profile = find_sensor(*acquire.sensor);
   const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
-  settle_noise(sensor, config);
+  apply_noise(sensor, config);
   // Depth that is rendered with a sensor's steps is rarely rendered with its shutter.
-  settle_timing(is_by_depth ? FrameTiming{} : sensor.timing, acquire);
-  settle_range(sensor, config, session);
+  apply_timing(is_by_depth ? FrameTiming{} : sensor.timing, acquire);
+  apply_range(sensor, config, session);
 }
 
 }  // namespace scanknit

@@ -12,6 +12,6 @@ namespace scanknit {
 /// Sets the range, the noise and the timing that `config` leaves to the sensor; `recognised` is that sensor (nothing:
 /// unknown). Says which sensor and which range were chosen, in one line each. Afterwards `config` leaves nothing to the
 /// sensor: it opens the recording again with the same settings.
-void settle_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session);
+void apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session);
 
 }  // namespace scanknit
