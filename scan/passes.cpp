@@ -1,5 +1,7 @@
 #include "scan/passes.h"
 
+#include <utility>
+
 #include "scan/refine/loop_refiner.h"
 #include "scan/refine/turntable_refiner.h"
 
@@ -9,8 +11,9 @@ namespace {
 PassResult run_pass(const ScanJob& job, const PassInput& input, PoseRefiner& refiner, ScanSession& session) {
   ScanPass pass(job, input, refiner, session);
   PassResult made;
-  made.scan.outcome = pass.run();
-  pass.describe(made.scan);
+  Result<void> outcome = pass.run();
+  made.scan = pass.result();
+  made.scan.outcome = std::move(outcome);
   made.taken = pass.intake().taken();
   made.left_out = pass.intake().left_out();
   made.crop = pass.crop();

@@ -136,7 +136,9 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
 
 Result<void> ScanPass::write_texture() {
   if (!written_) return {};
-  return write_textured(*written_, job_, input_.archive, session_, texture_);
+  TexturedMesh textured = write_textured(*written_, job_, input_.archive, session_);
+  texture_ = std::move(textured.texture);
+  return textured.outcome;
 }
 
 Result<void> ScanPass::add(Frame& frame) {
@@ -149,12 +151,11 @@ Result<void> ScanPass::add(Frame& frame) {
 }
 
 Result<void> ScanPass::write_mesh() {
-  mesh_ = {};
   const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
-  auto written = mesh_scan(*scan_, request, session_, mesh_);
-  if (!written) return written.error();
-  written_ = *std::move(written);
-  return {};
+  MeshedScan meshed = mesh_scan(*scan_, request, session_);
+  mesh_ = std::move(meshed.result);
+  if (meshed.outcome) written_ = std::move(meshed.written);
+  return meshed.outcome;
 }
 
 Result<void> ScanPass::write_volume_and_trajectory() {
@@ -246,16 +247,15 @@ Result<void> ScanPass::export_now(FilesByKind& files) {
   enter(ScanPhase::kExporting);
   ScanObserver no_observer;
   ScanSession session(no_observer, session_.stop());
-  MeshResult mesh;
   const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kRefused, input_.stop};
-  const auto written = mesh_scan(*scan_, request, session, mesh);
+  MeshedScan meshed = mesh_scan(*scan_, request, session);
   phase_ = before;
-  if (!written) return written.error();
-  files = mesh.files;
-  return {};
+  if (meshed.outcome) files = std::move(meshed.result.files);
+  return meshed.outcome;
 }
 
-void ScanPass::describe(ScanResult& result) const {
+ScanResult ScanPass::result() const {
+  ScanResult result;
   result.frames = intake_.counts();
   result.volume = volume_;
   result.mesh = mesh_;
@@ -269,6 +269,7 @@ void ScanPass::describe(ScanResult& result) const {
     result.volume.is_budget_reached = scan_->is_budget_reached();
   }
   refiner_.describe(result);
+  return result;
 }
 
 }  // namespace scanknit

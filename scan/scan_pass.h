@@ -46,8 +46,8 @@ class ScanPass {
   [[nodiscard]] const FrameIntake& intake() const { return intake_; }
   [[nodiscard]] const CropBox& crop() const { return crop_; }
 
-  /// Fills `result` with everything that was made and measured, also after an error.
-  void describe(ScanResult& result) const;
+  /// Everything that was made and measured, also after an error, which the result does not have.
+  [[nodiscard]] ScanResult result() const;
 
  private:
   [[nodiscard]] Result<void> begin();

@@ -7,8 +7,8 @@ void ScanSession::warn(WarningCode code, std::string text) {
   observer_.on_warning(warnings_.back().warning);
 }
 
-void ScanSession::warn_of_mesh(WarningCode code, std::string text) {
-  const bool is_news = said_of_meshes_.insert(text).second;
+void ScanSession::warn_of_mesh(WarningCode code, std::string_view step, std::string text) {
+  const bool is_news = reported_of_meshes_.emplace(code, step).second;
   warnings_.push_back({{code, std::move(text)}, mesh_});
   if (is_news) observer_.on_warning(warnings_.back().warning);
 }

@@ -34,9 +34,9 @@ class ScanSession {
   }
 
   void warn(WarningCode code, std::string text);
-  /// Warns of the mesh that is being made; the warning ends when another mesh replaces it. Reports the same text only
-  /// once.
-  void warn_of_mesh(WarningCode code, std::string text);
+  /// Warns of the mesh that is being made; the warning ends when another mesh replaces it. If an earlier mesh had a
+  /// warning of the same code and step, the observer is not told again. `step`: FinishResult::Step::name, or empty.
+  void warn_of_mesh(WarningCode code, std::string_view step, std::string text);
   /// To be called before a mesh that replaces the last one.
   void begin_mesh() { ++mesh_; }
 
@@ -66,7 +66,7 @@ class ScanSession {
   ScanObserver& observer_;
   std::stop_token stop_;
   std::vector<Noted> warnings_;
-  std::set<std::string> said_of_meshes_;
+  std::set<std::pair<WarningCode, std::string>> reported_of_meshes_;  ///< code and step
   std::size_t mesh_ = 1;
   StageTimesByName times_;
 };

@@ -42,17 +42,18 @@ class AlignRun {
   [[nodiscard]] Result<void> align() {
     warn_of_settings_without_effect(job_, session_);
     if (auto writable = check(); !writable) return writable;
-    const auto loaded = load_align_inputs(request_.inputs, job_.config, session_, inputs_);
+    inputs_ = load_align_inputs(request_.inputs, job_.config, session_);
     result_.frames = inputs_.frames;
     if (session_.is_stopped()) return stopped_while("the scans were read");
-    if (!loaded) return loaded;
+    if (!inputs_.outcome) return inputs_.outcome;
     if (auto known = find_priors(); !known) return known;
     auto compared = session_.timed("align", [&] { return compare(); });
     if (!compared) return compared.error();
     alignment_ = *std::move(compared);
     if (session_.is_stopped()) return stopped_while("pairs of scans were compared");
-    if (auto described = describe_alignment(aligned(), picture_folder(), session_, result_.alignment); !described)
-      return described;
+    DescribedAlignment described = describe_alignment(aligned(), picture_folder(), session_);
+    result_.alignment = std::move(described.result);
+    if (!described.outcome) return described.outcome;
     warn(priors_.are_final ? given_pose_warnings(inputs_, alignment_) : prior_warnings(inputs_, priors_, alignment_));
     if (auto placed = check_placed(); !placed) return placed;
     return write();
@@ -152,7 +153,16 @@ class AlignRun {
     }
     if (fusable == 0) return {};
     choose_voxel_size();
-    return AlignedFusion(aligned(), job_, session_, result_).run();
+    return fuse();
+  }
+
+  [[nodiscard]] Result<void> fuse() {
+    FusedScans fused = AlignedFusion(aligned(), job_, session_).run();
+    result_.frames.fused += fused.frames;
+    result_.volume = std::move(fused.volume);
+    result_.mesh = std::move(fused.mesh);
+    result_.files.merge(fused.files);
+    return fused.outcome;
   }
 
   [[nodiscard]] std::filesystem::path default_points() const {

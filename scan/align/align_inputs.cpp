@@ -45,9 +45,23 @@ RangeScan coarse_scan_of(const Frame& frame) {
 
 class InputLoader {
  public:
-  InputLoader(const ScanConfig& config, ScanSession& session, AlignInputs& loaded)
-      : config_(config), session_(session), loaded_(loaded) {}
+  InputLoader(const ScanConfig& config, ScanSession& session) : config_(config), session_(session) {}
 
+  /// To be called once.
+  [[nodiscard]] AlignInputs load_all(const std::vector<fs::path>& paths) {
+    for (const fs::path& path : paths) {
+      loaded_.outcome = load(path);
+      if (!loaded_.outcome) return std::move(loaded_);
+    }
+    const std::size_t most = config_.acquire.limits.max_scans;
+    if (loaded_.inputs.size() > most) {
+      loaded_.outcome =
+          Error{ErrorCode::kInput, fmt::format("{} scans, more than the limit of {}", loaded_.inputs.size(), most)};
+    }
+    return std::move(loaded_);
+  }
+
+ private:
   [[nodiscard]] Result<void> load(const fs::path& path) {
     if (path.extension() == ".conf") return load_conf(path);
     if (is_range_path(path)) return load_range(path, std::nullopt);
@@ -55,7 +69,6 @@ class InputLoader {
     return load_recording(path);
   }
 
- private:
   void warn(const std::string& message) { session_.warn(WarningCode::kAlignment, message); }
 
   [[nodiscard]] Result<void> load_conf(const fs::path& path) {
@@ -215,7 +228,7 @@ class InputLoader {
 
   const ScanConfig& config_;
   ScanSession& session_;
-  AlignInputs& loaded_;
+  AlignInputs loaded_;
 };
 
 }  // namespace
@@ -230,17 +243,8 @@ const char* to_string(AlignKind kind) {
   return "";
 }
 
-Result<void> load_align_inputs(const std::vector<fs::path>& paths, const ScanConfig& config, ScanSession& session,
-                               AlignInputs& inputs) {
-  InputLoader loader(config, session, inputs);
-  for (const fs::path& path : paths) {
-    if (auto loaded = loader.load(path); !loaded) return loaded;
-  }
-  if (inputs.inputs.size() > config.acquire.limits.max_scans) {
-    return Error{ErrorCode::kInput, fmt::format("{} scans, more than the limit of {}", inputs.inputs.size(),
-                                                config.acquire.limits.max_scans)};
-  }
-  return {};
+AlignInputs load_align_inputs(const std::vector<fs::path>& paths, const ScanConfig& config, ScanSession& session) {
+  return InputLoader(config, session).load_all(paths);
 }
 
 }  // namespace scanknit

@@ -36,8 +36,9 @@ struct AlignInput {
   [[nodiscard]] bool is_fusable() const { return kind == AlignKind::kRange || kind == AlignKind::kRecording; }
 };
 
-/// Inputs and their models; both lists have the same length.
+/// Inputs and their models; both lists have the same length. After an error, what was read before it.
 struct AlignInputs {
+  Result<void> outcome;
   std::vector<AlignInput> inputs;
   std::vector<ScanModel> models;
   std::string world = "the frame of scan 1";  ///< the frame of the poses, for messages
@@ -45,10 +46,9 @@ struct AlignInputs {
 };
 
 /// Reads all inputs. Tracks and fuses each recording, to get its model; closes no loops. Warns of each scan that a
-/// .conf names and that does not exist. `inputs` has what was read, also after an error. Errors (kInput): a file is
-/// unreadable, or there is nothing to read.
-[[nodiscard]] Result<void> load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
-                                             ScanSession& session, AlignInputs& inputs);
+/// .conf names and that does not exist. `outcome` (kInput): a file is unreadable, or there is nothing to read.
+[[nodiscard]] AlignInputs load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
+                                            ScanSession& session);
 
 /// A scan is named by its number, from 1, or by its file. `warnings` gets a text for each entry that is useless or that
 /// contradicts another. Errors (kInput): a line that is not a pose, a scan that does not exist.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/files/atomic_file.h"
 #include "export/mesh/write_points.h"
@@ -75,33 +76,39 @@ AlignmentResult::Pair described_pair(const AlignedPair& pair) {
 
 }  // namespace
 
-Result<void> describe_alignment(const AlignedScans& scans, const std::optional<std::filesystem::path>& picture_folder,
-                                ScanSession& session, std::optional<AlignmentResult>& result) {
+DescribedAlignment describe_alignment(const AlignedScans& scans,
+                                      const std::optional<std::filesystem::path>& picture_folder,
+                                      ScanSession& session) {
   const auto& [inputs, alignment] = scans;
-  result.emplace();
-  result->spacing_m = alignment.scale.fine_m;
+  DescribedAlignment described;
+  described.result.spacing_m = alignment.scale.fine_m;
   for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
-    result->scans.push_back({inputs.inputs[i].name, to_string(inputs.inputs[i].kind), inputs.models[i].all.size(),
-                             alignment.is_placed[i], alignment.T_world_scan[i]});
+    described.result.scans.push_back({inputs.inputs[i].name, to_string(inputs.inputs[i].kind),
+                                      inputs.models[i].all.size(), alignment.is_placed[i], alignment.T_world_scan[i]});
   }
   for (const AlignedPair& pair : alignment.pairs) {
     AlignmentResult::Pair line = described_pair(pair);
     if (picture_folder) {
       const auto path = *picture_folder / fmt::format("pair_{}_{}.png", line.from, line.to);
       line.picture = path.string();
-      const auto written =
+      described.outcome =
           session.timed("export", [&] { return write_picture(scans.inputs, scans.alignment, pair, path); });
-      if (!written) return written;
+      if (!described.outcome) break;
     }
-    result->pairs.push_back(std::move(line));
+    described.result.pairs.push_back(std::move(line));
   }
-  return {};
+  return described;
 }
 
-AlignedFusion::AlignedFusion(const AlignedScans& scans, const ScanJob& job, ScanSession& session, ScanResult& result)
-    : inputs_(scans.inputs), alignment_(scans.alignment), job_(job), session_(session), result_(result) {}
+AlignedFusion::AlignedFusion(const AlignedScans& scans, const ScanJob& job, ScanSession& session)
+    : inputs_(scans.inputs), alignment_(scans.alignment), job_(job), session_(session) {}
 
-Result<void> AlignedFusion::run() {
+FusedScans AlignedFusion::run() {
+  made_.outcome = fuse_and_write();
+  return std::move(made_);
+}
+
+Result<void> AlignedFusion::fuse_and_write() {
   if (auto written = write_poses(); !written) return written;
   auto volume = TsdfVolume::create(job_.config.fusion);
   if (!volume) return volume.error();
@@ -110,17 +117,16 @@ Result<void> AlignedFusion::run() {
     session_.progress("fusing", i + 1, inputs_.inputs.size());
     const auto fused = fuse(i, *volume);
     if (!fused) return fused.error();
-    result_.frames.fused += *fused;
+    made_.frames += *fused;
   }
   if (session_.is_stopped()) {
-    if (result_.frames.fused == 0)
-      return Error{ErrorCode::kTooLittle, "interrupted before anything was fused: no mesh"};
+    if (made_.frames == 0) return Error{ErrorCode::kTooLittle, "interrupted before anything was fused: no mesh"};
     session_.warn(WarningCode::kAlignInterrupted, "interrupted: the mesh holds only what was fused until then");
   }
   if (volume->is_budget_reached) {
     session_.warn(WarningCode::kBudgetReached, "the volume has reached fusion.memory_budget: the mesh is incomplete");
   }
-  result_.volume = described(*volume);
+  made_.volume = described(*volume);
   if (auto saved = save(*volume); !saved) return saved;
   return mesh(*volume);
 }
@@ -149,7 +155,7 @@ Result<void> AlignedFusion::write_poses() {
   for (std::size_t i = 0; i < alignment_.T_world_scan.size(); ++i) {
     poses.push_back({static_cast<double>(i + 1), alignment_.T_world_scan[i]});
   }
-  result_.files["trajectory"] = job_.files.trajectory->string();
+  made_.files["trajectory"] = job_.files.trajectory->string();
   const std::string text =
       "# scan tx ty tz qx qy qz qw; the world is " + inputs_.world + "\n" + to_tum_trajectory(poses);
   return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
@@ -157,7 +163,7 @@ Result<void> AlignedFusion::write_poses() {
 
 Result<void> AlignedFusion::save(const TsdfVolume& volume) {
   if (!job_.files.volume) return {};
-  result_.files["volume"] = job_.files.volume->string();
+  made_.files["volume"] = job_.files.volume->string();
   return session_.timed("write", [&] { return volume.save(*job_.files.volume); });
 }
 
@@ -166,11 +172,15 @@ Result<void> AlignedFusion::mesh(const TsdfVolume& volume) {
     return input.kind == AlignKind::kRecording || !input.colours.empty();
   });
   const UpAxis world_up = inputs_.inputs[0].world_up;
-  result_.mesh.isovalue = job_.config.extract.isovalue;
+  made_.mesh.isovalue = job_.config.extract.isovalue;
   const FieldView view = has_colours ? volume.field_view() : volume.field_view().without_colours();
-  const auto finished = finished_surface(view, {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
-  if (!finished) return finished.error();
-  return write_surface(finished->surface, {world_up, std::nullopt, std::nullopt}, job_, session_, result_.mesh);
+  const FinishedSurface finished = finished_surface(view, {job_.config, world_up, 1, session_.stop()}, session_);
+  add_to(made_.mesh, finished);
+  if (!finished.outcome) return finished.outcome;
+  WrittenSurface written = write_surface(finished.surface.mesh, {world_up, std::nullopt, std::nullopt}, job_, session_);
+  const Result<void> outcome = written.outcome;
+  add_to(made_.mesh, std::move(written));
+  return outcome;
 }
 
 Result<void> write_aligned_points(const AlignedScans& scans, const std::filesystem::path& path, ScanSession& session) {

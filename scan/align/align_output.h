@@ -19,26 +19,42 @@ struct AlignedScans {
   const Alignment& alignment;
 };
 
-/// Describes scans and pairs in `result`. With a folder, writes one picture of each pair into it. Errors: kOutput.
-[[nodiscard]] Result<void> describe_alignment(const AlignedScans& scans,
-                                              const std::optional<std::filesystem::path>& picture_folder,
-                                              ScanSession& session, std::optional<AlignmentResult>& result);
+/// Scans and pairs in numbers. After an error, what was made before it.
+struct DescribedAlignment {
+  Result<void> outcome;
+  AlignmentResult result;
+};
+
+/// With a folder, writes one picture of each pair into it. `outcome`: kOutput.
+[[nodiscard]] DescribedAlignment describe_alignment(const AlignedScans& scans,
+                                                    const std::optional<std::filesystem::path>& picture_folder,
+                                                    ScanSession& session);
 
 /// Writes the points of all scans, in one frame. Errors: kOutput.
 [[nodiscard]] Result<void> write_aligned_points(const AlignedScans& scans, const std::filesystem::path& path,
                                                 ScanSession& session);
 
+/// The volume of aligned scans, its mesh, and the files. After an error, what was made before it.
+struct FusedScans {
+  Result<void> outcome;
+  std::size_t frames = 0;  ///< that were fused; a range scan counts as one
+  VolumeResult volume;
+  MeshResult mesh;
+  FilesByKind files;  ///< but those of the mesh
+};
+
 /// Fuses the aligned range scans and recordings into one volume and makes its mesh.
 class AlignedFusion {
  public:
   /// All references outlive it.
-  AlignedFusion(const AlignedScans& scans, const ScanJob& job, ScanSession& session, ScanResult& result);
+  AlignedFusion(const AlignedScans& scans, const ScanJob& job, ScanSession& session);
 
-  /// Fuses, and writes all files of the job. Fills `result`, also after an error. Errors: kTooLittle when a stop came
-  /// before anything was fused; those of the recordings; kMesh; kOutput.
-  [[nodiscard]] Result<void> run();
+  /// Fuses, and writes all files of the job; to be called once. `outcome`: kTooLittle when a stop came before anything
+  /// was fused; those of the recordings; kMesh; kOutput.
+  [[nodiscard]] FusedScans run();
 
  private:
+  [[nodiscard]] Result<void> fuse_and_write();
   [[nodiscard]] Result<std::size_t> fuse(std::size_t scan, TsdfVolume& volume);
   [[nodiscard]] Result<void> write_poses();
   [[nodiscard]] Result<void> save(const TsdfVolume& volume);
@@ -48,7 +64,7 @@ class AlignedFusion {
   const Alignment& alignment_;
   const ScanJob& job_;
   ScanSession& session_;
-  ScanResult& result_;
+  FusedScans made_;
 };
 
 }  // namespace scanknit

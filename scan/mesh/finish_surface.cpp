@@ -74,55 +74,63 @@ double beyond_m(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
 
 class SurfaceFinisher {
  public:
-  SurfaceFinisher(const FinishRequest& request, ScanSession& session, MeshResult& result)
+  SurfaceFinisher(const FinishRequest& request, ScanSession& session)
       : config_(request.config),
         settings_(request.config.finish),
         up_(request.config.output.world_up.value_or(request.world_up)),
         metres_per_unit_(request.metres_per_unit),
         session_(session),
-        result_(result),
         frames_(request.frames) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     session_.begin_mesh();
-    result_.finish.reset();
-    if (settings_.is_anything()) result_.finish.emplace();
+    if (settings_.is_anything()) made_.steps.emplace();
   }
 
-  [[nodiscard]] Result<FinishedSurface> from_volume(const FieldView& whole) {
-    if (auto sound = check(whole); !sound) return sound.error();
-    FieldView view = whole;
-    auto surface = cropped(view);
-    if (!surface) return surface.error();
-    if (surface->mesh.empty() || !settings_.is_anything()) return from_mesh(*std::move(surface));
-    find_ground_of(surface->mesh, view.field->voxelSize().x());
-    if (auto cut = cut_ground(view, *surface); !cut) return cut.error();
-    if (auto closed = close(view, *surface); !closed) return closed.error();
-    return from_mesh(*std::move(surface));
+  /// To be called once, as from_mesh().
+  [[nodiscard]] FinishedSurface from_volume(const FieldView& whole) {
+    made_.outcome = extract_and_close(whole);
+    return made_.outcome ? from_mesh(std::move(made_.surface)) : std::move(made_);
   }
 
-  [[nodiscard]] Result<FinishedSurface> from_mesh(Surface surface) {
-    FinishedSurface finished{std::move(surface)};
-    if (finished.surface.mesh.empty()) return finished;
-    if (settings_.drops_crumbs) session_.timed("finish", [&] { remove_crumbs(finished.surface.mesh); });
-    if (!settings_.is_anything()) return finished;
-    session_.timed("finish", [&] {
-      drop_pieces(finished.surface.mesh);
-      smooth(finished.surface.mesh);
-      simplify(finished.surface.mesh);
-      finished.T_mesh_world = place(finished.surface.mesh);
-    });
-    return finished;
+  [[nodiscard]] FinishedSurface from_mesh(Surface surface) {
+    made_.surface = std::move(surface);
+    finish(made_.surface.mesh);
+    return std::move(made_);
   }
 
  private:
+  [[nodiscard]] Result<void> extract_and_close(const FieldView& whole) {
+    if (auto sound = check(whole); !sound) return sound;
+    FieldView view = whole;
+    auto extracted = cropped(view);
+    if (!extracted) return extracted.error();
+    Surface& surface = made_.surface = *std::move(extracted);
+    if (surface.mesh.empty() || !settings_.is_anything()) return {};
+    find_ground_of(surface.mesh, view.field->voxelSize().x());
+    if (auto cut = cut_ground(view, surface); !cut) return cut;
+    return close(view, surface);
+  }
+
+  void finish(Mesh& mesh) {
+    if (mesh.empty()) return;
+    if (settings_.drops_crumbs) session_.timed("finish", [&] { remove_crumbs(mesh); });
+    if (!settings_.is_anything()) return;
+    session_.timed("finish", [&] {
+      drop_pieces(mesh);
+      smooth(mesh);
+      simplify(mesh);
+      place(mesh);
+    });
+  }
+
   void note(const char* step, Figures figures) {
-    if (!result_.finish) result_.finish.emplace();
-    result_.finish->steps.push_back({step, "", std::move(figures)});
+    if (!made_.steps) made_.steps.emplace();
+    made_.steps->steps.push_back({step, "", std::move(figures)});
   }
 
   void refuse(const char* step, const std::string& reason) {
-    result_.finish->steps.push_back({step, reason, {}});
-    session_.warn_of_mesh(WarningCode::kFinishStep, fmt::format("finish: {} was not done: {}", step, reason));
+    made_.steps->steps.push_back({step, reason, {}});
+    session_.warn_of_mesh(WarningCode::kFinishStep, step, fmt::format("finish: {} was not done: {}", step, reason));
   }
 
   /// When a stop is requested, notes `step` as not done.
@@ -338,17 +346,17 @@ class SurfaceFinisher {
                       {"error_mm", done.error_m * metres_per_unit_ * kMillimetres}});
     if (!done.is_held_back) return;
     session_.warn_of_mesh(
-        WarningCode::kFinishStep,
+        WarningCode::kFinishStep, "simplify",
         fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer be closed or "
                     "manifold",
                     done.triangles));
   }
 
-  [[nodiscard]] Pose place(Mesh& mesh) {
+  void place(Mesh& mesh) {
     const bool turns = settings_.up == UpMode::kGround && ground_;
     const bool moves = settings_.origin == OriginMode::kGround;
+    if ((!turns && !moves) || is_stopped("place")) return;
     Pose T = Pose::Identity();
-    if ((!turns && !moves) || is_stopped("place")) return T;
     const Eigen::Vector3d up = direction(up_).cast<double>();
     if (turns) T = turn_up(ground_->up, up);
     if (turns) transform_mesh(T, mesh);
@@ -357,10 +365,9 @@ class SurfaceFinisher {
       transform_mesh(shift, mesh);
       T = shift * T;
     }
-    result_.finish->T_mesh_world = T;
+    made_.steps->T_mesh_world = T;
     note("place", {{"turned_degrees", Eigen::AngleAxisd(T.linear()).angle() * kDegrees},
                    {"moved_mm", T.translation().norm() * metres_per_unit_ * kMillimetres}});
-    return T;
   }
 
   const ScanConfig& config_;
@@ -368,7 +375,7 @@ class SurfaceFinisher {
   UpAxis up_;
   double metres_per_unit_;
   ScanSession& session_;
-  MeshResult& result_;
+  FinishedSurface made_;
   std::span<const PosedDepth> frames_;
   std::stop_token stop_;  ///< empty when the stop was requested before the finishing
   std::optional<GroundPlane> ground_;
@@ -380,22 +387,21 @@ class SurfaceFinisher {
 
 }  // namespace
 
-Result<FinishedSurface> finished_surface(const FieldView& view, const FinishRequest& request, ScanSession& session,
-                                         MeshResult& result) {
-  return SurfaceFinisher(request, session, result).from_volume(view);
+FinishedSurface finished_surface(const FieldView& view, const FinishRequest& request, ScanSession& session) {
+  return SurfaceFinisher(request, session).from_volume(view);
 }
 
-Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session,
-                                      MeshResult& result) {
+FinishedSurface finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session) {
   const FinishConfig& config = request.config.finish;
   if (config.changes_volume() || config.needs_plane()) {
-    return Error{
+    const Error error(
         ErrorCode::kConfig,
         "finish.crop, finish.ground, finish.watertight and finish.up: ground work on scans and .vdb only; leave "
         "them out for this volume",
-        "finish"};
+        "finish");
+    return {.outcome = error, .surface = {}, .steps = {}};
   }
-  return SurfaceFinisher(request, session, result).from_mesh(std::move(surface));
+  return SurfaceFinisher(request, session).from_mesh(std::move(surface));
 }
 
 Result<void> refuse_to_finish_streamed(const FinishConfig& config) {

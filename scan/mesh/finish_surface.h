@@ -1,6 +1,7 @@
 // From a volume to the surface that is written: extraction, and the steps of `finish:` before and after it.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <stop_token>
 
@@ -26,21 +27,25 @@ struct FinishRequest {
   std::span<const PosedDepth> frames = {};  ///< of the scan, evenly spread: they confirm pieces of the mesh
 };
 
+/// The surface to be written. After an error, what was made before it.
 struct FinishedSurface {
+  Result<void> outcome;
   Surface surface;
-  Pose T_mesh_world = Pose::Identity();  ///< from the volume's world to the mesh's coordinates
+  std::optional<FinishResult> steps;  ///< nothing unless `finish:` asks for a step
+
+  /// From the volume's world to the mesh's coordinates.
+  [[nodiscard]] Pose T_mesh_world() const { return steps ? steps->T_mesh_world : Pose::Identity(); }
 };
 
 /// Extracts the surface of a volume and finishes it; without `finish:` the same as extract_surface(). Skips a step that
-/// cannot be done, and gives the reason in `result.finish` and as a warning, so that a scan is never lost. Errors:
-/// those of extract_surface(); kConfig for steps that exclude each other or do not apply to this volume.
-[[nodiscard]] Result<FinishedSurface> finished_surface(const FieldView& view, const FinishRequest& request,
-                                                       ScanSession& session, MeshResult& result);
+/// cannot be done, and gives the reason in `steps` and as a warning, so that a scan is never lost. `outcome`: errors of
+/// extract_surface(); kConfig for steps that exclude each other or do not apply to this volume.
+[[nodiscard]] FinishedSurface finished_surface(const FieldView& view, const FinishRequest& request,
+                                               ScanSession& session);
 
 /// The same for a mesh that was extracted from a volume without distances: steps that need distances are errors
 /// (kConfig).
-[[nodiscard]] Result<FinishedSurface> finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session,
-                                                    MeshResult& result);
+[[nodiscard]] FinishedSurface finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session);
 
 /// kConfig if `config` asks for any step: a streamed mesh is never in memory as a whole.
 [[nodiscard]] Result<void> refuse_to_finish_streamed(const FinishConfig& config);

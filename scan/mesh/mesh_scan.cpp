@@ -30,21 +30,22 @@ FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
   return view;
 }
 
-Result<FinishedSurface> surface_of(const Reconstruction& scan, const MeshRequest& request, ScanSession& session,
-                                   MeshResult& result) {
+FinishedSurface surface_of(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
   const std::vector<PosedDepth> frames = scan.depth_samples();
   const FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
   const auto extract = [&](const CropBox& crop) {
-    return finished_surface(field_view(scan.volume(), crop), finish, session, result);
+    return finished_surface(field_view(scan.volume(), crop), finish, session);
   };
-  auto cropped = extract(request.crop);
-  if (!cropped || !request.crop || !cropped->surface.mesh.empty()) return cropped;
+  FinishedSurface cropped = extract(request.crop);
+  if (!cropped.outcome || !request.crop || !cropped.surface.mesh.empty()) return cropped;
   if (request.empty_crop == EmptyCrop::kRefused) {
-    return Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
+    cropped.outcome =
+        Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
+    return cropped;
   }
-  auto whole = extract(std::nullopt);
-  if (!whole || whole->surface.mesh.empty()) return whole;
-  session.warn_of_mesh(WarningCode::kCropBoxIgnored,
+  FinishedSurface whole = extract(std::nullopt);
+  if (!whole.outcome || whole.surface.mesh.empty()) return whole;
+  session.warn_of_mesh(WarningCode::kCropBoxIgnored, "",
                        "nothing lay within the crop box of the live view: the whole mesh was written");
   return whole;
 }
@@ -56,31 +57,48 @@ std::optional<DoubledResult> doubled_surface(const Mesh& mesh, const ScanConfig&
   return DoubledResult{doubled.area_m2, doubled.share};
 }
 
-}  // namespace
-
-Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session,
-                              MeshResult& result) {
-  const Trajectory& trajectory = scan.trajectory();
-  if (trajectory.empty()) return Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
-  result.isovalue = request.job.config.extract.isovalue;
-  auto meshed = surface_of(scan, request, session, result);
-  if (!meshed) return meshed.error();
-  result.doubled = session.timed("export", [&] { return doubled_surface(meshed->surface.mesh, request.job.config); });
+MeshFrame frame_of(const Reconstruction& scan, const MeshRequest& request, const Pose& T_mesh_world) {
   // The preview's viewpoint: where the scanner was half way through the scan.
-  const Pose& T_world_scanner = trajectory[trajectory.size() / 2].T_world_camera;
-  MeshFrame frame{request.world_up, meshed->T_mesh_world * T_world_scanner, std::nullopt};
+  const Pose& T_world_scanner = scan.trajectory()[scan.trajectory().size() / 2].T_world_camera;
+  MeshFrame frame{request.world_up, T_mesh_world * T_world_scanner, std::nullopt};
   if (request.job.measures_fit) frame.depths = scan.depth_samples();
-  for (PosedDepth& depth : frame.depths) depth.T_world_camera = meshed->T_mesh_world * depth.T_world_camera;
-  if (auto written = write_surface(meshed->surface, frame, request.job, session, result); !written) {
-    return written.error();
-  }
+  for (PosedDepth& depth : frame.depths) depth.T_world_camera = T_mesh_world * depth.T_world_camera;
+  return frame;
+}
+
+/// What a texture is baked from; empty if the job asks for none.
+WrittenMesh written_mesh(FinishedSurface finished, const Trajectory& trajectory, const MeshRequest& request) {
   WrittenMesh written{{}, request.world_up, {}};
   if (request.job.config.output.texture == TextureFormat::kOff) return written;
-  written.mesh = std::move(meshed->surface.mesh);
+  const Pose T_mesh_world = finished.T_mesh_world();
+  written.mesh = std::move(finished.surface.mesh);
   for (const PosedFrame& posed : trajectory) {
-    written.T_mesh_camera[posed.sequence] = meshed->T_mesh_world * posed.T_world_camera;
+    written.T_mesh_camera[posed.sequence] = T_mesh_world * posed.T_world_camera;
   }
   return written;
+}
+
+}  // namespace
+
+MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
+  MeshedScan meshed;
+  if (scan.trajectory().empty()) {
+    meshed.outcome = Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
+    return meshed;
+  }
+  const ScanConfig& config = request.job.config;
+  meshed.result.isovalue = config.extract.isovalue;
+  FinishedSurface finished = surface_of(scan, request, session);
+  add_to(meshed.result, finished);
+  meshed.outcome = finished.outcome;
+  if (!finished.outcome) return meshed;
+  const Mesh& mesh = finished.surface.mesh;
+  meshed.result.doubled = session.timed("export", [&] { return doubled_surface(mesh, config); });
+  WrittenSurface written = write_surface(mesh, frame_of(scan, request, finished.T_mesh_world()), request.job, session);
+  meshed.outcome = written.outcome;
+  add_to(meshed.result, std::move(written));
+  if (meshed.outcome) meshed.written = written_mesh(std::move(finished), scan.trajectory(), request);
+  return meshed;
 }
 
 }  // namespace scanknit

@@ -25,9 +25,14 @@ struct MeshRequest {
   std::stop_token stop = {};  ///< see FinishRequest
 };
 
-/// Fills `result` as far as it came, also after an error. Errors: kTooLittle before the first frame; kMesh when there
-/// is no surface; kOutput.
-[[nodiscard]] Result<WrittenMesh> mesh_scan(const Reconstruction& scan, const MeshRequest& request,
-                                            ScanSession& session, MeshResult& result);
+/// The mesh of a reconstruction. After an error, what was made before it.
+struct MeshedScan {
+  Result<void> outcome;
+  MeshResult result;
+  WrittenMesh written;
+};
+
+/// `outcome`: kTooLittle before the first frame; kMesh when there is no surface; kOutput.
+[[nodiscard]] MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session);
 
 }  // namespace scanknit

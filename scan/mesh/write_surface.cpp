@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/files/quantity.h"
 #include "export/measure/holes.h"
@@ -29,20 +30,37 @@ HolesResult describe_holes(const Mesh& mesh, const MeshCheck& check, double unit
 
 class SurfaceWriter {
  public:
-  SurfaceWriter(const Mesh& mesh, const MeshFrame& frame, const ScanJob& job, ScanSession& session, MeshResult& result)
+  SurfaceWriter(const Mesh& mesh, const MeshFrame& frame, const ScanJob& job, ScanSession& session)
       : mesh_(mesh),
         frame_(frame),
         job_(job),
         session_(session),
-        result_(result),
         up_(job.config.output.world_up.value_or(frame.world_up)) {}
+
+  /// To be called once.
+  [[nodiscard]] WrittenSurface write() {
+    written_.outcome = check_and_write();
+    return std::move(written_);
+  }
+
+ private:
+  [[nodiscard]] Result<void> check_and_write() {
+    const double unit_m = frame_.file_unit_m.value_or(1);
+    written_.check = check_mesh(mesh_);
+    written_.check.min_m *= static_cast<float>(unit_m);
+    written_.check.max_m *= static_cast<float>(unit_m);
+    if (mesh_.empty()) return empty_mesh_error(job_);
+    written_.holes = describe_holes(mesh_, written_.check, unit_m);
+    if (auto written = write_meshes(); !written) return written;
+    return write_pictures();
+  }
 
   [[nodiscard]] Result<void> write_meshes() {
     for (const std::filesystem::path& path : job_.files.meshes) {
       const auto written = session_.timed(
           "export", [&] { return write_mesh(mesh_, path, job_.config.output, frame_.world_up, frame_.file_unit_m); });
       if (!written) return written.error();
-      result_.files[path.extension().string().substr(1)] = path.string();
+      written_.files[path.extension().string().substr(1)] = path.string();
     }
     return {};
   }
@@ -59,16 +77,15 @@ class SurfaceWriter {
     return fit && job_.files.error ? write_maps(*fit) : Result<void>();
   }
 
- private:
   [[nodiscard]] SurfaceFit measure_fit() {
     SurfaceFit fit = fit_surface(mesh_, frame_.depths, fit_band_of(job_.config.fusion));
-    result_.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
+    written_.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
     return fit;
   }
 
   [[nodiscard]] Result<void> write_picture(const char* kind, const ColourImage& picture,
                                            const std::filesystem::path& path) {
-    result_.files[kind] = path.string();
+    written_.files[kind] = path.string();
     return session_.timed("write", [&] { return write_png(picture, path); });
   }
 
@@ -86,8 +103,8 @@ class SurfaceWriter {
   const MeshFrame& frame_;
   const ScanJob& job_;
   ScanSession& session_;
-  MeshResult& result_;
   UpAxis up_;
+  WrittenSurface written_;
 };
 
 }  // namespace
@@ -107,19 +124,20 @@ Error empty_mesh_error(const ScanJob& job) {
   return {ErrorCode::kMesh, std::move(message), job.input.string()};
 }
 
-Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const ScanJob& job, ScanSession& session,
-                           MeshResult& result) {
-  const Mesh& mesh = surface.mesh;
-  const double unit_m = frame.file_unit_m.value_or(1);
-  result.cases = surface.cases;
-  result.check = check_mesh(mesh);
-  result.check->min_m *= static_cast<float>(unit_m);
-  result.check->max_m *= static_cast<float>(unit_m);
-  if (mesh.empty()) return empty_mesh_error(job);
-  result.holes = describe_holes(mesh, *result.check, unit_m);
-  SurfaceWriter writer(mesh, frame, job, session, result);
-  if (auto written = writer.write_meshes(); !written) return written;
-  return writer.write_pictures();
+WrittenSurface write_surface(const Mesh& mesh, const MeshFrame& frame, const ScanJob& job, ScanSession& session) {
+  return SurfaceWriter(mesh, frame, job, session).write();
+}
+
+void add_to(MeshResult& result, const FinishedSurface& finished) {
+  result.finish = finished.steps;
+  if (finished.outcome) result.cases = finished.surface.cases;
+}
+
+void add_to(MeshResult& result, WrittenSurface written) {
+  result.check = written.check;
+  result.holes = std::move(written.holes);
+  result.fit = written.fit;
+  result.files = std::move(written.files);
 }
 
 void warn_of_holes(const ExtractConfig& config, ScanSession& session) {

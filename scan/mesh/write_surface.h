@@ -5,10 +5,11 @@
 #include <vector>
 
 #include "core/axes.h"
+#include "core/mesh.h"
 #include "core/pose.h"
 #include "core/result.h"
 #include "export/picture/surface_fit.h"
-#include "extract/extract_surface.h"
+#include "scan/mesh/finish_surface.h"
 #include "scan/scan_job.h"
 #include "scan/scan_result.h"
 #include "scan/scan_session.h"
@@ -26,10 +27,23 @@ struct MeshFrame {
   std::vector<PosedDepth> depths = {};  ///< some of the frames that the mesh was made of
 };
 
-/// Checks the surface and writes the job's mesh files, then its pictures. Fills `result` as far as it came, also after
-/// an error. Errors: kMesh when the surface is empty; kOutput.
-[[nodiscard]] Result<void> write_surface(const Surface& surface, const MeshFrame& frame, const ScanJob& job,
-                                         ScanSession& session, MeshResult& result);
+/// The files of a surface and what was measured of it. After an error, what was made before it.
+struct WrittenSurface {
+  Result<void> outcome;
+  MeshCheck check;
+  std::optional<HolesResult> holes;  ///< nothing for an empty mesh
+  std::optional<FitResult> fit;      ///< nothing without depth frames
+  FilesByKind files;
+};
+
+/// Checks the surface and writes the job's mesh files, then its pictures. `outcome`: kMesh when the surface is empty;
+/// kOutput.
+[[nodiscard]] WrittenSurface write_surface(const Mesh& mesh, const MeshFrame& frame, const ScanJob& job,
+                                           ScanSession& session);
+
+/// Adds to the result of a mesh what finishing it and writing it made.
+void add_to(MeshResult& result, const FinishedSurface& finished);
+void add_to(MeshResult& result, WrittenSurface written);
 
 /// Warns if the meshes of the chosen decider have holes by design.
 void warn_of_holes(const ExtractConfig& config, ScanSession& session);

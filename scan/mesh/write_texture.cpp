@@ -26,12 +26,8 @@ constexpr double kVisibleVoxels = 2;  // largest distance of a frame's depth fro
 
 class TextureMaker {
  public:
-  TextureMaker(const WrittenMesh& written, const ScanConfig& config, ScanSession& session, TextureResult& result)
-      : written_(written),
-        config_(config),
-        poses_(steadiest(written.T_mesh_camera, kMostFrames)),
-        session_(session),
-        result_(result) {}
+  TextureMaker(const WrittenMesh& written, const ScanConfig& config, ScanSession& session)
+      : written_(written), config_(config), poses_(steadiest(written.T_mesh_camera, kMostFrames)), session_(session) {}
 
   [[nodiscard]] Result<MeshTexture> make(FrameSource& source) {
     if (auto unfolded = unfold(source.info()); !unfolded) return unfolded.error();
@@ -51,6 +47,8 @@ class TextureMaker {
     return texture;
   }
 
+  /// After an error, what is known of the texture.
+  [[nodiscard]] const TextureResult& result() const { return result_; }
   [[nodiscard]] Mesh unfolded_mesh() const { return atlas_.unfolded(written_.mesh); }
 
  private:
@@ -105,7 +103,7 @@ class TextureMaker {
   const ScanConfig& config_;
   PosesBySequence poses_;
   ScanSession& session_;
-  TextureResult& result_;
+  TextureResult result_;
   TextureAtlas atlas_;
 };
 
@@ -117,39 +115,47 @@ std::vector<std::filesystem::path> glb_files(const ScanJob& job) {
   return files;
 }
 
+/// Why no texture can be made; nothing: it can.
+std::optional<Error> obstacle(const FrameArchive& archive, const ScanSession& session) {
+  if (session.is_stopped()) return Error{ErrorCode::kInput, "it was interrupted"};
+  if (!archive.is_kept()) return Error{ErrorCode::kInput, "no recording was made that frames could be taken from"};
+  return std::nullopt;
+}
+
+/// The result without a texture: the GLB stays as it is.
+TexturedMesh without_texture(TextureResult result, const Error& error, ScanSession& session) {
+  result.refused = error.text();
+  session.warn(WarningCode::kNoTexture,
+               fmt::format("export.texture: there is none, the GLB has colours at its vertices: {}", error.text()));
+  return {.outcome = {}, .texture = std::move(result)};
+}
+
 }  // namespace
 
-Result<void> write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
-                            ScanSession& session, std::optional<TextureResult>& result) {
+TexturedMesh write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
+                            ScanSession& session) {
   const ExportConfig& config = job.config.output;
   if (config.texture == TextureFormat::kOff) return {};
-  result.emplace();
-  const auto refuse = [&](const Error& error) {
-    result->refused = error.text();
-    session.warn(WarningCode::kNoTexture,
-                 fmt::format("export.texture: there is none, the GLB has colours at its vertices: {}", error.text()));
-    return Result<void>();
-  };
   const auto files = glb_files(job);
-  if (files.empty()) {
-    result->refused = "only GLB can hold it, and none is written";  // the user was warned before the work
-    return {};
-  }
-  if (session.is_stopped()) return refuse({ErrorCode::kInput, "it was interrupted"});
-  if (!archive.is_kept()) return refuse({ErrorCode::kInput, "no recording was made that frames could be taken from"});
-  TextureMaker maker(written, job.config, session, *result);
+  // The user was warned of this before the work.
+  if (files.empty())
+    return {.outcome = {}, .texture = TextureResult{.refused = "only GLB can hold it, and none is written"}};
+  if (const auto error = obstacle(archive, session)) return without_texture({}, *error, session);
+  TextureMaker maker(written, job.config, session);
   const auto texture = session.timed("texture", [&]() -> Result<MeshTexture> {
     auto source = archive.open();
     return source ? maker.make(**source) : source.error();
   });
-  if (!texture) return refuse(texture.error());
+  if (!texture) return without_texture(maker.result(), texture.error(), session);
   const Mesh mesh = maker.unfolded_mesh();
+  TexturedMesh textured{.outcome = {}, .texture = maker.result()};
   for (const std::filesystem::path& path : files) {
     const auto rewritten = session.timed(
         "export", [&] { return write_mesh(mesh, path, config, written.world_up, std::nullopt, &*texture); });
-    if (!rewritten) return rewritten.error();
+    if (!rewritten) textured.outcome = rewritten.error();
+    if (!rewritten) break;
   }
-  return {};
+  return textured;
 }
 
 Result<void> refuse_texture(const ScanConfig& config, const char* command) {

@@ -20,11 +20,17 @@ struct WrittenMesh {
   PosesBySequence T_mesh_camera;
 };
 
+/// The texture of the written mesh. After an error, what was made before it.
+struct TexturedMesh {
+  Result<void> outcome;
+  std::optional<TextureResult> texture;  ///< nothing unless the job asks for one
+};
+
 /// When the job asks for a texture, writes its GLB files again, with a texture instead of colours at the vertices. When
-/// no texture can be made, the files stay as they are, and `result` and a warning give the reason: a scan is never
-/// lost. Errors: kOutput.
-[[nodiscard]] Result<void> write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
-                                          ScanSession& session, std::optional<TextureResult>& result);
+/// no texture can be made, the files stay as they are, and the result and a warning give the reason: a scan is never
+/// lost. `outcome`: kOutput.
+[[nodiscard]] TexturedMesh write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
+                                          ScanSession& session);
 
 /// kConfig if a texture is wanted of a `command` that has no colour frames.
 [[nodiscard]] Result<void> refuse_texture(const ScanConfig& config, const char* command);

@@ -126,10 +126,10 @@ class VolumeExtraction {
     if (auto chosen = choose_isovalue(values, volume->is_signed_distance); !chosen) return chosen;
     // ScanKnit's volumes are in a camera's world, y down. In other VDB files z is up more often than not (Blender).
     const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-    const auto finished =
-        finished_surface(volume->field_view(), {job_.config, world_up, 1, session_.stop()}, session_, result_.mesh);
-    if (!finished) return finished.error();
-    return with_values(write(finished->surface, {world_up, std::nullopt, std::nullopt}), values);
+    const FinishRequest finish{job_.config, world_up, 1, session_.stop()};
+    const FinishedSurface finished = finished_surface(volume->field_view(), finish, session_);
+    const Result<void> written = write(finished, {world_up, std::nullopt, std::nullopt});
+    return finished.outcome ? with_values(written, values) : written;
   }
 
   [[nodiscard]] Result<void> extract_file() {
@@ -161,9 +161,7 @@ class VolumeExtraction {
     auto surface = session_.timed("extract", [&] { return extract_surface(view, job_.config.extract); });
     if (!surface) return surface.error();
     const FinishRequest finish{job_.config, frame.world_up, volume.header.metres_per_unit, session_.stop()};
-    const auto finished = finished_mesh(*std::move(surface), finish, session_, result_.mesh);
-    if (!finished) return finished.error();
-    return write(finished->surface, frame);
+    return write(finished_mesh(*std::move(surface), finish, session_), frame);
   }
 
   [[nodiscard]] Result<void> stream_volume(SliceReader& reader, const MeshFrame& frame) {
@@ -224,8 +222,13 @@ class VolumeExtraction {
     return session_.timed("write", [&] { return write_png(picture, *job_.files.preview); });
   }
 
-  [[nodiscard]] Result<void> write(const Surface& surface, const MeshFrame& frame) {
-    return write_surface(surface, frame, job_, session_, result_.mesh);
+  [[nodiscard]] Result<void> write(const FinishedSurface& finished, const MeshFrame& frame) {
+    add_to(result_.mesh, finished);
+    if (!finished.outcome) return finished.outcome;
+    WrittenSurface written = write_surface(finished.surface.mesh, frame, job_, session_);
+    const Result<void> outcome = written.outcome;
+    add_to(result_.mesh, std::move(written));
+    return outcome;
   }
 
   /// Sets the isovalue that the request asks for.

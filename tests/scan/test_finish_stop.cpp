@@ -30,7 +30,6 @@ Surface surface_of(const Mesh& mesh) {
 
 struct Attempt {
   Mesh mesh;
-  MeshResult result;
   std::vector<std::string> refused;
 };
 
@@ -48,10 +47,10 @@ Attempt stopped_after(std::size_t yields, const Mesh& mesh) {
   const ScanConfig config = steps_wanted();
   ScanObserver observer;
   ScanSession session(observer, {});
-  auto finished = finished_mesh(surface_of(mesh), {config, UpAxis::kZ, 1, source.get_token()}, session, attempt.result);
-  EXPECT_TRUE(finished);
-  attempt.mesh = std::move(finished->surface.mesh);
-  for (const auto& step : attempt.result.finish->steps) {
+  FinishedSurface finished = finished_mesh(surface_of(mesh), {config, UpAxis::kZ, 1, source.get_token()}, session);
+  EXPECT_TRUE(finished.outcome);
+  attempt.mesh = std::move(finished.surface.mesh);
+  for (const auto& step : finished.steps->steps) {
     const bool is_interrupted = step.refused.find("interrupted") != std::string::npos;
     EXPECT_TRUE(is_interrupted || (step.refused.empty() && attempt.refused.empty())) << step.name;  // the last ones
     if (is_interrupted) attempt.refused.push_back(step.name);
@@ -81,14 +80,13 @@ TEST(FinishStop, AStopFromBeforeChangesNothing) {
   source.request_stop();
   ScanConfig config = steps_wanted();
   config.finish.smooth_steps = 1;
-  MeshResult result;
   ScanObserver observer;
   ScanSession session(observer, {});
-  const auto finished =
-      finished_mesh(surface_of(test::sphere()), {config, UpAxis::kZ, 1, source.get_token()}, session, result);
-  ASSERT_TRUE(finished);
-  EXPECT_LT(finished->surface.mesh.triangles.size(), 1000u);
-  for (const auto& step : result.finish->steps) EXPECT_EQ(step.refused, "") << step.name;
+  const FinishedSurface finished =
+      finished_mesh(surface_of(test::sphere()), {config, UpAxis::kZ, 1, source.get_token()}, session);
+  ASSERT_TRUE(finished.outcome);
+  EXPECT_LT(finished.surface.mesh.triangles.size(), 1000u);
+  for (const auto& step : finished.steps->steps) EXPECT_EQ(step.refused, "") << step.name;
   EXPECT_TRUE(session.warnings().empty());
 }
 
