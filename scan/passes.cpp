@@ -32,4 +32,12 @@ PassResult scan_turntable(const ScanJob& job, const PassInput& input, ScanSessio
   return run_pass(job, input, refiner, session);
 }
 
+ScanResult replacing(ScanResult first, ScanResult second) {
+  if (second.input.empty()) second.input = std::move(first.input);
+  if (!second.losses) second.losses = first.losses;
+  if (!second.turntable) second.turntable = std::move(first.turntable);
+  second.files.merge(first.files);
+  return second;
+}
+
 }  // namespace scanknit

@@ -25,4 +25,8 @@ struct PassResult {
 /// false if there is none, or after an error.
 [[nodiscard]] PassResult scan_turntable(const ScanJob& job, const PassInput& input, ScanSession& session);
 
+/// The result of a second pass that replaces the first one. What only the first pass has, it keeps: the scanner that
+/// was found, its losses, files, and, unless the second pass looked for a turntable, the first one's turntable.
+[[nodiscard]] ScanResult replacing(ScanResult first, ScanResult second);
+
 }  // namespace scanknit

@@ -113,8 +113,7 @@ class RecordingScan {
     input.counted = turned.left_out;
     input.crop = turned.crop;
     PassResult walked = scan_walk(job_, input, session_);
-    walked.scan.turntable = std::move(turned.scan.turntable);
-    walked.scan.files.merge(turned.scan.files);
+    walked.scan = replacing(std::move(turned.scan), std::move(walked.scan));
     return keep(std::move(walked));
   }
 

@@ -160,10 +160,7 @@ class LiveScan {
     if (turned.turntable->is_refined) {
       session_.begin_mesh();
       if (!scanned) turned.outcome = made.scan.outcome;
-      turned.input = made.scan.input;
-      turned.losses = made.scan.losses;
-      turned.files.merge(made.scan.files);
-      made.scan = std::move(turned);
+      made.scan = replacing(std::move(made.scan), std::move(turned));
     } else {
       made.scan.turntable = std::move(turned.turntable);
       if (!scanned) made.scan.turntable->reason = scanned.error().text();
