@@ -78,7 +78,7 @@ ScanJob job_for(const std::filesystem::path& recording, const std::filesystem::p
   Outputs outputs = value_or_throw(plan_outputs(request, loaded.config.output));
   outputs.report.reset();  // the result is returned
   outputs.page.reset();
-  ScanJob job = job_of(recording, loaded.config, outputs);
+  ScanJob job = job_of(recording, loaded, outputs);
   job.measures_fit = outputs.scan.error.has_value();
   return job;
 }

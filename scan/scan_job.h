@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquire/replay/paced_source.h"
@@ -24,6 +27,8 @@ struct ScanFiles {
 struct ScanJob {
   std::filesystem::path input;  ///< a recording, a volume's file, or the name of a scanner
   ScanConfig config;
+  /// Keys that the user gave a value, "finish.max_hole": the scan warns of one that has no effect.
+  std::set<std::string, std::less<>> given_keys = {};
   ScanFiles files;
   std::vector<std::filesystem::path> files_of_caller = {};  ///< the caller writes them after the scan; see
                                                             ///< check_files()
@@ -32,6 +37,9 @@ struct ScanJob {
   std::function<PaceControl()> pace_control = steady_pace_control;
   std::optional<std::filesystem::path> angles = std::nullopt;  ///< of a turntable: degrees, a line for each frame
   std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: write its frames here
+
+  /// True even if the given value equals the built-in one.
+  [[nodiscard]] bool gives(std::string_view key) const { return given_keys.contains(key); }
 };
 
 /// Checks that every file of the job, and of the caller, can be written. Errors: kOutput.

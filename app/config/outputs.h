@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/config/config_load.h"
 #include "core/result.h"
 #include "export/export_config.h"
 #include "scan/scan_job.h"
@@ -35,7 +36,7 @@ struct OutputRequest {
 /// already.
 void add_downloads(Outputs& outputs);
 
-/// The job of a command, from its arguments.
-[[nodiscard]] ScanJob job_of(const std::filesystem::path& input, const ScanConfig& config, const Outputs& outputs);
+/// The job of a command.
+[[nodiscard]] ScanJob job_of(const std::filesystem::path& input, const LoadedConfig& loaded, const Outputs& outputs);
 
 }  // namespace scanknit

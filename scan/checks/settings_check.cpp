@@ -12,6 +12,8 @@
 namespace scanknit {
 namespace {
 
+constexpr const char* kMaxHole = "finish.max_hole";
+
 /// The keys of `export:` that are set and change only GLB files, when no GLB is written.
 std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportConfig& config) {
   std::vector<std::string> unused;
@@ -24,13 +26,14 @@ std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportCon
 }
 
 /// The keys of `finish:` that are set without effect, each with the key that it depends on.
-std::vector<std::string> unused_finish_keys(const FinishConfig& config) {
+std::vector<std::string> unused_finish_keys(const ScanJob& job) {
+  const FinishConfig& config = job.config.finish;
   std::vector<std::string> unused;
   if (config.ground == GroundMode::kKeep && config.ground_clearance_m) {
     unused.emplace_back("finish.ground_clearance (finish.ground)");
   }
   if (config.watertight != Watertight::kOff) return unused;
-  if (config.max_hole_m != FinishConfig{}.max_hole_m) unused.emplace_back("finish.max_hole (finish.watertight)");
+  if (job.gives(kMaxHole)) unused.emplace_back("finish.max_hole (finish.watertight)");
   if (config.invented_colour) unused.emplace_back("finish.mark_invented (finish.watertight)");
   return unused;
 }
@@ -42,10 +45,9 @@ void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
     if (!unused.empty()) session.warn(WarningCode::kNoEffect, fmt::format("{}: {}", fmt::join(unused, ", "), why));
   };
   warn_of(unused_glb_keys(job.files, job.config.output), "for GLB only, and none is written");
-  warn_of(unused_finish_keys(job.config.finish), "of no effect, since the key in brackets is off");
-  const FinishConfig& finish = job.config.finish;
-  if (finish.watertight == Watertight::kFull && finish.max_hole_m != FinishConfig{}.max_hole_m) {
-    warn_of({"finish.max_hole"}, "of no effect with finish.watertight: full, which closes every hole");
+  warn_of(unused_finish_keys(job), "of no effect, since the key in brackets is off");
+  if (job.config.finish.watertight == Watertight::kFull && job.gives(kMaxHole)) {
+    warn_of({kMaxHole}, "of no effect with finish.watertight: full, which closes every hole");
   }
 }
 

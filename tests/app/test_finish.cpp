@@ -242,6 +242,13 @@ TEST_F(Finish, KeysOfStepsThatAreOffAreWarnedOf) {
   EXPECT_EQ(report("on")["warnings"], Json::array()) << on.err;
 }
 
+TEST_F(Finish, AKeyThatIsSetToItsBuiltInValueIsWarnedOfToo) {
+  const Outcome outcome = run("built_in", {"--set", "finish.max_hole=20mm"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(report("built_in")["warnings"],
+            Json::array({"finish.max_hole (finish.watertight): of no effect, since the key in brackets is off"}));
+}
+
 TEST_F(Finish, ACapThatNothingDrawsIsRefusedBeforeTheWork) {
   const Outcome outcome = run("cap", {"--set", "finish.ground=cap"});
   EXPECT_EQ(outcome.exit_code, 3);
