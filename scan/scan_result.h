@@ -57,11 +57,6 @@ struct ScanWarning {
 /// "no_effect" for kNoEffect, and so on.
 [[nodiscard]] const char* to_string(WarningCode code);
 
-/// False for warnings that repeat what the result has in numbers: report.json does not list them.
-[[nodiscard]] constexpr bool is_reported(WarningCode code) {
-  return code < WarningCode::kFramesDropped;
-}
-
 /// A frame that was fused.
 struct PosedFrame {
   std::uint64_t sequence = 0;  ///< Frame::sequence

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquire/live/loss_names.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/terminal/scan_console.h"
@@ -58,7 +59,7 @@ int print_summary(const Recorded& recorded, const RecordArguments& arguments, co
                        {"depth_pictures", recorded.frames},
                        {"pictures", recorded.file.frames},
                        {"bytes", recorded.file.bytes},
-                       {"losses", named(recorded.losses)}};
+                       {"losses", losses_by_name(recorded.losses)}};
     return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
   if (common.verbosity == Verbosity::kQuiet) return kExitOk;

@@ -6,13 +6,13 @@
 #include <limits>
 #include <utility>
 
+#include "acquire/live/loss_names.h"
 #include "app/exit_codes.h"
 #include "app/live/tracking_advice.h"
 #include "app/terminal/view_links.h"
 #include "export/mesh/up_rotation.h"
 #include "export/picture/depth_picture.h"
 #include "scan/frames/frame_count.h"
-#include "scan/live/live_scanner.h"
 #include "scan/stage_times.h"
 #include "view/mesh_chunk.h"
 
@@ -186,7 +186,7 @@ void ScanView::note_counts(const FrameCounts& frames, const std::optional<LossCo
   state_.fused = frames.fused;
   state_.dropped = frames.dropped;
   state_.lost = frames.lost;
-  if (losses) state_.losses = without_zeros(named(*losses));
+  if (losses) state_.losses = without_zeros(losses_by_name(*losses));
   while (!fused_at_.empty() && now - fused_at_.front() > kRateWindow) fused_at_.pop_front();
   const double window = std::min(seconds(kRateWindow), seconds(now - begun_at_));
   state_.fps = window > 0 ? static_cast<double>(fused_at_.size()) / window : 0;

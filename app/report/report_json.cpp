@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "acquire/live/loss_names.h"
 #include "app/config/config_print.h"
 #include "core/version.h"
 #include "export/measure/mesh_stats.h"
-#include "scan/live/live_scanner.h"
 
 namespace scanknit {
 namespace {
@@ -298,6 +298,22 @@ Json texture_json(const std::optional<TextureResult>& texture) {
               {"bytes", texture->bytes}};
 }
 
+/// False for warnings that repeat what the report has in numbers, or what the files show.
+bool is_reported(WarningCode code) {
+  switch (code) {
+    case WarningCode::kFramesDropped:
+    case WarningCode::kRecordingEndsEarly:
+    case WarningCode::kStoppedEarly:
+    case WarningCode::kBudgetReached:
+    case WarningCode::kPicturesLost:
+    case WarningCode::kTurntableNotTried:
+    case WarningCode::kMeshHasHoles:
+    case WarningCode::kVolumeFile:
+    case WarningCode::kPointsOnly: return false;
+    default: return true;
+  }
+}
+
 Json warnings_json(const std::vector<ScanWarning>& warnings) {
   Json json = Json::array();
   for (const ScanWarning& warning : warnings) {
@@ -332,7 +348,7 @@ std::string report_json(const CommandRun& run) {
   json["status"] = run.status;
   json["exit_code"] = run.exit_code;
   json["frames"] = frames_json(scan.frames);
-  json["losses"] = scan.losses ? object_of(named(*scan.losses)) : Json();
+  json["losses"] = scan.losses ? object_of(losses_by_name(*scan.losses)) : Json();
   json["warnings"] = warnings_json(scan.warnings);
   json["tracking"] = tracking_json(scan);
   json["turntable"] = turntable_json(scan.turntable);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquire/live/loss_names.h"
 namespace scanknit {
 namespace {
 
@@ -114,18 +115,10 @@ LiveOptions live_options(const ScannerRequest& request, PoseMode poses, ScanSess
   return options;
 }
 
-std::map<std::string, std::uint64_t> named(const LossCounters& losses) {
-  return {{"device", losses.device},
-          {"transport", losses.transport},
-          {"overflow", losses.overflow},
-          {"queue", losses.queue},
-          {"writer", losses.writer}};
-}
-
 void warn_of_losses(const LossCounters& losses, ScanSession& session) {
   if (losses.total() == 0) return;
   std::vector<std::string> parts;
-  for (const auto& [where, count] : named(losses)) parts.push_back(fmt::format("{} {}", where, count));
+  for (const auto& [where, count] : losses_by_name(losses)) parts.push_back(fmt::format("{} {}", where, count));
   session.warn(WarningCode::kPicturesLost,
                fmt::format("pictures lost: {}; docs/devices.md says what the words mean", fmt::join(parts, ", ")));
 }

@@ -1,10 +1,7 @@
 // Finds a scanner for a live scan or a recording, opens it, and chooses its streams.
 #pragma once
 
-#include <cstdint>
-#include <map>
 #include <stop_token>
-#include <string>
 
 #include "acquire/live/live_source.h"
 #include "core/result.h"
@@ -25,9 +22,6 @@ enum class Calibration { kRequired, kOptional };
 /// Options with the limits of the request. Events of the scanner become warnings of `session`, which outlives the
 /// source.
 [[nodiscard]] LiveOptions live_options(const ScannerRequest& request, PoseMode poses, ScanSession& session);
-
-/// The losses by their names in the report.
-[[nodiscard]] std::map<std::string, std::uint64_t> named(const LossCounters& losses);
 
 /// Warns of lost pictures, if there are any.
 void warn_of_losses(const LossCounters& losses, ScanSession& session);
