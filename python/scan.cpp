@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -10,6 +11,8 @@
 
 #include "app/config/config_load.h"
 #include "app/config/outputs.h"
+#include "app/report/report_json.h"
+#include "app/report/run.h"
 #include "python/arrays.h"
 #include "scan/scan.h"
 
@@ -83,9 +86,23 @@ ScanJob job_for(const std::filesystem::path& recording, const std::filesystem::p
   return job;
 }
 
+/// `json` as Python's own objects.
+py::object loaded_json(const std::string& json) {
+  return py::module_::import("json").attr("loads")(json);
+}
+
+py::list poses_of_frames(const Trajectory& trajectory) {
+  py::list poses;
+  for (const PosedFrame& frame : trajectory) {
+    poses.append(py::make_tuple(frame.sequence, matrix_of(frame.T_world_camera)));
+  }
+  return poses;
+}
+
 py::dict scan(const std::filesystem::path& recording, const std::filesystem::path& output,
               const std::vector<std::string>& presets, const std::vector<std::string>& settings,
               const py::object& progress, const py::object& warning) {
+  const auto begin = std::chrono::steady_clock::now();
   const ScanJob job = job_for(recording, output, presets, settings);
   PythonObserver observer(progress, warning);
   ScanResult result;
@@ -99,13 +116,12 @@ py::dict scan(const std::filesystem::path& recording, const std::filesystem::pat
   summary["files"] = result.files;
   summary["frames"] = py::dict(py::arg("read") = result.frames.read, py::arg("fused") = result.frames.fused,
                                py::arg("dropped") = result.frames.dropped, py::arg("lost") = result.frames.lost);
-  py::list poses;
-  for (const PosedFrame& frame : result.trajectory)
-    poses.append(py::make_tuple(frame.sequence, matrix_of(frame.T_world_camera)));
-  summary["poses"] = poses;
+  summary["poses"] = poses_of_frames(result.trajectory);
   summary["warnings"] = result.warnings;
   summary["triangles"] = result.mesh.check ? result.mesh.check->triangles : 0;
   summary["is_turntable"] = result.turntable && result.turntable->is_refined;
+  const bool was_ended = observer.stop().stop_requested();
+  summary["report"] = loaded_json(report_json(close_run(std::move(result), was_ended, begin)));
   return summary;
 }
 
@@ -121,16 +137,17 @@ void add_scan(py::module_& module) {
       .def("__repr__", [](const ScanWarning& warning) {
         return std::string("<ScanWarning ") + to_string(warning.code) + ": " + warning.text + ">";
       });
-  module.def("scan", &scan, py::arg("recording"), py::arg("output"), py::kw_only(),
-             py::arg("presets") = std::vector<std::string>(), py::arg("settings") = std::vector<std::string>(),
-             py::arg("progress") = py::none(), py::arg("warning") = py::none(),
-             "Scans a recording as `scanknit run` does, and writes the same files, but for the report.\n\n"
-             "output: a folder, or one mesh file. presets: names, as --preset takes them. settings: \"key=value\", as\n"
-             "--set takes them. progress(what, done, total): called between frames; False ends the frames, and what "
-             "has\n"
-             "been fused becomes the mesh. warning(ScanWarning): called for each warning.\n"
-             "Returns a dict: files (kind to path), frames (counts), poses (number and 4 x 4 matrix of each frame in "
-             "the\nmesh), warnings, triangles, is_turntable. Raises Error.");
+  module.def(
+      "scan", &scan, py::arg("recording"), py::arg("output"), py::kw_only(),
+      py::arg("presets") = std::vector<std::string>(), py::arg("settings") = std::vector<std::string>(),
+      py::arg("progress") = py::none(), py::arg("warning") = py::none(),
+      "Scans a recording as `scanknit run` does, and writes the same files, but for the report.\n\n"
+      "output: a folder, or one mesh file. presets: names, as --preset takes them. settings: \"key=value\", as\n"
+      "--set takes them. progress(what, done, total): called between frames; False ends the frames, and what "
+      "has\n"
+      "been fused becomes the mesh. warning(ScanWarning): called for each warning.\n"
+      "Returns a dict: files (kind to path), frames (counts), poses (number and 4 x 4 matrix of each frame in "
+      "the\nmesh), warnings, triangles, is_turntable, report (what report.json has: docs/report.md). Raises Error.");
 }
 
 }  // namespace scanknit

@@ -1,7 +1,5 @@
 #include "app/report/conclude.h"
 
-#include <sys/resource.h>
-
 #include <utility>
 
 #include "app/exit_codes.h"
@@ -13,12 +11,6 @@
 
 namespace scanknit {
 namespace {
-
-double peak_rss_mib() {
-  rusage usage{};
-  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
-  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
-}
 
 /// True when the volume reached its budget, tracking was lost, and the incomplete volume was meshed.
 bool is_partial(const CommandRun& run) {
@@ -78,20 +70,6 @@ void advise(const CommandRun& run, const Outputs& outputs, const CommonArguments
 }
 
 }  // namespace
-
-CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
-  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
-  CommandRun run{std::move(scan), "ok", kExitOk, spent.count(), peak_rss_mib()};
-  const Result<void>& outcome = run.scan.outcome;
-  if (!outcome) {
-    run.status = outcome.error().text();
-    run.exit_code = exit_code_of(outcome.error().code);
-  }
-  if (!was_interrupted) return run;
-  run.exit_code = kExitInterrupted;
-  if (outcome) run.status = "interrupted: the data so far were meshed and written";
-  return run;
-}
 
 int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
   const bool has_report = outputs.report && wants_report(run);

@@ -1,6 +1,7 @@
 """The Python module: arrays in, meshes out, the same bytes as the program's, and errors that say what is wrong."""
 
 import ast
+import json
 import os
 import pathlib
 import subprocess
@@ -228,6 +229,11 @@ class Recordings(unittest.TestCase):
         self.assertEqual([number for number, _ in scan["poses"]], list(range(6)))
         self.assertIn(("fusing", 6, 6), seen)
         self.assertEqual([str(warning) for warning in warnings], [warning.text for warning in scan["warnings"]])
+        with open(os.path.join(self.path("run"), "report.json"), encoding="utf-8") as file:
+            report = json.load(file)
+        self.assertEqual(scan["report"].keys(), report.keys())
+        for name in ("status", "exit_code", "frames", "tracking", "volume", "mesh", "holes", "fit", "finish", "config"):
+            self.assertEqual(scan["report"][name], report[name], name)
 
     def test_a_cancelled_scan_is_the_mesh_of_what_was_fused(self):
         def stop_after_two(what, done, total):
@@ -237,6 +243,7 @@ class Recordings(unittest.TestCase):
                              progress=stop_after_two)
         self.assertLess(scan["frames"]["fused"], 6)
         self.assertGreater(scan["triangles"], 100)
+        self.assertEqual(scan["report"]["exit_code"], 130)
         codes = {warning.code: warning.text for warning in scan["warnings"]}
         self.assertIn("interrupted", codes["stopped_early"])
 
