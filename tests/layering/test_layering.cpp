@@ -371,9 +371,54 @@ TEST(Layering, WhatIsNotForUsersIsFound) {
   EXPECT_FALSE(may_include("zlib.h", false));
 }
 
+std::string text_of(const fs::path& path) {
+  std::ifstream file(fs::path(scanknit::test::kSourceDir) / path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// From the first line that begins with `begin` to the next line that is `end`; empty if there is none.
+std::string block_of(const std::string& text, const std::string& begin, const std::string& end) {
+  const std::size_t first = text.find("\n" + begin);
+  const std::size_t last = first == std::string::npos ? first : text.find("\n" + end + "\n", first);
+  return last == std::string::npos ? "" : text.substr(first + 1, last - first + end.size());
+}
+
+TEST(Layering, TheDriverOnThePageOfTheArchitectureIsTheDriver) {
+  const std::string driver = "Result<void> ScanPass::run() {";
+  const std::string source = block_of(text_of("scan/scan_pass.cpp"), driver, "}");
+  EXPECT_GT(std::count(source.begin(), source.end(), '\n'), 5);
+  EXPECT_EQ(block_of(text_of("docs/architecture.md"), driver, "}"), source);
+}
+
+TEST(Layering, BlocksAreFound) {
+  const std::string text = "int f();\n\nint f() {\n  return 1;\n}\n\nint g() {\n}\n";
+  EXPECT_EQ(block_of(text, "int f() {", "}"), "int f() {\n  return 1;\n}");
+  EXPECT_EQ(block_of(text, "int h() {", "}"), "");
+  EXPECT_EQ(block_of(text, "int f() {", "```"), "");
+}
+
+/// The files of each folder of the rooms.
+std::map<std::string, std::size_t> files_by_folder() {
+  std::map<std::string, std::size_t> files;
+  for (const std::string& room : kRooms) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(scanknit::test::kSourceDir) / room)) {
+      const fs::path path = fs::relative(entry.path(), scanknit::test::kSourceDir);
+      const bool is_of_a_package = path.string().find("node_modules") != std::string::npos;
+      if (entry.is_regular_file() && !is_of_a_package) ++files[path.parent_path().string()];
+    }
+  }
+  return files;
+}
+
+TEST(Layering, NoFolderHasTooManyFiles) {
+  constexpr std::size_t kMostFiles = 26;
+  const auto folders = files_by_folder();
+  EXPECT_TRUE(folders.contains("core"));
+  for (const auto& [folder, files] : folders) EXPECT_LE(files, kMostFiles) << folder << ": divide it by subjects";
+}
+
 TEST(Layering, InstalledHeadersAreFewAndOnThePageOfPackages) {
-  std::ifstream file(fs::path(scanknit::test::kSourceDir) / "docs" / "packages.md");
-  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  const std::string page = text_of("docs/packages.md");
   const std::set<std::string> installed = installed_headers();
   for (const std::string& header : installed) {
     EXPECT_NE(page.find("`" + header + "`"), std::string::npos) << header;
