@@ -25,6 +25,13 @@ std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportCon
   return unused;
 }
 
+/// True if the user asked for a size of holes. A whole configuration, as `config print` writes it, gives every key:
+/// there the built-in size says nothing.
+bool wants_max_hole(const ScanJob& job) {
+  const bool is_built_in = job.config.finish.max_hole_m == FinishConfig{}.max_hole_m;
+  return job.gives(kMaxHole) && !(is_built_in && job.gives("finish.watertight"));
+}
+
 /// The keys of `finish:` that are set without effect, each with the key that it depends on.
 std::vector<std::string> unused_finish_keys(const ScanJob& job) {
   const FinishConfig& config = job.config.finish;
@@ -33,7 +40,7 @@ std::vector<std::string> unused_finish_keys(const ScanJob& job) {
     unused.emplace_back("finish.ground_clearance (finish.ground)");
   }
   if (config.watertight != Watertight::kOff) return unused;
-  if (job.gives(kMaxHole)) unused.emplace_back("finish.max_hole (finish.watertight)");
+  if (wants_max_hole(job)) unused.emplace_back("finish.max_hole (finish.watertight)");
   if (config.invented_colour) unused.emplace_back("finish.mark_invented (finish.watertight)");
   return unused;
 }
@@ -46,7 +53,7 @@ void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
   };
   warn_of(unused_glb_keys(job.files, job.config.output), "for GLB only, and none is written");
   warn_of(unused_finish_keys(job), "of no effect, since the key in brackets is off");
-  if (job.config.finish.watertight == Watertight::kFull && job.gives(kMaxHole)) {
+  if (job.config.finish.watertight == Watertight::kFull && wants_max_hole(job)) {
     warn_of({kMaxHole}, "of no effect with finish.watertight: full, which closes every hole");
   }
 }
