@@ -17,6 +17,7 @@ PassResult run_pass(const ScanJob& job, const PassInput& input, PoseRefiner& ref
   made.taken = pass.intake().taken();
   made.left_out = pass.intake().left_out();
   made.crop = pass.crop();
+  made.has_given_up = pass.has_given_up();
   return made;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "acquire/convert/cut_recording.h"
@@ -86,14 +87,35 @@ class RecordingScan {
     auto opened = open_recording(job_.input, job_.config.acquire);
     if (!opened) return opened.error();
     for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
-    apply_sensor((*opened)->info().sensor, job_.config, session_);
+    possible_timing_ = apply_sensor((*opened)->info().sensor, job_.config, session_);
     source_ = paced(*std::move(opened), job_.pace, job_.pace_control());
     const PoseMode poses = source_->info().poses;
     if (auto fits = check_budget(job_.input, poses, job_.config, session_.stop()); !fits) return fits;
     return session_.observer().on_open(source_->info());
   }
 
-  [[nodiscard]] Result<void> walk() { return keep(scan_walk(job_, input_of(*source_), session_)); }
+  /// If frames are lost, and the sensor may have a rolling shutter, scans them again with it; and once more without it
+  /// if that hardly loses fewer.
+  [[nodiscard]] Result<void> walk() {
+    constexpr double kMostLost = 0.01;
+    constexpr double kFewer = 0.9;
+    PassInput input = input_of(*source_);
+    if (possible_timing_) input.most_lost = kMostLost;
+    PassResult walked = scan_walk(job_, input, session_);
+    if (!walked.has_given_up) return keep(std::move(walked));
+    const FrameCounts& counts = walked.scan.frames;
+    const double lost_share = static_cast<double>(counts.lost) / static_cast<double>(counts.lost + counts.fused);
+    session_.info(fmt::format("{} frames were lost: they are scanned again with a rolling shutter of {:.0f} ms",
+                              counts.lost, possible_timing_->readout_s * 1000));
+    const AcquireConfig without_timing = job_.config.acquire;
+    job_.config.acquire.readout_s = possible_timing_->readout_s;
+    job_.config.acquire.colour_later_s = possible_timing_->colour_later_s;
+    walked = walk_again(std::move(walked), kFewer * lost_share);
+    if (!walked.has_given_up) return keep(std::move(walked));
+    session_.info("that loses hardly fewer: they are scanned without it");
+    job_.config.acquire = without_timing;
+    return keep(walk_again(std::move(walked)));
+  }
 
   /// Scans a turntable. If it turns out to be none, scans the recording as a walk.
   [[nodiscard]] Result<void> turn() {
@@ -101,20 +123,24 @@ class RecordingScan {
     const bool has_still_scene = turned.scan.turntable->has_still_scene;
     const bool differs_from_walk = turned.scan.tracking && (has_still_scene || job_.config.fusion.loop_closure);
     const bool is_done = !turned.scan.outcome || turned.scan.turntable->is_refined || session_.is_stopped();
-    return is_done || !differs_from_walk ? keep(std::move(turned)) : walk_again(std::move(turned));
+    return keep(is_done || !differs_from_walk ? std::move(turned) : walk_again(std::move(turned)));
   }
 
-  /// Scans the same frames again, now as a walk: with everything that stands still.
-  [[nodiscard]] Result<void> walk_again(PassResult turned) {
-    const auto frames = open_frames(job_, &turned.taken);
-    if (!frames) turned.scan.outcome = frames.error();
-    if (!frames) return keep(std::move(turned));
+  /// Scans the same frames again, as a walk.
+  [[nodiscard]] PassResult walk_again(PassResult first, double most_lost = 1) {
+    const auto frames = open_frames(job_, &first.taken);
+    if (!frames) {
+      first.scan.outcome = frames.error();
+      first.has_given_up = false;
+      return first;
+    }
     PassInput input = input_of(**frames);
-    input.counted = turned.left_out;
-    input.crop = turned.crop;
+    input.most_lost = most_lost;
+    input.counted = first.left_out;
+    input.crop = first.crop;
     PassResult walked = scan_walk(job_, input, session_);
-    walked.scan = replacing(std::move(turned.scan), std::move(walked.scan));
-    return keep(std::move(walked));
+    walked.scan = replacing(std::move(first.scan), std::move(walked.scan));
+    return walked;
   }
 
   Result<void> keep(PassResult made) {
@@ -130,6 +156,7 @@ class RecordingScan {
   ScanSession session_;
   FrameArchive archive_;
   std::unique_ptr<FrameSource> source_;
+  std::optional<FrameTiming> possible_timing_;  ///< of a sensor that may be simulated: apply_sensor()
   ScanResult result_;
 };
 

@@ -1,5 +1,6 @@
 #include "scan/scan_pass.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/files/atomic_file.h"
@@ -22,6 +23,7 @@ Result<void> ScanPass::run() {
   if (auto begun = begin(); !begun) return begun;
   if (auto fused = track_and_fuse(); !fused) return fused;
   find_lost();
+  if (auto enough = check_lost(); !enough) return enough;
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
   return write_texture();
@@ -60,6 +62,15 @@ void ScanPass::find_lost() {
   if (found) return;
   session_.warn(WarningCode::kTrackingLost,
                 "frames that were lost could not be looked for again: " + found.error().text());
+}
+
+/// An error when the pass gives up.
+Result<void> ScanPass::check_lost() {
+  const auto lost = static_cast<double>(intake_.counts().lost);
+  const double lost_share = lost / std::max(1.0, lost + static_cast<double>(intake_.counts().fused));
+  has_given_up_ = lost_share > input_.most_lost && !session_.is_stopped();
+  if (!has_given_up_) return {};
+  return Error{ErrorCode::kTooLittle, "more frames were lost than this pass may lose"};
 }
 
 /// Writes the mesh of the tracked frames first, so that it exists whatever happens later.

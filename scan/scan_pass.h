@@ -22,9 +22,11 @@ namespace scanknit {
 /// The frames of a pass, and how to take them.
 struct PassInput {
   FrameSource& source;
-  const FrameArchive& archive;      ///< gives the same frames again, after they have ended
-  std::stop_token stop = {};        ///< ends the frames; the session's stop token ends the steps after them
-  bool is_paced = false;            ///< frames come at their own pace: a paused scan skips them
+  const FrameArchive& archive;  ///< gives the same frames again, after they have ended
+  std::stop_token stop = {};    ///< ends the frames; the session's stop token ends the steps after them
+  bool is_paced = false;        ///< frames come at their own pace: a paused scan skips them
+  /// A pass that loses a larger share of its frames gives up: it ends after them, and writes nothing.
+  double most_lost = 1;
   bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
   FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};
@@ -45,6 +47,8 @@ class ScanPass {
   /// Counts of the frames that were read; valid after run().
   [[nodiscard]] const FrameIntake& intake() const { return intake_; }
   [[nodiscard]] const CropBox& crop() const { return crop_; }
+  /// True after run() when it gave up: PassInput::most_lost.
+  [[nodiscard]] bool has_given_up() const { return has_given_up_; }
 
   /// Everything that was made and measured, also after an error, which the result does not have.
   [[nodiscard]] ScanResult result() const;
@@ -53,6 +57,7 @@ class ScanPass {
   [[nodiscard]] Result<void> begin();
   [[nodiscard]] Result<void> track_and_fuse();
   void find_lost();
+  [[nodiscard]] Result<void> check_lost();
   [[nodiscard]] Result<void> write_tracked();
   [[nodiscard]] Result<void> refine();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);
@@ -78,6 +83,7 @@ class ScanPass {
   ScanSession& session_;
   FrameIntake intake_;
   std::optional<Reconstruction> scan_;
+  bool has_given_up_ = false;
   ScanPhase phase_ = ScanPhase::kWaiting;
   CropBox crop_;
   Result<void> tracking_verdict_;

@@ -59,10 +59,12 @@ void apply_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& s
 
 }  // namespace
 
-void apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session) {
+std::optional<FrameTiming> apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config,
+                                        ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
   if (!acquire.sensor && recognised) report_sensor(*recognised, session);
   const bool is_by_depth = !acquire.sensor && recognised && recognised->is_by_depth;
+  const bool leaves_timing = !acquire.readout_s && !acquire.colour_later_s;
   if (!acquire.sensor) acquire.sensor = recognised ? recognised->model : SensorModel::kNone;
   const SensorProfile* profile = find_sensor(*acquire.sensor);
   const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
@@ -70,6 +72,8 @@ void apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig&
   // Depth that is rendered with a sensor's steps is rarely rendered with its shutter.
   apply_timing(is_by_depth ? FrameTiming{} : sensor.timing, acquire);
   apply_range(sensor, config, session);
+  const bool may_have_timing = is_by_depth && leaves_timing && !sensor.timing.is_at_once();
+  return may_have_timing ? std::optional(sensor.timing) : std::nullopt;
 }
 
 }  // namespace scanknit

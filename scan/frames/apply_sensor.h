@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "acquire/frame_source.h"
+#include "core/frame_timing.h"
 #include "scan/scan_config.h"
 #include "scan/scan_session.h"
 
@@ -12,6 +13,10 @@ namespace scanknit {
 /// Sets the range, the noise and the timing that `config` leaves to the sensor; `recognised` is that sensor (nothing:
 /// unknown). Says which sensor and which range were chosen, in one line each. Afterwards `config` leaves nothing to the
 /// sensor: it opens the recording again with the same settings.
-void apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config, ScanSession& session);
+///
+/// A sensor that was recognised by its depth alone may be simulated, without its shutter: then `config` has no timing,
+/// and this returns the timing that the sensor would have (nothing: the timing is certain).
+std::optional<FrameTiming> apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config,
+                                        ScanSession& session);
 
 }  // namespace scanknit

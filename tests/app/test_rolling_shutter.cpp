@@ -52,5 +52,23 @@ TEST(RollingShutter, IsTakenOutOfAQuickTurn) {
   EXPECT_LT(known.mean_surface_error_m, 0.7 * as_if_at_once.mean_surface_error_m);
 }
 
+TEST(RollingShutter, IsTriedWhereFramesAreLostAndOnlyDepthTellsTheSensor) {
+  const TempFolder folder;
+  const std::string recording = folder / "recording";
+  const Outcome synth =
+      scanknit_command({"synth", "desk", "-o", recording, "--frames", "110", "--width", "320", "--height", "240",
+                        "--path", "turns", "--sensor", "kinect1", "--seed", "3", "--quiet"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  const Outcome run =
+      scanknit_command({"run", recording, "-o", folder / "out", "--poses", "track", "--set", "fusion.voxel_size=1cm"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("frames were lost: they are scanned again with a rolling shutter of 31 ms"), std::string::npos)
+      << run.err;
+  const Json report = Json::parse(read_text(folder / "out/report.json"), nullptr, false);
+  EXPECT_EQ(report["frames"]["lost"], 0);
+  EXPECT_EQ(report["frames"]["fused"], report["frames"]["read"]);
+  EXPECT_GT(report["config"]["acquire"]["readout"], 0.03);
+}
+
 }  // namespace
 }  // namespace scanknit

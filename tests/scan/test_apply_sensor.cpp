@@ -1,6 +1,7 @@
 // What a configuration leaves to the sensor.
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,10 +54,23 @@ TEST(AppliedSensor, GivesItsTimingUnlessItIsGiven) {
   EXPECT_TRUE(applied({}, SensorModel::kNone).acquire.timing().is_at_once());
 }
 
-TEST(AppliedSensor, GivesNoTimingWhereItIsRecognisedByItsDepthAlone) {
+/// What apply_sensor() says of the timing of a Kinect that was recognised by its depth alone.
+std::optional<FrameTiming> possible_timing(ScanConfig config) {
+  Listener listener;
+  ScanSession session(listener, {});
+  return apply_sensor(RecognisedSensor{SensorModel::kKinectV1, "it says so", /*is_by_depth=*/true}, config, session);
+}
+
+TEST(AppliedSensor, GivesOnlyAPossibleTimingWhereItIsRecognisedByItsDepthAlone) {
   const ScanConfig config = applied({}, SensorModel::kKinectV1, nullptr, /*is_by_depth=*/true);
   EXPECT_EQ(config.acquire.sensor, SensorModel::kKinectV1);
   EXPECT_TRUE(config.acquire.timing().is_at_once());
+  const auto possible = possible_timing({});
+  ASSERT_TRUE(possible);
+  EXPECT_EQ(possible->readout_s, find_sensor(SensorModel::kKinectV1)->timing.readout_s);
+  ScanConfig given;
+  given.acquire.readout_s = 0;
+  EXPECT_FALSE(possible_timing(given));
 }
 
 TEST(AppliedSensor, EndsDepthWhereTheNoiseExceedsSomeVoxels) {
