@@ -16,7 +16,7 @@ struct PassResult {
   SequenceRanges taken;  ///< FrameIntake::taken()
   FrameCounts left_out;  ///< FrameIntake::left_out()
   CropBox crop;
-  bool has_given_up = false;  ///< PassInput::most_lost
+  bool has_given_up = false;  ///< PassInput::lost_limits
 };
 
 /// Scans the frames as they come; closes loops if poses are tracked and fusion.loop_closure is on.

@@ -100,21 +100,22 @@ class RecordingScan {
     constexpr double kMostLost = 0.01;
     constexpr double kFewer = 0.9;
     PassInput input = input_of(*source_);
-    if (possible_timing_) input.most_lost = kMostLost;
-    PassResult walked = scan_walk(job_, input, session_);
-    if (!walked.has_given_up) return keep(std::move(walked));
-    const FrameCounts& counts = walked.scan.frames;
+    if (possible_timing_) input.lost_limits.share = kMostLost;
+    PassResult first = scan_walk(job_, input, session_);
+    if (!first.has_given_up) return keep(std::move(first));
+    const FrameCounts& counts = first.scan.frames;
     const double lost_share = static_cast<double>(counts.lost) / static_cast<double>(counts.lost + counts.fused);
     session_.info(fmt::format("{} frames were lost: they are scanned again with a rolling shutter of {:.0f} ms",
                               counts.lost, possible_timing_->readout_s * 1000));
     const AcquireConfig without_timing = job_.config.acquire;
     job_.config.acquire.readout_s = possible_timing_->readout_s;
     job_.config.acquire.colour_later_s = possible_timing_->colour_later_s;
-    walked = walk_again(std::move(walked), kFewer * lost_share);
-    if (!walked.has_given_up) return keep(std::move(walked));
+    const LostLimits limits{kFewer * lost_share, counts.lost + first.scan.tracking->found_later};
+    PassResult timed = walk_again(first, limits);
+    if (!timed.has_given_up) return keep(std::move(timed));
     session_.info("that loses hardly fewer: they are scanned without it");
     job_.config.acquire = without_timing;
-    return keep(walk_again(std::move(walked)));
+    return keep(walk_again(std::move(first)));
   }
 
   /// Scans a turntable. If it turns out to be none, scans the recording as a walk.
@@ -127,7 +128,7 @@ class RecordingScan {
   }
 
   /// Scans the same frames again, as a walk.
-  [[nodiscard]] PassResult walk_again(PassResult first, double most_lost = 1) {
+  [[nodiscard]] PassResult walk_again(PassResult first, const LostLimits& limits = {}) {
     const auto frames = open_frames(job_, &first.taken);
     if (!frames) {
       first.scan.outcome = frames.error();
@@ -135,7 +136,7 @@ class RecordingScan {
       return first;
     }
     PassInput input = input_of(**frames);
-    input.most_lost = most_lost;
+    input.lost_limits = limits;
     input.counted = first.left_out;
     input.crop = first.crop;
     PassResult walked = scan_walk(job_, input, session_);

@@ -44,6 +44,7 @@ Result<void> ScanPass::track_and_fuse() {
   while (!intake_.is_over()) {
     if (auto frame = intake_.next()) {
       if (auto added = add(*frame); !added) return added;
+      if (intake_.counts().lost > input_.lost_limits.at_first) return give_up();
     } else {
       session_.observer().on_no_frame(nullptr, state());
     }
@@ -68,8 +69,11 @@ void ScanPass::find_lost() {
 Result<void> ScanPass::check_lost() {
   const auto lost = static_cast<double>(intake_.counts().lost);
   const double lost_share = lost / std::max(1.0, lost + static_cast<double>(intake_.counts().fused));
-  has_given_up_ = lost_share > input_.most_lost && !session_.is_stopped();
-  if (!has_given_up_) return {};
+  return lost_share > input_.lost_limits.share && !session_.is_stopped() ? give_up() : Result<void>();
+}
+
+Result<void> ScanPass::give_up() {
+  has_given_up_ = true;
   return Error{ErrorCode::kTooLittle, "more frames were lost than this pass may lose"};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <stop_token>
 
@@ -19,14 +20,19 @@
 
 namespace scanknit {
 
+/// A pass that loses more frames gives up, and writes nothing.
+struct LostLimits {
+  double share = 1;                                                ///< of the frames, at the end of the pass
+  std::size_t at_first = std::numeric_limits<std::size_t>::max();  ///< at any time, before they are looked for again
+};
+
 /// The frames of a pass, and how to take them.
 struct PassInput {
   FrameSource& source;
   const FrameArchive& archive;  ///< gives the same frames again, after they have ended
   std::stop_token stop = {};    ///< ends the frames; the session's stop token ends the steps after them
   bool is_paced = false;        ///< frames come at their own pace: a paused scan skips them
-  /// A pass that loses a larger share of its frames gives up: it ends after them, and writes nothing.
-  double most_lost = 1;
+  LostLimits lost_limits = {};
   bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
   FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};
@@ -47,7 +53,7 @@ class ScanPass {
   /// Counts of the frames that were read; valid after run().
   [[nodiscard]] const FrameIntake& intake() const { return intake_; }
   [[nodiscard]] const CropBox& crop() const { return crop_; }
-  /// True after run() when it gave up: PassInput::most_lost.
+  /// True after run() when it gave up: PassInput::lost_limits.
   [[nodiscard]] bool has_given_up() const { return has_given_up_; }
 
   /// Everything that was made and measured, also after an error, which the result does not have.
@@ -58,6 +64,7 @@ class ScanPass {
   [[nodiscard]] Result<void> track_and_fuse();
   void find_lost();
   [[nodiscard]] Result<void> check_lost();
+  [[nodiscard]] Result<void> give_up();
   [[nodiscard]] Result<void> write_tracked();
   [[nodiscard]] Result<void> refine();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);
