@@ -97,8 +97,8 @@ class RecordingScan {
   /// If frames are lost, and the sensor may have a rolling shutter, scans them again with it; and once more without it
   /// if that hardly loses fewer.
   [[nodiscard]] Result<void> walk() {
-    constexpr double kMostLost = 0.01;
-    constexpr double kFewer = 0.9;
+    constexpr double kMostLost = 0.01;  // a good scan fuses 99 % of its frames
+    constexpr double kFewer = 0.9;      // a tenth fewer is more than chance
     PassInput input = input_of(*source_);
     if (possible_timing_) input.lost_limits.share = kMostLost;
     PassResult first = scan_walk(job_, input, session_);

@@ -44,7 +44,7 @@ Result<void> ScanPass::track_and_fuse() {
   while (!intake_.is_over()) {
     if (auto frame = intake_.next()) {
       if (auto added = add(*frame); !added) return added;
-      if (intake_.counts().lost > input_.lost_limits.at_first) return give_up();
+      if (intake_.counts().lost > input_.lost_limits.at_first && !session_.is_stopped()) return give_up();
     } else {
       session_.observer().on_no_frame(nullptr, state());
     }

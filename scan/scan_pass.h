@@ -20,7 +20,7 @@
 
 namespace scanknit {
 
-/// A pass that loses more frames gives up, and writes nothing.
+/// A pass that loses more frames gives up, and writes nothing; unless the scan was stopped.
 struct LostLimits {
   double share = 1;                                                ///< of the frames, at the end of the pass
   std::size_t at_first = std::numeric_limits<std::size_t>::max();  ///< at any time, before they are looked for again

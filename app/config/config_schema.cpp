@@ -182,8 +182,8 @@ std::vector<ConfigKey> timing_keys() {
       optional_number(
           {"acquire.readout", "s",
            "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion "
-           "out of the frames. 0: all rows at once. auto: the sensor's, unless its depth alone tells which sensor it "
-           "is."},
+           "out of the frames. 0: all rows at once. auto: the sensor's; if its depth alone tells which sensor it is, "
+           "only where too many frames are lost without it."},
           {0, 1}, [](auto& c) -> auto& { return c.acquire.readout_s; }),
       optional_number(
           {"acquire.colour_later", "s",

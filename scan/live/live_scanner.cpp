@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquire/live/loss_names.h"
+
 namespace scanknit {
 namespace {
 

@@ -125,7 +125,7 @@ TEST(AppliedSensor, TakesANoiseThatIsGivenInPart) {
   EXPECT_EQ(noise.growth_per_m, kStereoNoise.growth_per_m);
 }
 
-TEST(AppliedSensor, IsSettledOnce) {
+TEST(AppliedSensor, IsAppliedOnce) {
   const ScanConfig once = applied(with_voxels(0.002), SensorModel::kRealsenseD400);
   std::vector<std::string> lines;
   const ScanConfig twice = applied(once, SensorModel::kNone, &lines);
