@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "fusion/align/align_scans.h"
-#include "fusion/integrate/range_integrate.h"
+#include "fusion/range/range_integrate.h"
 #include "synth/render.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"

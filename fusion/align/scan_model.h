@@ -9,8 +9,8 @@
 #include "core/mesh.h"
 #include "core/pose.h"
 #include "core/range_scan.h"
-#include "fusion/integrate/range_surface.h"
-#include "fusion/integrate/range_view.h"
+#include "fusion/range/range_surface.h"
+#include "fusion/range/range_view.h"
 
 namespace scanknit {
 

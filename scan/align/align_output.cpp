@@ -9,7 +9,7 @@
 #include "export/mesh/write_points.h"
 #include "export/picture/preview.h"
 #include "export/trajectory.h"
-#include "fusion/integrate/range_integrate.h"
+#include "fusion/range/range_integrate.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "fusion/align/align_scans.h"
-#include "fusion/integrate/range_surface.h"
+#include "fusion/range/range_surface.h"
 #include "synth/render.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"

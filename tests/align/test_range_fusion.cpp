@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "fusion/integrate/range_integrate.h"
-#include "fusion/integrate/range_surface.h"
+#include "fusion/range/range_integrate.h"
+#include "fusion/range/range_surface.h"
 
 namespace scanknit {
 namespace {

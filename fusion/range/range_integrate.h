@@ -4,7 +4,7 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "fusion/integrate/integrate.h"
-#include "fusion/integrate/range_view.h"
+#include "fusion/range/range_view.h"
 #include "fusion/volume/tsdf_volume.h"
 
 namespace scanknit {

@@ -1,4 +1,4 @@
-#include "fusion/integrate/range_integrate.h"
+#include "fusion/range/range_integrate.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -1,4 +1,4 @@
-#include "fusion/integrate/range_view.h"
+#include "fusion/range/range_view.h"
 
 #include <algorithm>
 #include <array>

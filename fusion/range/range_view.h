@@ -10,7 +10,7 @@
 #include "core/image.h"
 #include "core/range_scan.h"
 #include "core/voxel_codes.h"
-#include "fusion/integrate/range_surface.h"
+#include "fusion/range/range_surface.h"
 
 namespace scanknit {
 

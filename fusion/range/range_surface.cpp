@@ -1,4 +1,4 @@
-#include "fusion/integrate/range_surface.h"
+#include "fusion/range/range_surface.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
