@@ -94,13 +94,14 @@ class RecordingScan {
     return session_.observer().on_open(source_->info());
   }
 
-  /// If frames are lost, and the sensor may have a rolling shutter, scans them again with it; and once more without it
-  /// if that hardly loses fewer.
+  /// If frames are lost where the camera turns quickly, and the sensor may have a rolling shutter, scans them again
+  /// with it; and once more without it if that hardly loses fewer.
   [[nodiscard]] Result<void> walk() {
-    constexpr double kMostLost = 0.01;  // a good scan fuses 99 % of its frames
-    constexpr double kFewer = 0.9;      // a tenth fewer is more than chance
+    constexpr double kQuickTurn_rad_per_s = 1.2;  // a hand that walks turns by up to 0.9; the shutter matters beyond
+    constexpr double kMostLost = 0.01;            // a good scan fuses 99 % of its frames
+    constexpr double kFewer = 0.9;                // a tenth fewer is more than chance
     PassInput input = input_of(*source_);
-    if (possible_timing_) input.lost_limits.share = kMostLost;
+    if (possible_timing_) input.lost_limits = {.share = kMostLost, .turn_rad_per_s = kQuickTurn_rad_per_s};
     PassResult first = scan_walk(job_, input, session_);
     if (!first.has_given_up) return keep(std::move(first));
     const FrameCounts& counts = first.scan.frames;
@@ -110,7 +111,7 @@ class RecordingScan {
     const AcquireConfig without_timing = job_.config.acquire;
     job_.config.acquire.readout_s = possible_timing_->readout_s;
     job_.config.acquire.colour_later_s = possible_timing_->colour_later_s;
-    const LostLimits limits{kFewer * lost_share, counts.lost + first.scan.tracking->found_later};
+    const LostLimits limits{.share = kFewer * lost_share, .at_first = counts.lost + first.scan.tracking->found_later};
     PassResult timed = walk_again(first, limits);
     if (!timed.has_given_up) return keep(std::move(timed));
     session_.info("that loses hardly fewer: they are scanned without it");

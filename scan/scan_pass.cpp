@@ -5,11 +5,28 @@
 
 #include "core/files/atomic_file.h"
 #include "export/trajectory.h"
+#include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/write_surface.h"
 
 namespace scanknit {
+namespace {
+
+/// Between frames that follow each other; 0 without a clock, whose frames are a whole number apart.
+double fastest_turn_rad_per_s(const Trajectory& trajectory) {
+  constexpr double kLongest_s = 0.15;
+  double fastest = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    const double apart_s = trajectory[i].stamp - trajectory[i - 1].stamp;
+    if (!(apart_s > 0 && apart_s <= kLongest_s)) continue;
+    const Pose turn = trajectory[i - 1].T_world_camera.inverse() * trajectory[i].T_world_camera;
+    fastest = std::max(fastest, angle_of(turn) / apart_s);
+  }
+  return fastest;
+}
+
+}  // namespace
 
 ScanPass::ScanPass(const ScanJob& job, const PassInput& input, PoseRefiner& refiner, ScanSession& session)
     : job_(job),
@@ -69,7 +86,9 @@ void ScanPass::find_lost() {
 Result<void> ScanPass::check_lost() {
   const auto lost = static_cast<double>(intake_.counts().lost);
   const double lost_share = lost / std::max(1.0, lost + static_cast<double>(intake_.counts().fused));
-  return lost_share > input_.lost_limits.share && !session_.is_stopped() ? give_up() : Result<void>();
+  const LostLimits& limits = input_.lost_limits;
+  if (lost_share <= limits.share || session_.is_stopped()) return {};
+  return fastest_turn_rad_per_s(scan_->trajectory()) >= limits.turn_rad_per_s ? give_up() : Result<void>();
 }
 
 Result<void> ScanPass::give_up() {

@@ -22,7 +22,8 @@ namespace scanknit {
 
 /// A pass that loses more frames gives up, and writes nothing; unless the scan was stopped.
 struct LostLimits {
-  double share = 1;                                                ///< of the frames, at the end of the pass
+  double share = 1;           ///< of the frames, at the end of the pass ...
+  double turn_rad_per_s = 0;  ///< ... if the camera turned faster than this between two frames with a clock
   std::size_t at_first = std::numeric_limits<std::size_t>::max();  ///< at any time, before they are looked for again
 };
 
