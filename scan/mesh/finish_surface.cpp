@@ -394,11 +394,11 @@ FinishedSurface finished_surface(const FieldView& view, const FinishRequest& req
 FinishedSurface finished_mesh(Surface surface, const FinishRequest& request, ScanSession& session) {
   const FinishConfig& config = request.config.finish;
   if (config.changes_volume() || config.needs_plane()) {
-    const Error error(
+    const Error error{
         ErrorCode::kConfig,
         "finish.crop, finish.ground, finish.watertight and finish.up: ground work on scans and .vdb only; leave "
         "them out for this volume",
-        "finish");
+        "finish"};
     return {.outcome = error, .surface = {}, .steps = {}};
   }
   return SurfaceFinisher(request, session).from_mesh(std::move(surface));
