@@ -290,11 +290,14 @@ Result<void> ScanPass::export_now(FilesByKind& files) {
 
 ScanResult ScanPass::result() const {
   ScanResult result;
+  RefinerResult refined = refiner_.result();
   result.frames = intake_.counts();
   result.volume = volume_;
   result.mesh = mesh_;
   result.texture = texture_;
-  for (const FilesByKind& files : {files_, mesh_.files}) {
+  result.loops = std::move(refined.loops);
+  result.turntable = std::move(refined.turntable);
+  for (const FilesByKind& files : {files_, mesh_.files, refined.files}) {
     for (const auto& [kind, path] : files) result.files[kind] = path;
   }
   if (scan_) {
@@ -302,7 +305,6 @@ ScanResult ScanPass::result() const {
     result.trajectory = scan_->trajectory();
     result.volume.is_budget_reached = scan_->is_budget_reached();
   }
-  refiner_.describe(result);
   return result;
 }
 

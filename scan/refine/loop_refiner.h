@@ -26,7 +26,7 @@ class LoopRefiner final : public PoseRefiner {
   [[nodiscard]] Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) override;
   [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
-  void describe(ScanResult& result) const override { result.loops = result_; }
+  [[nodiscard]] RefinerResult result() const override { return {.loops = result_}; }
 
  private:
   [[nodiscard]] LoopClosure find_loops();

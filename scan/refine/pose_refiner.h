@@ -17,6 +17,13 @@ struct TrackedWalk {
   const std::optional<TrackingResult>& tracking;  ///< nothing where poses are given
 };
 
+/// What a refiner found, whether or not its poses were taken.
+struct RefinerResult {
+  std::optional<LoopResult> loops = {};
+  std::optional<TurntableResult> turntable = {};
+  FilesByKind files = {};
+};
+
 /// A scan calls prepare() once, edit_for_tracking() and note_fused() for its frames, and start_over() when it begins
 /// again; then refine(), at most once. If that returns poses, edit_for_fusion() follows for each frame, then accept()
 /// or reject(). An error ends the scan.
@@ -50,8 +57,7 @@ class PoseRefiner {
 
   /// True when the world of the refined poses is not that of the tracked ones.
   [[nodiscard]] virtual bool moves_the_world() const { return false; }
-  /// Writes what it found into the result.
-  virtual void describe(ScanResult& result) const = 0;
+  [[nodiscard]] virtual RefinerResult result() const { return {}; }
 };
 
 /// Leaves all poses as they are.
@@ -62,7 +68,6 @@ class NoRefiner final : public PoseRefiner {
   }
   [[nodiscard]] Result<void> accept(TsdfVolume& /*volume*/) override { return {}; }
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& /*fused*/) override { return {}; }
-  void describe(ScanResult& /*result*/) const override {}
 };
 
 }  // namespace scanknit

@@ -333,13 +333,14 @@ Result<void> TurntableRefiner::reject(const Result<std::size_t>& fused) {
   return {};
 }
 
-void TurntableRefiner::describe(ScanResult& result) const {
-  result.turntable = result_;
+RefinerResult TurntableRefiner::result() const {
+  RefinerResult result{.turntable = result_};
   if (is_prepared_ && !result_.is_refined && result_.reason.empty()) {
     result.turntable->reason =
         session_.is_stopped() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
   }
   if (has_cut_recording_) result.files["cut_recording"] = job_.cut_recording->string();
+  return result;
 }
 
 /// Finds the pairs of frames that fit each other; false: too few.

@@ -47,7 +47,7 @@ class TurntableRefiner final : public PoseRefiner {
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
   [[nodiscard]] bool moves_the_world() const override { return true; }
   /// If the scan ended between prepare() and refine(), the reason says so.
-  void describe(ScanResult& result) const override;
+  [[nodiscard]] RefinerResult result() const override;
 
  private:
   /// All frames that were read while tracking.
