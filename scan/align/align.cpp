@@ -80,20 +80,12 @@ class AlignRun {
   /// Finds the poses that are known before registration, and names the world that they are in.
   [[nodiscard]] Result<void> find_priors() {
     warn(unit_warnings(inputs_));
-    std::vector<std::string> warnings;
-    auto priors = load_align_priors(request_.known, inputs_, job_.config.acquire.limits, warnings);
-    if (!priors) return priors.error();
-    priors_ = *std::move(priors);
-    warn(warnings);
+    auto loaded = load_align_priors(request_.known, inputs_, job_.config.acquire.limits);
+    if (!loaded) return loaded.error();
+    priors_ = std::move(loaded->priors);
+    warn(loaded->warnings);
     if (priors_.T_world_scan[0]) inputs_.world = "that of the poses that were given";
-    const Eigen::Vector3d offset = move_near_origin(priors_);
-    if (!offset.isZero(0)) {
-      inputs_.world += fmt::format(", less {:.0f} {:.0f} {:.0f} m", offset.x(), offset.y(), offset.z());
-      warn(
-          {fmt::format("the given poses are far from the origin: the result is moved near it; add {:.0f} {:.0f} "
-                       "{:.0f} m to its positions",
-                       offset.x(), offset.y(), offset.z())});
-    }
+    move_near_origin();
     const bool has_given = std::any_of(inputs_.inputs.begin(), inputs_.inputs.end(),
                                        [](const AlignInput& input) { return input.T_world_scan.has_value(); });
     if (has_given && !priors_.are_final) {
@@ -102,6 +94,20 @@ class AlignRun {
           "poses or markers are given, or a scan without a pose is among them");
     }
     return {};
+  }
+
+  /// Moves poses that are far from the origin near it, because positions of the mesh are 32-bit floats.
+  void move_near_origin() {
+    const Eigen::Vector3d offset = offset_from_origin(priors_);
+    if (offset.isZero(0)) return;
+    for (auto& pose : priors_.T_world_scan) {
+      if (pose) pose->translation() -= offset;
+    }
+    inputs_.world += fmt::format(", less {:.0f} {:.0f} {:.0f} m", offset.x(), offset.y(), offset.z());
+    warn(
+        {fmt::format("the given poses are far from the origin: the result is moved near it; add {:.0f} {:.0f} "
+                     "{:.0f} m to its positions",
+                     offset.x(), offset.y(), offset.z())});
   }
 
   [[nodiscard]] Result<Alignment> compare() {

@@ -28,6 +28,15 @@ namespace fs = std::filesystem;
 constexpr std::size_t kSightFrames = 10;
 constexpr int kSightWidth = 160;
 
+/// The colours of the points that are in the surface.
+std::vector<Rgb8> colours_of(const RangeScan& scan, const RangeSurface& surface) {
+  std::vector<Rgb8> colours;
+  for (std::size_t i = 0; i < scan.colours.size(); ++i) {
+    if (surface.inset.pixels()[i] > 0) colours.push_back(scan.colours.pixels()[i]);
+  }
+  return colours;
+}
+
 /// A range scan from one centre, with every few pixels of the frame.
 RangeScan coarse_scan_of(const Frame& frame) {
   const int stride = std::max(1, frame.depth_m.width() / kSightWidth);
@@ -121,7 +130,7 @@ class InputLoader {
       input.world_up = is_ptx ? UpAxis::kZ : is_pcd ? UpAxis::kMinusY : UpAxis::kY;
       input.T_world_scan = T_world_scan;
       if (!T_world_scan && is_ptx) input.T_world_scan = scan.T_world_scan;
-      add_colours(scan, surface, input);
+      input.colours = colours_of(scan, surface);
       loaded_.models.push_back(model_of(scan, surface));
       loaded_.inputs.push_back(std::move(input));
       ++loaded_.frames.read;
@@ -131,13 +140,6 @@ class InputLoader {
       if (auto added = add_mesh(path, std::move(points)); !added) return added;
     }
     return {};
-  }
-
-  static void add_colours(const RangeScan& scan, const RangeSurface& surface, AlignInput& input) {
-    if (scan.colours.empty()) return;
-    for (std::size_t i = 0; i < scan.colours.size(); ++i) {
-      if (surface.inset.pixels()[i] > 0) input.colours.push_back(scan.colours.pixels()[i]);
-    }
   }
 
   [[nodiscard]] Result<void> load_mesh(const fs::path& path) {
@@ -181,16 +183,31 @@ class InputLoader {
     ScanSession own(session_.observer(), session_.stop());
     input.config = config_;
     apply_sensor((*source)->info().sensor, input.config, own);
-    const auto model = model_of_frames(**source, own, input);
+    auto fused = fuse_recording(**source, own, input);
     add_times(own.times(), session_.times());
-    if (!model) return model.error();
-    loaded_.models.push_back(*model);
+    if (!fused) return fused.error();
+    loaded_.models.push_back(std::move(fused->model));
+    input.trajectory = std::move(fused->trajectory);
+    add_counts(fused->frames);
     loaded_.inputs.push_back(std::move(input));
     return {};
   }
 
+  void add_counts(const FrameCounts& frames) {
+    loaded_.frames.read += frames.read;
+    loaded_.frames.dropped += frames.dropped;
+    loaded_.frames.lost += frames.lost;
+  }
+
+  struct FusedRecording {
+    ScanModel model;
+    Trajectory trajectory;
+    FrameCounts frames;
+  };
+
   /// Tracks and fuses all frames.
-  [[nodiscard]] Result<ScanModel> model_of_frames(FrameSource& source, ScanSession& session, AlignInput& input) {
+  [[nodiscard]] Result<FusedRecording> fuse_recording(FrameSource& source, ScanSession& session,
+                                                      const AlignInput& input) {
     FrameIntake intake(source, input.config.acquire, session, {session.stop(), {}});
     NoRefiner refiner;
     auto scan = Reconstruction::create(input.config, {source.info().poses}, refiner, session);
@@ -217,13 +234,9 @@ class InputLoader {
     const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
     if (surface->mesh.empty()) return Error{ErrorCode::kMesh, "no surface was extracted from it", input.path.string()};
-    input.trajectory = scan->trajectory();
-    ScanModel model = model_of(surface->mesh, input.name);
-    model.sights = std::move(sights);
-    loaded_.frames.read += intake.counts().read;
-    loaded_.frames.dropped += intake.counts().dropped;
-    loaded_.frames.lost += intake.counts().lost;
-    return model;
+    FusedRecording fused{model_of(surface->mesh, input.name), scan->trajectory(), intake.counts()};
+    fused.model.sights = std::move(sights);
+    return fused;
   }
 
   const ScanConfig& config_;

@@ -50,13 +50,18 @@ struct AlignInputs {
 [[nodiscard]] AlignInputs load_align_inputs(const std::vector<std::filesystem::path>& paths, const ScanConfig& config,
                                             ScanSession& session);
 
-/// A scan is named by its number, from 1, or by its file. `warnings` gets a text for each entry that is useless or that
-/// contradicts another. Errors (kInput): a line that is not a pose, a scan that does not exist.
-[[nodiscard]] Result<AlignPriors> load_align_priors(const KnownPlaces& known, const AlignInputs& inputs,
-                                                    const Limits& limits, std::vector<std::string>& warnings);
+struct LoadedPriors {
+  AlignPriors priors;
+  std::vector<std::string> warnings;  ///< of entries that are useless or that contradict each other
+};
 
-/// Moves poses that are a kilometre or more from the origin (georeferenced ones) near it, all by the same multiple of
-/// 100 m: positions of a mesh are 32-bit floats. Returns the shift that was subtracted from them, or zero.
-[[nodiscard]] Eigen::Vector3d move_near_origin(AlignPriors& priors);
+/// Reads the poses and markers that are known. A scan is named by its number, from 1, or by its file. Errors (kInput):
+/// a line that is not a pose, a scan that does not exist.
+[[nodiscard]] Result<LoadedPriors> load_align_priors(const KnownPlaces& known, const AlignInputs& inputs,
+                                                     const Limits& limits);
+
+/// What to subtract from the poses when they are a kilometre or more from the origin (georeferenced ones), so that they
+/// lie near it: a multiple of 100 m, because positions of a mesh are 32-bit floats. Else zero.
+[[nodiscard]] Eigen::Vector3d offset_from_origin(const AlignPriors& priors);
 
 }  // namespace scanknit

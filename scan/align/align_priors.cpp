@@ -56,63 +56,7 @@ Result<Pose> pose_of(const std::vector<double>& v) {
   return pose;
 }
 
-using Warnings = std::vector<std::string>;
-
-Result<void> read_initial(const fs::path& path, const AlignInputs& inputs, const Limits& limits, AlignPriors& priors,
-                          Warnings& warnings) {
-  const auto text = read_text_file(path, limits.max_text_bytes);
-  if (!text) return text.error();
-  for (const TextLine& line : text_lines(*text)) {
-    const auto scan = scan_named(line.words[0], inputs);
-    if (!scan)
-      return broken(path, line,
-                    fmt::format("there is no scan '{}'; expected a number from 1 to {}, or the name of a scan's file",
-                                line.words[0], inputs.inputs.size()));
-    const auto numbers = numbers_after(line, 1);
-    if (!numbers || (numbers->size() != 7 && numbers->size() != 16)) {
-      return broken(path, line, "expected SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row");
-    }
-    const auto pose = pose_of(*numbers);
-    if (!pose) return broken(path, line, pose.error().message);
-    if (priors.may_hold[*scan]) {
-      warnings.push_back(fmt::format("{}:{}: scan {} ({}) has a pose already; the last one counts", path.string(),
-                                     line.number, *scan + 1, inputs.inputs[*scan].name));
-    }
-    priors.may_hold[*scan] = true;
-    priors.T_world_scan[*scan] = *pose;
-  }
-  const auto known = std::count_if(priors.T_world_scan.begin(), priors.T_world_scan.end(),
-                                   [](const auto& pose) { return pose.has_value(); });
-  if (known < 2) {
-    warnings.push_back(
-        fmt::format("{} has no effect: it has poses of {} scans, and the motion between scans "
-                    "needs two",
-                    path.string(), known));
-  }
-  return {};
-}
-
 using Markers = std::map<std::string, Eigen::Vector3d>;
-
-Result<std::vector<Markers>> read_markers(const fs::path& path, const AlignInputs& inputs, const Limits& limits,
-                                          Warnings& warnings) {
-  const auto text = read_text_file(path, limits.max_text_bytes);
-  if (!text) return text.error();
-  std::vector<Markers> markers(inputs.inputs.size());
-  for (const TextLine& line : text_lines(*text)) {
-    const auto scan = scan_named(line.words[0], inputs);
-    if (!scan) return broken(path, line, fmt::format("there is no scan '{}'", line.words[0]));
-    const auto numbers = line.words.size() == 5 ? numbers_after(line, 2) : std::nullopt;
-    if (!numbers) return broken(path, line, "expected SCAN MARKER x y z, metres in the scan's own frame");
-    const std::string name(line.words[1]);
-    if (markers[*scan].contains(name)) {
-      warnings.push_back(fmt::format("{}:{}: marker {} of scan {} is there already; the last one counts", path.string(),
-                                     line.number, name, *scan + 1));
-    }
-    markers[*scan][name] = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
-  }
-  return markers;
-}
 
 /// The motion between two scans, from their common markers.
 struct MarkerMotion {
@@ -168,61 +112,124 @@ std::string fault_of(const MarkerMotion& motion, double most_residual_m) {
   return "";
 }
 
-void add_marker_motions(const std::vector<Markers>& markers, const AlignInputs& inputs, AlignPriors& priors,
-                        Warnings& warnings) {
-  const double most_residual_m = choose_scale(inputs.models).coarse_m / 2;
-  bool has_common = false;
-  for (std::size_t from = 0; from < markers.size(); ++from) {
-    for (std::size_t to = from + 1; to < markers.size(); ++to) {
-      const MarkerMotion motion = motion_by(markers[from], markers[to]);
-      has_common = has_common || motion.common > 0;
-      if (motion.common == 0) continue;
-      const std::string fault = fault_of(motion, most_residual_m);
-      if (fault.empty()) {
-        priors.T_from_to[{from, to}] = motion.T_from_to;
-      } else {
-        warnings.push_back(fmt::format("the markers of scans {} and {} are left out: {}", from + 1, to + 1, fault));
+class PriorLoader {
+ public:
+  PriorLoader(const AlignInputs& inputs, const Limits& limits) : inputs_(inputs), limits_(limits) {}
+
+  /// To be called once.
+  [[nodiscard]] Result<LoadedPriors> load(const KnownPlaces& known) {
+    AlignPriors& priors = loaded_.priors;
+    priors.may_hold.assign(inputs_.inputs.size(), false);
+    for (const AlignInput& input : inputs_.inputs) priors.T_world_scan.push_back(input.T_world_scan);
+    const bool is_given = std::all_of(priors.T_world_scan.begin(), priors.T_world_scan.end(),
+                                      [](const auto& pose) { return pose.has_value(); });
+    priors.are_final = is_given && !known.wants_refinement && !known.initial && !known.markers;
+    if (known.initial) {
+      if (auto read = read_initial(*known.initial); !read) return read.error();
+    }
+    if (known.markers) {
+      const auto markers = read_markers(*known.markers);
+      if (!markers) return markers.error();
+      add_marker_motions(*markers);
+    }
+    return std::move(loaded_);
+  }
+
+ private:
+  [[nodiscard]] Result<void> read_initial(const fs::path& path) {
+    const auto text = read_text_file(path, limits_.max_text_bytes);
+    if (!text) return text.error();
+    for (const TextLine& line : text_lines(*text)) {
+      const auto scan = scan_named(line.words[0], inputs_);
+      if (!scan)
+        return broken(path, line,
+                      fmt::format("there is no scan '{}'; expected a number from 1 to {}, or the name of a scan's file",
+                                  line.words[0], inputs_.inputs.size()));
+      const auto numbers = numbers_after(line, 1);
+      if (!numbers || (numbers->size() != 7 && numbers->size() != 16)) {
+        return broken(path, line, "expected SCAN tx ty tz qx qy qz qw, or SCAN and a 4x4 matrix row by row");
+      }
+      const auto pose = pose_of(*numbers);
+      if (!pose) return broken(path, line, pose.error().message);
+      if (loaded_.priors.may_hold[*scan]) {
+        loaded_.warnings.push_back(fmt::format("{}:{}: scan {} ({}) has a pose already; the last one counts",
+                                               path.string(), line.number, *scan + 1, inputs_.inputs[*scan].name));
+      }
+      loaded_.priors.may_hold[*scan] = true;
+      loaded_.priors.T_world_scan[*scan] = *pose;
+    }
+    const auto known = std::count_if(loaded_.priors.T_world_scan.begin(), loaded_.priors.T_world_scan.end(),
+                                     [](const auto& pose) { return pose.has_value(); });
+    if (known < 2) {
+      loaded_.warnings.push_back(
+          fmt::format("{} has no effect: it has poses of {} scans, and the motion between scans "
+                      "needs two",
+                      path.string(), known));
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<std::vector<Markers>> read_markers(const fs::path& path) {
+    const auto text = read_text_file(path, limits_.max_text_bytes);
+    if (!text) return text.error();
+    std::vector<Markers> markers(inputs_.inputs.size());
+    for (const TextLine& line : text_lines(*text)) {
+      const auto scan = scan_named(line.words[0], inputs_);
+      if (!scan) return broken(path, line, fmt::format("there is no scan '{}'", line.words[0]));
+      const auto numbers = line.words.size() == 5 ? numbers_after(line, 2) : std::nullopt;
+      if (!numbers) return broken(path, line, "expected SCAN MARKER x y z, metres in the scan's own frame");
+      const std::string name(line.words[1]);
+      if (markers[*scan].contains(name)) {
+        loaded_.warnings.push_back(fmt::format("{}:{}: marker {} of scan {} is there already; the last one counts",
+                                               path.string(), line.number, name, *scan + 1));
+      }
+      markers[*scan][name] = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+    }
+    return markers;
+  }
+
+  void add_marker_motions(const std::vector<Markers>& markers) {
+    const double most_residual_m = choose_scale(inputs_.models).coarse_m / 2;
+    bool has_common = false;
+    for (std::size_t from = 0; from < markers.size(); ++from) {
+      for (std::size_t to = from + 1; to < markers.size(); ++to) {
+        const MarkerMotion motion = motion_by(markers[from], markers[to]);
+        has_common = has_common || motion.common > 0;
+        if (motion.common == 0) continue;
+        const std::string fault = fault_of(motion, most_residual_m);
+        if (fault.empty()) {
+          loaded_.priors.T_from_to[{from, to}] = motion.T_from_to;
+        } else {
+          loaded_.warnings.push_back(
+              fmt::format("the markers of scans {} and {} are left out: {}", from + 1, to + 1, fault));
+        }
       }
     }
+    if (!has_common) {
+      loaded_.warnings.push_back(
+          "the markers have no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
+          "x y z");
+    }
   }
-  if (!has_common) {
-    warnings.push_back(
-        "the markers have no effect: no marker has the same name in two scans; expected lines of SCAN MARKER "
-        "x y z");
-  }
-}
+
+  const AlignInputs& inputs_;
+  const Limits& limits_;
+  LoadedPriors loaded_;
+};
 
 }  // namespace
 
-Result<AlignPriors> load_align_priors(const KnownPlaces& known, const AlignInputs& inputs, const Limits& limits,
-                                      std::vector<std::string>& warnings) {
-  AlignPriors priors;
-  priors.may_hold.assign(inputs.inputs.size(), false);
-  for (const AlignInput& input : inputs.inputs) priors.T_world_scan.push_back(input.T_world_scan);
-  const bool is_given = std::all_of(priors.T_world_scan.begin(), priors.T_world_scan.end(),
-                                    [](const auto& pose) { return pose.has_value(); });
-  priors.are_final = is_given && !known.wants_refinement && !known.initial && !known.markers;
-  if (known.initial) {
-    if (auto read = read_initial(*known.initial, inputs, limits, priors, warnings); !read) return read.error();
-  }
-  if (!known.markers) return priors;
-  const auto markers = read_markers(*known.markers, inputs, limits, warnings);
-  if (!markers) return markers.error();
-  add_marker_motions(*markers, inputs, priors, warnings);
-  return priors;
+Result<LoadedPriors> load_align_priors(const KnownPlaces& known, const AlignInputs& inputs, const Limits& limits) {
+  return PriorLoader(inputs, limits).load(known);
 }
 
-Eigen::Vector3d move_near_origin(AlignPriors& priors) {
+Eigen::Vector3d offset_from_origin(const AlignPriors& priors) {
   constexpr double kFar_m = 1000;  // 32-bit floats have steps of a 16th of a millimetre there
   constexpr double kStep_m = 100;
   const auto known = std::find_if(priors.T_world_scan.begin(), priors.T_world_scan.end(),
                                   [](const auto& pose) { return pose.has_value(); });
   if (known == priors.T_world_scan.end() || (*known)->translation().norm() < kFar_m) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d offset = (((*known)->translation() / kStep_m).array().round() * kStep_m).matrix();
-  for (auto& pose : priors.T_world_scan) {
-    if (pose) pose->translation() -= offset;
-  }
-  return offset;
+  return (((*known)->translation() / kStep_m).array().round() * kStep_m).matrix();
 }
 
 }  // namespace scanknit
