@@ -15,21 +15,21 @@ KnownFrame known(const Frame& frame, const TrackResult& result) {
 
 }  // namespace
 
-Result<void> LostFrames::meet_known(const KnownFrame& frame) {
+Result<void> LostFrames::add_known_frame(const KnownFrame& frame) {
   recognised_.clear();
-  if (auto gone_back = go_back_from(frame); !gone_back) return gone_back;
+  if (auto tracked = track_backward_from(frame); !tracked) return tracked;
   before_ = frame;
   misses_ = 0;
   return {};
 }
 
-Result<void> LostFrames::meet_lost(const Frame& frame) {
-  const auto found = go_on(frame);
+Result<void> LostFrames::add_lost_frame(const Frame& frame) {
+  const auto found = track_forward(frame);
   if (!found) return found.error();
   if (*found) return {};
   waiting_.push_back(frame);
   if (waiting_.size() > kMostWaiting) waiting_.pop_front();
-  return recognise(frame);
+  return relocalise(frame);
 }
 
 Result<std::optional<LostFrames::Found>> LostFrames::find(const Frame& frame,
@@ -43,7 +43,7 @@ Result<std::optional<LostFrames::Found>> LostFrames::find(const Frame& frame,
 }
 
 /// Whether the frame was found from the one before it.
-Result<bool> LostFrames::go_on(const Frame& frame) {
+Result<bool> LostFrames::track_forward(const Frame& frame) {
   if (!before_) return false;
   auto found = find(frame, before_);
   if (!found) return found.error();
@@ -58,7 +58,7 @@ Result<bool> LostFrames::go_on(const Frame& frame) {
 }
 
 /// Looks for known places that the frame may show. When a few in a row show one, they are fused.
-Result<void> LostFrames::recognise(const Frame& frame) {
+Result<void> LostFrames::relocalise(const Frame& frame) {
   const auto neighbour =
       recognised_.empty() ? std::nullopt : std::optional(known(recognised_.back().frame, recognised_.back().result));
   auto found = find(frame, neighbour);
@@ -76,11 +76,11 @@ Result<void> LostFrames::recognise(const Frame& frame) {
   }
   before_ = known(sure.back().frame, sure.back().result);
   misses_ = 0;
-  return go_back_from(known(sure.front().frame, sure.front().result));
+  return track_backward_from(known(sure.front().frame, sure.front().result));
 }
 
 /// Finds the frames that wait, the last one first.
-Result<void> LostFrames::go_back_from(KnownFrame frame) {
+Result<void> LostFrames::track_backward_from(KnownFrame frame) {
   std::deque<Frame> waiting = std::exchange(waiting_, {});
   int misses = 0;
   for (; !waiting.empty() && misses < kMostMisses; waiting.pop_back()) {

@@ -26,9 +26,9 @@ class LostFrames {
   explicit LostFrames(Calls calls) : calls_(std::move(calls)) {}
 
   /// A frame that was fused. Errors: those of the calls.
-  [[nodiscard]] Result<void> meet_known(const KnownFrame& frame);
+  [[nodiscard]] Result<void> add_known_frame(const KnownFrame& frame);
   /// A frame that was lost, as it was read. Errors: those of the calls.
-  [[nodiscard]] Result<void> meet_lost(const Frame& frame);
+  [[nodiscard]] Result<void> add_lost_frame(const Frame& frame);
 
  private:
   struct Found {
@@ -36,9 +36,9 @@ class LostFrames {
     TrackResult result;
   };
   [[nodiscard]] Result<std::optional<Found>> find(const Frame& frame, const std::optional<KnownFrame>& neighbour);
-  [[nodiscard]] Result<bool> go_on(const Frame& frame);
-  [[nodiscard]] Result<void> recognise(const Frame& frame);
-  [[nodiscard]] Result<void> go_back_from(KnownFrame frame);
+  [[nodiscard]] Result<bool> track_forward(const Frame& frame);
+  [[nodiscard]] Result<void> relocalise(const Frame& frame);
+  [[nodiscard]] Result<void> track_backward_from(KnownFrame frame);
 
   Calls calls_;
   std::optional<KnownFrame> before_;  ///< from which to go on

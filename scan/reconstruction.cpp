@@ -93,16 +93,16 @@ Result<void> Reconstruction::find_lost(FrameSource& source) {
                      [&](Frame& frame, const TrackResult& found) { return fuse_later(frame, found); }});
   std::size_t searched = 0;
   return for_each_frame(source, session_.stop(), [&](Frame& frame) -> Result<Reading> {
-    Result<void> met;
+    Result<void> added;
     bool is_last = false;
     if (const auto pose = known.find(frame.sequence); pose != known.end()) {
-      met = search.meet_known({pose->second, frame.timestamp_ns});
+      added = search.add_known_frame({pose->second, frame.timestamp_ns});
       is_last = searched == lost.size();
     } else if (lost.contains(frame.sequence)) {
-      met = search.meet_lost(frame);
+      added = search.add_lost_frame(frame);
       session_.progress("looking for lost frames", ++searched, lost.size());
     }
-    if (!met) return met.error();
+    if (!added) return added.error();
     return is_last ? Reading::kStop : Reading::kContinue;
   });
 }

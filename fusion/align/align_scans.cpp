@@ -114,7 +114,7 @@ class ScanAligner {
     const double spacing = level == CheckLevel::kFine ? result_.scale.fine_m : result_.scale.coarse_m;
     FoundPose found{match, measure_pair(prepared_[from], prepared_[to], match.T_a_b, level), 0};
     found.measure.least_strength = match.least_strength;
-    found.measure.is_held = match.is_held;
+    found.measure.is_fixed_by_prior = match.has_fixed_motion;
     found.score = match.pairs == 0 ? -HUGE_VAL : score_of(found.measure, spacing);
     return found;
   }
@@ -132,9 +132,9 @@ class ScanAligner {
     return measured(from, to, match_finely(a.fine, b.fine, near, kFineRounds, kLeastStrength), CheckLevel::kFine);
   }
 
-  [[nodiscard]] bool may_hold(std::size_t from, std::size_t to) const {
+  [[nodiscard]] bool may_fix_motion(std::size_t from, std::size_t to) const {
     if (priors_.T_from_to.contains({from, to})) return true;
-    return !priors_.may_hold.empty() && priors_.may_hold[from] && priors_.may_hold[to];
+    return !priors_.may_fix_motion.empty() && priors_.may_fix_motion[from] && priors_.may_fix_motion[to];
   }
 
   [[nodiscard]] AlignedPair pair_of(std::size_t from, std::size_t to, const FoundPose& found, const char* start) const {
@@ -161,7 +161,7 @@ class ScanAligner {
       const AlignedPair pair = pair_of(from, to, found, "prior");
       matches_[{from, to}] = found.match;
       if (counts(pair)) return pair;
-      if (may_hold(from, to)) {
+      if (may_fix_motion(from, to)) {
         const FoundPose held = held_by(*prior, from, to);
         const AlignedPair held_pair = pair_of(from, to, held, "prior");
         matches_[{from, to}] = held.match;
@@ -364,7 +364,7 @@ class ScanAligner {
       const PairMeasure matched = pair.measure;
       pair.measure = measure_pair(prepared_[pair.from], prepared_[pair.to], final, CheckLevel::kFine);
       pair.measure.least_strength = matched.least_strength;
-      pair.measure.is_held = matched.is_held;
+      pair.measure.is_fixed_by_prior = matched.is_fixed_by_prior;
       pair.judgement = judge_pair(pair.measure, result_.scale.fine_m);
     }
   }

@@ -23,7 +23,7 @@ struct AlignPriors {
   std::map<std::pair<std::size_t, std::size_t>, Pose> T_from_to;
   /// For each scan: T_world_scan may fix motions that the shape leaves open; poses of pairs always may. Empty: none
   /// may.
-  std::vector<bool> may_hold = {};
+  std::vector<bool> may_fix_motion = {};
   bool are_final = false;  ///< T_world_scan of every scan is final: pairs are measured, but no scan moves
 };
 
@@ -50,7 +50,7 @@ using AlignProgress = std::function<bool(std::size_t done, std::size_t total)>;
 
 /// For every pair: coarse search (unless a prior fits), fine registration, and a verdict from overlap, residual,
 /// contradictions of free space, and how well the shape determines the motion. Then a pose graph of all pairs that
-/// count. Rejects pairs that contradict the others. If a pair could slide, a prior that may hold fixes it. Checks
+/// count. Rejects pairs that contradict the others. If a pair could slide, a prior that may fix motions does. Checks
 /// rejected pairs again at the poses that the other pairs give them. The world is the first scan's frame, moved by its
 /// prior if it has one. The same bits for any number of threads. Error: as surface_features(), if a pair needs the
 /// coarse search.

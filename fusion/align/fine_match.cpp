@@ -163,13 +163,13 @@ Vector6d held_step(const CentredEquations& equations, double least_moved, FineMa
   Vector6d strengths = equations.modes.values;
   const Matrix6d& modes = equations.modes.vectors;
   Vector6d step = Vector6d::Zero();
-  match.is_held = false;
+  match.has_fixed_motion = false;
   for (Eigen::Index i = 0; i < 6; ++i) {
     if (strengths[i] >= least_moved) {
       step += modes.col(i) * (modes.col(i).dot(equations.vector) / strengths[i]);
     } else {
       strengths[i] = least_moved;
-      match.is_held = true;
+      match.has_fixed_motion = true;
     }
   }
   const Matrix6d back = modes.transpose() * equations.T_step.inverse();

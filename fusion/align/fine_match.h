@@ -25,9 +25,9 @@ struct FineMatch {
   /// The least eigenvalue of `shape`, about the middle of the pairs and with their radius as the unit of length: at
   /// most 1/3; 0 if the scans could slide or turn along each other.
   double least_strength = 0;
-  double residual_m = 0;  ///< weighted root mean square of distances along normals
-  bool is_held = false;   ///< some motion was not changed, because the scans do not determine it
-  std::size_t pairs = 0;  ///< pairs of points; 0: the scans do not meet, and T_a_b is the initial pose
+  double residual_m = 0;          ///< weighted root mean square of distances along normals
+  bool has_fixed_motion = false;  ///< some motion was not changed, because the scans do not determine it
+  std::size_t pairs = 0;          ///< pairs of points; 0: the scans do not meet, and T_a_b is the initial pose
 };
 
 /// Point to plane with the sum of both normals (Rusinkiewicz 2019, "A Symmetric Objective Function for ICP"), from both

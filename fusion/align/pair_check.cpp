@@ -43,7 +43,7 @@ struct SideMeasure {
 bool is_in_the_way(const ScanModel& model, const Eigen::Vector3d& p, float margin_m) {
   return std::any_of(model.sights.begin(), model.sights.end(), [&](const ModelSight& sight) {
     const Eigen::Vector3d p_view = sight.T_scan_view.inverse() * p;
-    const auto before = sight.view.surely_before(p_view);
+    const auto before = sight.view.least_before_m(p_view);
     if (!before || *before < margin_m) return false;
     const auto front = sight.view.front_of(p_view);
     return front && front->distance_m > margin_m;
@@ -57,7 +57,7 @@ bool is_missing(const ScanModel& model, const Eigen::Vector3d& p, const Eigen::V
     const Eigen::Vector3d p_view = T_view_scan * p;
     if (!sight.view.sight().look(p_view)) return false;
     const double slope = -(T_view_scan.linear() * n).dot(sight.view.sight().direction(p_view));
-    return slope > kFacing && sight.view.sees_nothing_round(p_view);
+    return slope > kFacing && sight.view.is_empty_around(p_view);
   });
 }
 
@@ -155,7 +155,7 @@ PairJudgement judge_pair(const PairMeasure& measure, double spacing_m) {
                    " of it faced the other scanner, which saw nothing there");
   }
   if (residual > kAcceptableResidual) return refused("the surfaces do not fit: the residual is as large as by chance");
-  if (measure.least_strength < kLeastStrength && !measure.is_held) {
+  if (measure.least_strength < kLeastStrength && !measure.is_fixed_by_prior) {
     return refused("they could slide along each other: what they share is flat, round or a cylinder");
   }
   if (measure.least_strength < kLeastStrength) {

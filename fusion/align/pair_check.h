@@ -23,7 +23,7 @@ struct PairMeasure {
   bool is_seen = false;       ///< the scanner's position is known for one of the scans; else `contradicted` is unknown
   double against = 0;         ///< share of a scan's points that contradict the other, the larger one, 0 to 1
   double least_strength = 0;  ///< FineMatch's
-  bool is_held = false;       ///< a prior fixes the motions that the shape leaves open
+  bool is_fixed_by_prior = false;  ///< a prior fixes the motions that the shape leaves open
 };
 
 /// Which level is compared.

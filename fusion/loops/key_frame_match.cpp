@@ -24,8 +24,8 @@ constexpr double kAgree_rad = 0.012;
 // rounding of depth, edges. This share of a point's standard deviation.
 constexpr double kSharedNoise = 0.3;
 
-bool fits(const IcpResult& fit, Hold hold) {
-  return (hold == Hold::kAny || fit.weak_directions == 0) && fit.overlap >= kLeastOverlap &&
+bool fits(const IcpResult& fit, Determined determined) {
+  return (determined == Determined::kAny || fit.weak_directions == 0) && fit.overlap >= kLeastOverlap &&
          fit.inlier_share >= kLeastInliers && fit.colour_agreement >= kLeastColour &&
          fit.contradicted_share <= kMostContradicted;
 }
@@ -69,12 +69,12 @@ double expected_overlap(const KeyFrame& a, const KeyFrame& b, const Pose& T_a_b)
 
 std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
                                               const std::vector<Pose>& T_a_b_guesses, const NoiseModel& noise,
-                                              Hold hold) {
+                                              Determined determined) {
   const NoiseModel of_two = noise.scaled(std::sqrt(2.0));  // both frames are noisy
   const IcpResult there = register_from_best(a, b, T_a_b_guesses, of_two);
-  if (!fits(there, hold)) return std::nullopt;
+  if (!fits(there, determined)) return std::nullopt;
   const IcpResult back = register_frame(a.seen, b.seen, there.T_model_frame.inverse(), IcpConfig{of_two});
-  if (!fits(back, hold)) return std::nullopt;
+  if (!fits(back, determined)) return std::nullopt;
   const Pose apart = there.T_model_frame * back.T_model_frame;
   if (apart.translation().norm() > kAgree_m + kAgreePerMetre * b.depth_m) return std::nullopt;
   if (Eigen::AngleAxisd(apart.linear()).angle() > kAgree_rad) return std::nullopt;

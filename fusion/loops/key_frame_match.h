@@ -23,12 +23,13 @@ struct KeyFrameMatch {
 [[nodiscard]] double expected_overlap(const KeyFrame& a, const KeyFrame& b, const Pose& T_a_b);
 
 /// Whether the scene must determine the motion in all directions.
-enum class Hold { kAllDirections, kAny };
+enum class Determined { kAllDirections, kAny };
 
 /// Registers b with a from the best of `T_a_b_guesses`, and a with b from that result. Nothing unless both fit well and
-/// agree, and the scene determines the motion as `hold` requires.
+/// agree, and the scene determines the motion as `determined` requires.
 [[nodiscard]] std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
                                                             const std::vector<Pose>& T_a_b_guesses,
-                                                            const NoiseModel& noise, Hold hold = Hold::kAllDirections);
+                                                            const NoiseModel& noise,
+                                                            Determined determined = Determined::kAllDirections);
 
 }  // namespace scanknit

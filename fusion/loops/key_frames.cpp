@@ -14,11 +14,11 @@ constexpr double kTurned_rad = 0.15;
 }  // namespace
 
 void KeyFrames::add(const Frame& frame, const Pose& T_world_camera, bool follows_gap) {
-  if (follows_gap) ++way_.gaps;
+  if (follows_gap) ++path_.gaps;
   if (!walk_.empty() && !follows_gap) {
     const Pose step = walk_.back().inverse() * T_world_camera;
-    way_.walked_m += step.translation().norm();
-    way_.turned_rad += angle_of(step);
+    path_.walked_m += step.translation().norm();
+    path_.turned_rad += angle_of(step);
   }
   walk_.push_back(T_world_camera);
   if (!kept_.empty() && !follows_gap && !is_new_place(T_world_camera)) return;
@@ -29,7 +29,7 @@ void KeyFrames::add(const Frame& frame, const Pose& T_world_camera, bool follows
   if (!ferns_) ferns_.emplace(depth_m);
   FernCode code = ferns_->encode(seen.levels.back());
   kept_.push_back(
-      {walk_.size() - 1, T_world_camera, way_, depth_m, std::move(seen), std::move(features), std::move(code)});
+      {walk_.size() - 1, T_world_camera, path_, depth_m, std::move(seen), std::move(features), std::move(code)});
   if (kept_.size() > most_) thin_out();
 }
 

@@ -15,7 +15,7 @@
 namespace scanknit {
 
 /// The length of the camera's path so far.
-struct Way {
+struct PathLength {
   double walked_m = 0, turned_rad = 0;
   int gaps = 0;  ///< times that tracking was lost
 };
@@ -23,7 +23,7 @@ struct Way {
 struct KeyFrame {
   std::size_t frame;    ///< index of the frame among those that were fused
   Pose T_world_camera;  ///< as tracked
-  Way way;              ///< path up to this frame
+  PathLength path;      ///< path up to this frame
   double depth_m;       ///< typical depth of the picture
   SurfacePyramid seen;
   std::vector<Feature> features;
@@ -55,7 +55,7 @@ class KeyFrames {
   NoiseModel noise_;
   std::size_t most_;
   double spacing_ = 1;  ///< grows with a long walk
-  Way way_;
+  PathLength path_;
   std::optional<Ferns> ferns_;
   std::vector<KeyFrame> kept_;
   std::vector<Pose> walk_;

@@ -84,7 +84,7 @@ class Closer {
     if (keys_.size() <= kFewestSteps) return closure;
     measure_steps();
     follow_steps();
-    closure.pulled = pulled();
+    closure.mistracked = mistracked();
     constexpr int kRounds = 2;
     bool is_borne_out = true;  // what the second round does not bear out was wrong
     for (int round = 0; round < kRounds && is_borne_out; ++round) {
@@ -110,16 +110,16 @@ class Closer {
   void measure_steps() {
     for (std::size_t b = 1; b < keys_.size(); ++b) {
       const std::size_t a = b - 1;
-      const auto seen = match_key_frames(keys_[a], keys_[b], {tracked(a, b)}, noise_, Hold::kAny);
+      const auto seen = match_key_frames(keys_[a], keys_[b], {tracked(a, b)}, noise_, Determined::kAny);
       PoseEdge step{a, b, tracked(a, b), step_information(tracked(a, b), seen), false};
-      const bool has_gap = keys_[b].way.gaps > keys_[a].way.gaps;
+      const bool has_gap = keys_[b].path.gaps > keys_[a].path.gaps;
       if (has_gap && seen) step = {a, b, seen->T_a_b, seen->information, false};
       if (has_gap && !seen) {
         step.information = Matrix6d::Identity();  // found again, somewhere: a metre and a radian
         step.may_be_wrong = true;
       }
       steps_.push_back(step);
-      is_pulled_.push_back(!has_gap && seen && contradicts(*seen, step));
+      is_mistracked_.push_back(!has_gap && seen && contradicts(*seen, step));
     }
   }
 
@@ -127,7 +127,7 @@ class Closer {
   void join_neighbours() {
     for (std::size_t b = 1; b < keys_.size(); ++b) {
       for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
-        if (keys_[b].way.gaps > keys_[a].way.gaps) continue;
+        if (keys_[b].path.gaps > keys_[a].path.gaps) continue;
         const auto match = match_key_frames(keys_[a], keys_[b], {stepped(a, b)}, noise_);
         if (match) neighbours_.push_back({a, b, match->T_a_b, match->information, true});
       }
@@ -158,10 +158,10 @@ class Closer {
   }
 
   /// Some key frames before and after count as well: the pull comes and goes by degrees.
-  [[nodiscard]] std::vector<FrameRange> pulled() const {
+  [[nodiscard]] std::vector<FrameRange> mistracked() const {
     std::vector<FrameRange> ranges;
-    for (std::size_t step = 0; step < is_pulled_.size(); ++step) {
-      if (!is_pulled_[step]) continue;
+    for (std::size_t step = 0; step < is_mistracked_.size(); ++step) {
+      if (!is_mistracked_[step]) continue;
       const FrameRange range{keys_[step > kPulledBefore ? step - kPulledBefore : 0].frame,
                              keys_[std::min(step + kPulledAfter, keys_.size() - 1)].frame};
       if (!ranges.empty() && range.first <= ranges.back().last) {
@@ -187,7 +187,7 @@ class Closer {
   }
 
   [[nodiscard]] bool is_long_walk(std::size_t a, std::size_t b) const {
-    const Way &from = keys_[a].way, &to = keys_[b].way;
+    const PathLength &from = keys_[a].path, &to = keys_[b].path;
     return to.walked_m - from.walked_m >= kFewestDepths * keys_[b].depth_m ||
            to.turned_rad - from.turned_rad >= kLeastTurn_rad || to.gaps > from.gaps;
   }
@@ -223,7 +223,7 @@ class Closer {
   }
 
   [[nodiscard]] bool could_drift(std::size_t a, std::size_t b, const Pose& T_a_b) const {
-    const Way &from = keys_[a].way, &to = keys_[b].way;
+    const PathLength &from = keys_[a].path, &to = keys_[b].path;
     const double metres = to.walked_m - from.walked_m;
     const double radians = to.turned_rad - from.turned_rad;
     const double gaps = to.gaps - from.gaps;
@@ -338,7 +338,7 @@ class Closer {
   std::vector<Pose> stepped_;  ///< as the steps have them
   std::vector<PoseEdge> steps_;
   std::vector<PoseEdge> neighbours_;
-  std::vector<bool> is_pulled_;  ///< of each step
+  std::vector<bool> is_mistracked_;  ///< of each step
   std::vector<Candidate> found_;
 };
 

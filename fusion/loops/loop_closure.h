@@ -29,13 +29,13 @@ struct LoopClosure {
   /// Ranges in which old parts of the volume seem to have pulled the tracker: the motion between two frames, registered
   /// with each other, differs from the tracked one. This happens when a drifted walk meets a part that it saw long ago.
   /// In order.
-  std::vector<FrameRange> pulled;
+  std::vector<FrameRange> mistracked;
   std::vector<Loop> loops;            ///< accepted and rejected loops
   std::vector<Pose> T_world_cameras;  ///< of all frames that were fused; as tracked, unless `is_corrected`
   bool is_corrected = false;          ///< the poses were corrected for drift
   double drift_m = 0;                 ///< the largest shift of all accepted loops
 
-  [[nodiscard]] bool has_come_back() const { return !loops.empty(); }
+  [[nodiscard]] bool has_loops() const { return !loops.empty(); }
 };
 
 /// Finds pairs of key frames that show the same place although the walk between them is long, by their tracked poses

@@ -79,13 +79,13 @@ void RangeView::choose_raster(const Image<SightLines::Sight>& sights, const Imag
     step_u_ *= std::sqrt(pixels / kMostPixels);
     step_v_ *= std::sqrt(pixels / kMostPixels);
   }
-  goes_round_ = period > 0 && high_u - low_u > period - 4 * step_u_;
+  wraps_around_ = period > 0 && high_u - low_u > period - 4 * step_u_;
   int width = static_cast<int>((high_u - low_u) / step_u_) + 3;
-  if (goes_round_) {
+  if (wraps_around_) {
     width = std::max(1, static_cast<int>(period / step_u_));
     step_u_ = period / width;
   }
-  first_u_ = low_u - (goes_round_ ? 0 : step_u_);
+  first_u_ = low_u - (wraps_around_ ? 0 : step_u_);
   first_v_ = low_v - step_v_;
   pixels_ = Image<Pixel>(width, static_cast<int>((high_v - low_v) / step_v_) + 3);
 }
@@ -176,7 +176,7 @@ void RangeView::draw(const RangeScan& scan, const RangeSurface& surface, const I
       const double c = cross(at[1] - at[0], p - at[0]) / area;
       const std::array<double, 3> share{1 - b - c, b, c};
       if (share[0] < kOnEdge || share[1] < kOnEdge || share[2] < kOnEdge) continue;
-      const int column = goes_round_ ? (x % pixels_.width() + pixels_.width()) % pixels_.width() : x;
+      const int column = wraps_around_ ? (x % pixels_.width() + pixels_.width()) % pixels_.width() : x;
       if (!pixels_.contains(column, y)) continue;
       const Pixel drawn = shade(scan, surface, sights, triangle, share);
       Pixel& pixel = pixels_.at(column, y);
@@ -188,12 +188,12 @@ void RangeView::draw(const RangeScan& scan, const RangeSurface& surface, const I
 
 std::optional<std::pair<int, int>> RangeView::place_of(const SightLines::Sight& sight) const {
   double u = sight.u - first_u_;
-  if (goes_round_) u -= sight_.period_u() * std::floor(u / sight_.period_u());
+  if (wraps_around_) u -= sight_.period_u() * std::floor(u / sight_.period_u());
   const double x = std::floor(u / step_u_ + 0.5);
   const double y = std::floor((sight.v - first_v_) / step_v_ + 0.5);
   if (!(x >= 0) || !(y >= 0) || !(x <= pixels_.width()) || !(y < pixels_.height())) return std::nullopt;
   const int column = static_cast<int>(x);
-  if (column == pixels_.width() && !goes_round_) return std::nullopt;
+  if (column == pixels_.width() && !wraps_around_) return std::nullopt;
   return std::pair(column == pixels_.width() ? 0 : column, static_cast<int>(y));
 }
 
@@ -206,7 +206,7 @@ std::optional<RangeView::Front> RangeView::front_of(const Eigen::Vector3d& p) co
   return Front{pixel, static_cast<float>(distance), static_cast<float>(pixel->range_m - sight->range_m)};
 }
 
-bool RangeView::sees_nothing_round(const Eigen::Vector3d& p) const {
+bool RangeView::is_empty_around(const Eigen::Vector3d& p) const {
   const auto sight = sight_.look(p);
   if (!sight || sight->range_m > farthest_m_) return false;
   const auto place = place_of(*sight);
@@ -225,7 +225,7 @@ bool RangeView::sees_nothing_round(const Eigen::Vector3d& p) const {
   return 2 * empty > kSide * kSide;
 }
 
-std::optional<float> RangeView::surely_before(const Eigen::Vector3d& p) const {
+std::optional<float> RangeView::least_before_m(const Eigen::Vector3d& p) const {
   const auto sight = sight_.look(p);
   if (!sight) return std::nullopt;
   const auto place = place_of(*sight);

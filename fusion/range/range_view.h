@@ -54,12 +54,12 @@ class RangeView {
   /// True if all lines of sight within kEmptyPixels of the one to `p` met nothing, although `p` is not farther away
   /// than other surfaces. Most likely, a surface at `p` that faces the scanner would have been seen. The directions of
   /// lines that met nothing come from the other lines of their row in the grid.
-  [[nodiscard]] bool sees_nothing_round(const Eigen::Vector3d& p) const;
+  [[nodiscard]] bool is_empty_around(const Eigen::Vector3d& p) const;
   static constexpr int kEmptyPixels = 3;
 
   /// The least `before_m` of the pixels within one pixel; nothing if one of them has no surface, because rims are
   /// unreliable.
-  [[nodiscard]] std::optional<float> surely_before(const Eigen::Vector3d& p) const;
+  [[nodiscard]] std::optional<float> least_before_m(const Eigen::Vector3d& p) const;
 
  private:
   [[nodiscard]] std::optional<std::pair<int, int>> place_of(const SightLines::Sight& sight) const;
@@ -74,8 +74,8 @@ class RangeView {
   Image<Pixel> pixels_;
   Image<std::uint8_t> is_empty_;  ///< for each of `pixels_`: a line there met nothing
   double first_u_ = 0, first_v_ = 0, step_u_ = 1, step_v_ = 1;
-  float farthest_m_ = 0;     ///< largest range of the surface
-  bool goes_round_ = false;  ///< the picture's last column is next to the first one
+  float farthest_m_ = 0;       ///< largest range of the surface
+  bool wraps_around_ = false;  ///< the picture's last column is next to the first one
 };
 
 }  // namespace scanknit

@@ -146,8 +146,8 @@ TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   result.rms_sigma *= noise_scale_;
   if (!result.is_lost()) result.motion = motion_at(result.T_world_camera, frame);
   remember(frame, seen, result);
-  const bool has_moved = !still_since_ || result.T_world_camera.matrix() != still_since_->T_world_camera.matrix();
-  if (!result.is_lost() && has_moved) still_since_ = {result.T_world_camera, std::move(seen.levels.front())};
+  const bool has_moved = !last_moved_ || result.T_world_camera.matrix() != last_moved_->T_world_camera.matrix();
+  if (!result.is_lost() && has_moved) last_moved_ = {result.T_world_camera, std::move(seen.levels.front())};
   result.raycast_time = raycast_time_;
   return result;
 }
@@ -185,7 +185,7 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
   const auto blind = why_blind(seen.levels.front(), last_ ? std::optional(last_->depth_m) : std::nullopt);
   if (blind) return describe(TrackState::kLost, *blind, T_last, nothing);
   if (!last_ || volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_last, nothing);
-  if (stands_still(seen)) return stay(seen);
+  if (stands_still(seen)) return keep_pose(seen);
 
   if (recognised_) {
     const auto again = sure_fit(seen, recognised_->T_world_camera);
@@ -218,14 +218,14 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
 }
 
 bool ModelTracker::stands_still(const SurfacePyramid& seen) const {
-  if (!still_since_ || still_since_->level.intrinsics != seen.levels.front().intrinsics) return false;
-  return scanknit::stands_still(seen.levels.front(), still_since_->level, noise_);
+  if (!last_moved_ || last_moved_->level.intrinsics != seen.levels.front().intrinsics) return false;
+  return scanknit::stands_still(seen.levels.front(), last_moved_->level, noise_);
 }
 
 /// The pose is that of the frame since which the camera stands still: directions that the scene does not determine
 /// would slide, and take along with what moves.
-TrackResult ModelTracker::stay(const SurfacePyramid& seen) {
-  const Model model = look(seen.levels.front().intrinsics, still_since_->T_world_camera);
+TrackResult ModelTracker::keep_pose(const SurfacePyramid& seen) {
+  const Model model = raycast_model(seen.levels.front().intrinsics, last_moved_->T_world_camera);
   IcpConfig config{noise_};
   config.keeps_pose = true;
   const IcpResult fit = register_frame(seen, model.pyramid, Pose::Identity(), config);
@@ -237,7 +237,7 @@ TrackResult ModelTracker::stay(const SurfacePyramid& seen) {
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Pose& T_recorded = *frame.T_world_camera;
-  const Fit found = fit(seen, look(seen.levels.front().intrinsics, T_recorded), {T_recorded}, shutter_);
+  const Fit found = fit(seen, raycast_model(seen.levels.front().intrinsics, T_recorded), {T_recorded}, shutter_);
   if (volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
   if (!is_sure(found.icp)) {
@@ -257,7 +257,7 @@ TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen)
 /// Whether a pose that was followed is good enough to be fused.
 bool ModelTracker::is_accepted(const Fit& fit, std::int64_t timestamp_ns) const {
   if (is_lost_ || is_elsewhere(fit, timestamp_ns)) return is_sure(fit.icp);
-  if (has_changed(fit.icp) && knows_the_usual()) {
+  if (has_changed(fit.icp) && knows_usual_quality()) {
     return is_steady(fit.icp) && (is_prompt(timestamp_ns) || !is_suddenly_worse(fit.icp));
   }
   if (is_suddenly_worse(fit.icp)) return is_sure(fit.icp);
@@ -286,7 +286,7 @@ bool ModelTracker::is_elsewhere(const Fit& fit, std::int64_t timestamp_ns) const
 
 /// Something has changed, and what has not fits as usual: nothing takes the camera along.
 bool ModelTracker::is_steady(const IcpResult& fit) const {
-  return has_changed(fit) && knows_the_usual() && is_believable(fit, kLeastInliersInChange) &&
+  return has_changed(fit) && knows_usual_quality() && is_believable(fit, kLeastInliersInChange) &&
          fit.colour_agreement >= usual_.colour_agreement - kUsualColour &&
          inliers_of_rest(fit.inlier_share, fit.contradicted_share) >=
              inliers_of_rest(usual_.inlier_share, usual_.contradicted_share) - kUsualRest;
@@ -298,13 +298,13 @@ bool ModelTracker::is_sure(const IcpResult& fit) const {
 }
 
 bool ModelTracker::is_as_usual(const IcpResult& fit) const {
-  if (!knows_the_usual()) return true;
+  if (!knows_usual_quality()) return true;
   return fit.inlier_share >= usual_.inlier_share - kUsualInliers &&
          fit.colour_agreement >= std::min(usual_.colour_agreement - kUsualColour, kColourOfRightPlace) &&
          fit.changed_share <= usual_.changed_share + kUsualChanged;
 }
 
-bool ModelTracker::knows_the_usual() const {
+bool ModelTracker::knows_usual_quality() const {
   constexpr int kFewest = 3;
   return usual_frames_ >= kFewest;
 }
@@ -315,7 +315,7 @@ bool ModelTracker::is_suddenly_worse(const IcpResult& fit) const {
          fit.changed_share > newest_.changed_share + kRiseOfChange;
 }
 
-ModelTracker::Model ModelTracker::look(const CameraIntrinsics& camera, const Pose& T_world_camera) {
+ModelTracker::Model ModelTracker::raycast_model(const CameraIntrinsics& camera, const Pose& T_world_camera) {
   const auto begin = std::chrono::steady_clock::now();
   const ModelView view = raycast(*volume_, camera, T_world_camera);
   raycast_time_ += std::chrono::steady_clock::now() - begin;
@@ -351,20 +351,21 @@ ModelTracker::Fit ModelTracker::follow_motion(const SurfacePyramid& seen, std::i
 
 /// Fits the frame to what is seen from `expected`, and again to what is seen from where that leads.
 ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose& expected) {
-  const Model model = look(seen.levels.front().intrinsics, expected);
+  const Model model = raycast_model(seen.levels.front().intrinsics, expected);
   const Pose turned = expected * turn_by_shift(seen, model.pyramid);
   const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned}, shutter_);
   if (is_near(expected, found.T_world_camera, kNearView_m, kNearView_rad) || !is_believable(found.icp)) return found;
-  return fit(seen, look(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera}, shutter_);
+  return fit(seen, raycast_model(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera},
+             shutter_);
 }
 
 std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
                                                         const std::optional<RollingShutter>& shutter) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
-  const Model model = look(camera, T_world_place);
+  const Model model = raycast_model(camera, T_world_place);
   const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, shutter);
   if (!is_believable(first.icp)) return std::nullopt;
-  const Fit second = fit(seen, look(camera, first.T_world_camera), {first.T_world_camera}, shutter);
+  const Fit second = fit(seen, raycast_model(camera, first.T_world_camera), {first.T_world_camera}, shutter);
   return is_sure(second.icp) ? std::optional(second) : std::nullopt;
 }
 

@@ -66,9 +66,9 @@ class ModelTracker {
 
   [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] bool stands_still(const SurfacePyramid& seen) const;
-  [[nodiscard]] TrackResult stay(const SurfacePyramid& seen);
+  [[nodiscard]] TrackResult keep_pose(const SurfacePyramid& seen);
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
-  [[nodiscard]] Model look(const CameraIntrinsics& camera, const Pose& T_world_camera);
+  [[nodiscard]] Model raycast_model(const CameraIntrinsics& camera, const Pose& T_world_camera);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses,
                         const std::optional<RollingShutter>& shutter);
   [[nodiscard]] double seconds_since_last(const Frame& frame) const;
@@ -87,7 +87,7 @@ class ModelTracker {
   [[nodiscard]] bool is_steady(const IcpResult& fit) const;
   [[nodiscard]] bool is_sure(const IcpResult& fit) const;
   [[nodiscard]] bool is_as_usual(const IcpResult& fit) const;
-  [[nodiscard]] bool knows_the_usual() const;
+  [[nodiscard]] bool knows_usual_quality() const;
   [[nodiscard]] bool is_suddenly_worse(const IcpResult& fit) const;
   [[nodiscard]] bool is_prompt(std::int64_t timestamp_ns) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
@@ -98,7 +98,7 @@ class ModelTracker {
   PosePrior prior_;
   FrameTiming timing_;
   std::optional<Known> last_;
-  std::optional<Fused> still_since_;   ///< the last fused frame in which the camera had moved
+  std::optional<Fused> last_moved_;    ///< the last fused frame in which the camera had moved
   std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
   std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
   bool is_lost_ = false;

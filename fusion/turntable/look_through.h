@@ -32,8 +32,8 @@ class LookThrough {
     CameraIntrinsics camera;
     double angle_rad;
   };
-  enum class Says { kNothing, kThere, kNotThere };
-  [[nodiscard]] Says ask(const Witness& witness, const Eigen::Vector3d& p_witness) const;
+  enum class Evidence { kNothing, kThere, kNotThere };
+  [[nodiscard]] Evidence evidence_of(const Witness& witness, const Eigen::Vector3d& p_witness) const;
 
   TurntableAxis axis_;
   NoiseModel noise_;

@@ -119,7 +119,7 @@ class PriorLoader {
   /// To be called once.
   [[nodiscard]] Result<LoadedPriors> load(const KnownPlaces& known) {
     AlignPriors& priors = loaded_.priors;
-    priors.may_hold.assign(inputs_.inputs.size(), false);
+    priors.may_fix_motion.assign(inputs_.inputs.size(), false);
     for (const AlignInput& input : inputs_.inputs) priors.T_world_scan.push_back(input.T_world_scan);
     const bool is_given = std::all_of(priors.T_world_scan.begin(), priors.T_world_scan.end(),
                                       [](const auto& pose) { return pose.has_value(); });
@@ -151,11 +151,11 @@ class PriorLoader {
       }
       const auto pose = pose_of(*numbers);
       if (!pose) return broken(path, line, pose.error().message);
-      if (loaded_.priors.may_hold[*scan]) {
+      if (loaded_.priors.may_fix_motion[*scan]) {
         loaded_.warnings.push_back(fmt::format("{}:{}: scan {} ({}) has a pose already; the last one counts",
                                                path.string(), line.number, *scan + 1, inputs_.inputs[*scan].name));
       }
-      loaded_.priors.may_hold[*scan] = true;
+      loaded_.priors.may_fix_motion[*scan] = true;
       loaded_.priors.T_world_scan[*scan] = *pose;
     }
     const auto known = std::count_if(loaded_.priors.T_world_scan.begin(), loaded_.priors.T_world_scan.end(),

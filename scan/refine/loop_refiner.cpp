@@ -92,10 +92,10 @@ Trajectory LoopRefiner::moved(Trajectory trajectory, const std::vector<Pose>& T_
 }
 
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
-  if (!closure.has_come_back()) return std::optional<Trajectory>();
-  if (!closure.pulled.empty() && archive_.is_kept()) {
+  if (!closure.has_loops()) return std::optional<Trajectory>();
+  if (!closure.mistracked.empty() && archive_.is_kept()) {
     session_.info("frames were wrongly aligned with older parts of the scan: they are tracked again");
-    for (const FrameRange& frames : closure.pulled) {
+    for (const FrameRange& frames : closure.mistracked) {
       if (const auto tracked = track_again(frames); !tracked) return tracked.error();
     }
     closure = find_loops();

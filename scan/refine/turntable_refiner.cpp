@@ -198,8 +198,8 @@ Result<void> TurntableRefiner::measure_pairs(TurntablePairs& pairs) {
 }
 
 /// Corrects the known angles by the pictures. Where the scene determines the angle, the pictures decide.
-std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const TurntableSolution& seen,
-                                                   const std::vector<std::size_t>& parts) {
+std::optional<AnglePrior> TurntableRefiner::checked_prior(AnglePrior prior, const TurntableSolution& seen,
+                                                          const std::vector<std::size_t>& parts) {
   const bool is_held = seen.angle_sigma_rad < kHeld_rad && seen.rms_m <= kMostRms_m;
   if (!is_held) return prior;
   const bool has_several_parts = std::any_of(parts.begin(), parts.end(), [&](std::size_t part) {
@@ -223,17 +223,17 @@ std::optional<AnglePrior> TurntableRefiner::agreed(AnglePrior prior, const Turnt
 }
 
 /// Warns of frames that nothing joins to the rest, if they are more than a few.
-void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& held) {
+void TurntableRefiner::warn_of_left_out(const std::set<std::size_t>& solved) {
   constexpr std::size_t kFew = 20;  // one in so many
   std::vector<std::uint64_t> left_out;
   for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) {
-    if (!held.contains(i)) left_out.push_back(nodes_.sequences[i]);
+    if (!solved.contains(i)) left_out.push_back(nodes_.sequences[i]);
   }
   if (kFew * left_out.size() <= nodes_.sequences.size()) return;
   warn(fmt::format(
       "turntable: only {} of {} frames fit together; {} are left out, because no frame joins them to the rest: they "
       "show too little, or the table turned too far just before or after them. Turn it in steps of 2 to 8 degrees{}",
-      held.size(), nodes_.sequences.size(), frames_text(left_out), job_.angles ? "" : ", or give the angles"));
+      solved.size(), nodes_.sequences.size(), frames_text(left_out), job_.angles ? "" : ", or give the angles"));
 }
 
 void TurntableRefiner::describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs) {
@@ -282,28 +282,28 @@ void TurntableRefiner::cut_to_object(Frame& frame, double angle_rad) {
 }
 
 /// Writes a frame without the disc: when the object lies on another side, the disc is at another place.
-Result<void> TurntableRefiner::keep_cut(const Frame& frame) {
+Result<void> TurntableRefiner::record_cut(const Frame& frame) {
   Frame cut = frame;
   cut.T_world_camera = poses_.at(frame.sequence);
   if (space_->disc_m && frame.intrinsics == camera_) cut_to_space(cut.depth_m, camera_, *space_, -kOverDisc_m);
-  return kept_->write(cut);
+  return cut_recording_->write(cut);
 }
 
 void TurntableRefiner::edit_for_fusion(Frame& frame) {
   const bool is_known_camera = frame.intrinsics == camera_;
   const auto node = nodes_.find(frame.sequence);
   if (node && is_known_camera && config_.turntable.cuts) cut_to_object(frame, nodes_.motion.angles_rad[*node]);
-  if (kept_ && kept_so_far_) kept_so_far_ = keep_cut(frame);
+  if (cut_recording_ && recorded_) recorded_ = record_cut(frame);
   if (is_known_camera) crop_frame(frame, *space_rect_);
 }
 
 /// The refined poses of these nodes. Also sets T_world_object_ and poses_.
-Trajectory TurntableRefiner::trajectory_of(const std::set<std::size_t>& held) {
+Trajectory TurntableRefiner::trajectory_of(const std::set<std::size_t>& solved) {
   // The object's frame is that of the first frame's camera.
   T_world_object_ =
       has_poses_ ? nodes_.T_world_camera.front() : T_table_camera(*space_, config_.fusion.voxel_size_m / 2);
   Trajectory trajectory;
-  for (const std::size_t node : held) {
+  for (const std::size_t node : solved) {
     const double angle_rad = nodes_.motion.angles_rad[node];
     const Pose pose =
         has_poses_ ? nodes_.T_world_camera[node] : T_world_object_ * turn_about(nodes_.motion.axis, angle_rad);
@@ -315,9 +315,9 @@ Trajectory TurntableRefiner::trajectory_of(const std::set<std::size_t>& held) {
 }
 
 Result<void> TurntableRefiner::accept(TsdfVolume& volume) {
-  if (kept_ && kept_so_far_) kept_so_far_ = kept_->finish();
-  if (!kept_so_far_) return kept_so_far_;
-  has_cut_recording_ = kept_.has_value();
+  if (cut_recording_ && recorded_) recorded_ = cut_recording_->finish();
+  if (!recorded_) return recorded_;
+  has_cut_recording_ = cut_recording_.has_value();
   if (config_.turntable.cuts) {
     const VolumeCut cut = session_.timed(
         "refine", [&] { return cut_volume(moved(*space_, T_world_object_), config_.turntable.closes_base, volume); });
@@ -369,8 +369,8 @@ void TurntableRefiner::join_by_angles(std::vector<std::size_t>& parts) {
                    frames_text(joined), known_.option()));
 }
 
-/// Finds the axis and all angles; `held` gets the nodes whose angles are right.
-Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
+/// Finds the axis and all angles; `solved` gets the nodes whose angles are right.
+Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& solved) {
   TurntablePairs pairs(nodes_.motion, config_.fusion.noise);
   if (const auto found = find_pairs(pairs); !found || !*found) return found;
   const TurntableSolution seen = solve_turntable(nodes_.motion, pairs.edges(), std::nullopt);
@@ -378,7 +378,7 @@ Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
   if (!angles) return angles.error();
   std::vector<std::size_t> parts = turntable_parts(seen, pairs.edges(), kAgrees);
   std::optional<AnglePrior> prior;
-  if (*angles) prior = agreed(**std::move(angles), seen, parts);
+  if (*angles) prior = checked_prior(**std::move(angles), seen, parts);
   result_.prior = prior ? known_.source() : AngleSource::kNone;
   if (prior && known_.knows_gaps() && prior->sigma_rad < kPlaces_rad) join_by_angles(parts);
   const TurntableSolution first = prior ? solve_turntable(nodes_.motion, pairs.edges(), prior) : seen;
@@ -390,29 +390,29 @@ Result<bool> TurntableRefiner::find_motion(std::set<std::size_t>& held) {
   for (std::size_t i = 0; i < pairs.edges().size(); ++i) {
     const TurntableEdge& edge = pairs.edges()[i];
     if (solution.weights[i] <= kAgrees || parts[edge.from] != 0) continue;
-    held.insert({edge.from, edge.to});
+    solved.insert({edge.from, edge.to});
     const double apart_rad = nodes_.motion.angles_rad[edge.to] - nodes_.motion.angles_rad[edge.from];
     result_.is_closed = result_.is_closed || std::abs(apart_rad) > kAcross_rad;
   }
-  if (held.size() < kFewestFrames) return give_up("too few frames fit together");
-  result_.turns = extent_of(nodes_.motion.angles_rad, held) / (2 * std::numbers::pi);
-  warn_of_left_out(held);
+  if (solved.size() < kFewestFrames) return give_up("too few frames fit together");
+  result_.turns = extent_of(nodes_.motion.angles_rad, solved) / (2 * std::numbers::pi);
+  warn_of_left_out(solved);
   // Found again, because the axis is known better now.
   return find_space_of_object();
 }
 
 /// Finds the motion and returns the nodes whose angles are right; none when it is no turntable.
-Result<std::set<std::size_t>> TurntableRefiner::held_frames() {
-  std::set<std::size_t> held;
+Result<std::set<std::size_t>> TurntableRefiner::solved_frames() {
+  std::set<std::size_t> solved;
   if (has_poses_) {
-    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) held.insert(held.end(), i);
+    for (std::size_t i = 0; i < nodes_.sequences.size(); ++i) solved.insert(solved.end(), i);
     result_.prior = AngleSource::kRecording;
     result_.turns = std::abs(nodes_.motion.angles_rad.back()) / (2 * std::numbers::pi);
-    return held;
+    return solved;
   }
-  const auto found = session_.timed("refine", [&] { return find_motion(held); });
+  const auto found = session_.timed("refine", [&] { return find_motion(solved); });
   if (!found) return found.error();
-  return *found ? held : std::set<std::size_t>();
+  return *found ? solved : std::set<std::size_t>();
 }
 
 Result<std::optional<Trajectory>> TurntableRefiner::refine(const TrackedWalk& walk) {
@@ -420,9 +420,9 @@ Result<std::optional<Trajectory>> TurntableRefiner::refine(const TrackedWalk& wa
   if (session_.is_stopped()) return (void)give_up("it was interrupted"), as_tracked;
   const bool has_begun = session_.timed("refine", [&] { return begin_nodes(walk) && find_space_of_object(); });
   if (!has_begun) return as_tracked;
-  const auto held = held_frames();
-  if (!held) return held.error();
-  if (held->empty()) return as_tracked;
+  const auto solved = solved_frames();
+  if (!solved) return solved.error();
+  if (solved->empty()) return as_tracked;
   result_.axis_direction = space_->up;
   result_.axis_point = space_->axis.point;
   result_.disc_m = space_->disc_m;
@@ -431,9 +431,9 @@ Result<std::optional<Trajectory>> TurntableRefiner::refine(const TrackedWalk& wa
   if (job_.cut_recording) {
     auto created = CutRecording::create(*job_.cut_recording);
     if (!created) return created.error();
-    kept_.emplace(*std::move(created));
+    cut_recording_.emplace(*std::move(created));
   }
-  return std::optional(trajectory_of(*held));
+  return std::optional(trajectory_of(*solved));
 }
 
 }  // namespace scanknit

@@ -68,22 +68,22 @@ class TurntableRefiner final : public PoseRefiner {
   [[nodiscard]] std::vector<DepthImage> moving_parts() const;
   [[nodiscard]] bool begin_nodes(const TrackedWalk& walk);
   [[nodiscard]] bool find_space_of_object();
-  [[nodiscard]] Result<bool> find_motion(std::set<std::size_t>& held);
+  [[nodiscard]] Result<bool> find_motion(std::set<std::size_t>& solved);
   [[nodiscard]] Result<bool> find_pairs(TurntablePairs& pairs);
   [[nodiscard]] Result<void> measure_pairs(TurntablePairs& pairs);
   [[nodiscard]] Result<void> check_known_angles(const RecordingInfo& info);
-  [[nodiscard]] std::optional<AnglePrior> agreed(AnglePrior prior, const TurntableSolution& seen,
-                                                 const std::vector<std::size_t>& parts);
+  [[nodiscard]] std::optional<AnglePrior> checked_prior(AnglePrior prior, const TurntableSolution& seen,
+                                                        const std::vector<std::size_t>& parts);
   void join_by_angles(std::vector<std::size_t>& parts);
-  void warn_of_left_out(const std::set<std::size_t>& held);
+  void warn_of_left_out(const std::set<std::size_t>& solved);
   void warn(std::string text) { session_.warn(WarningCode::kTurntable, std::move(text)); }
   [[nodiscard]] bool check_solution(const TurntableSolution& solution, const TurntablePairs& pairs);
   void describe_solution(const TurntableSolution& solution, const TurntablePairs& pairs);
-  [[nodiscard]] Result<std::set<std::size_t>> held_frames();
-  [[nodiscard]] Trajectory trajectory_of(const std::set<std::size_t>& held);
+  [[nodiscard]] Result<std::set<std::size_t>> solved_frames();
+  [[nodiscard]] Trajectory trajectory_of(const std::set<std::size_t>& solved);
   void add_witnesses();
   void cut_to_object(Frame& frame, double angle_rad);
-  [[nodiscard]] Result<void> keep_cut(const Frame& frame);
+  [[nodiscard]] Result<void> record_cut(const Frame& frame);
   [[nodiscard]] bool give_up(const char* reason);
 
   const ScanJob& job_;
@@ -105,9 +105,9 @@ class TurntableRefiner final : public PoseRefiner {
   std::optional<PixelRect> space_rect_;
   std::optional<LookThrough> look_through_;
   Pose T_world_object_ = Pose::Identity();
-  PosesBySequence poses_;             ///< poses at which frames are fused again
-  std::optional<CutRecording> kept_;  ///< receives the frames while they are fused again
-  Result<void> kept_so_far_;
+  PosesBySequence poses_;                      ///< poses at which frames are fused again
+  std::optional<CutRecording> cut_recording_;  ///< receives the frames while they are fused again
+  Result<void> recorded_;
   bool has_cut_recording_ = false;
 };
 

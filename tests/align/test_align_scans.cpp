@@ -200,7 +200,7 @@ TEST(AlignScans, WhatCouldSlideIsHeldByMarkersAtBestAcceptably) {
   AlignPriors poses;
   for (const Pose& pose : scans.T_world_scan) poses.T_world_scan.emplace_back(pose);
   EXPECT_FALSE(align_scans(scans.models, poses)->is_placed[1]);
-  poses.may_hold = {true, true};
+  poses.may_fix_motion = {true, true};
   EXPECT_TRUE(align_scans(scans.models, poses)->is_placed[1]);
 }
 

@@ -65,7 +65,7 @@ TEST(LoopClosure, DistributesTheDriftOfAWalkThatComesBack) {
 TEST(LoopClosure, LeavesAWalkThatDidNotDrift) {
   const Walk walk(150);
   const LoopClosure closure = close_loops(walk.frames, NoiseModel{}, kTolerance_m);
-  EXPECT_TRUE(closure.has_come_back());
+  EXPECT_TRUE(closure.has_loops());
   EXPECT_FALSE(closure.is_corrected);
   EXPECT_EQ(farthest(closure.T_world_cameras, walk.frames.walk()), 0);
 }
@@ -77,7 +77,7 @@ TEST(LoopClosure, FindsNothingInAWalkAlongAWall) {
     frames.add(look(bare_wall(), at), at, false);
   }
   const LoopClosure closure = close_loops(frames, NoiseModel{}, kTolerance_m);
-  EXPECT_FALSE(closure.has_come_back());
+  EXPECT_FALSE(closure.has_loops());
   EXPECT_FALSE(closure.is_corrected);
 }
 
@@ -111,7 +111,7 @@ TEST(LoopClosure, OneLoopThatNoOtherAgreesWithIsNotBelieved) {
   walk_away(walk.frames, 2);
   walk.frames.add(look(small_room(), on_circle(3)), motion({0, 0, 0}, {0.06, 0, 0}) * on_circle(3), false);
   LoopClosure closure = close_loops(walk.frames, NoiseModel{}, kTolerance_m);
-  ASSERT_TRUE(closure.has_come_back());
+  ASSERT_TRUE(closure.has_loops());
   // Loops from one frame to several others agree with each other; a view of its own has none.
   EXPECT_EQ(closure.is_corrected, closure.loops.size() > 1);
 }
@@ -121,18 +121,18 @@ TEST(LoopClosure, SaysWhereTheTrackerWasPulled) {
   const Pose pull = motion({0, 0.01, 0}, {0.05, 0, 0});
   for (int step = 0; step < 60; ++step) walk.add(step, step < 30 ? on_circle(step) : pull * on_circle(step));
   const LoopClosure closure = close_loops(walk.frames, NoiseModel{}, kTolerance_m);
-  ASSERT_EQ(closure.pulled.size(), 1u);
-  EXPECT_LT(closure.pulled[0].first, 30u);
-  EXPECT_GE(closure.pulled[0].last, 30u);
+  ASSERT_EQ(closure.mistracked.size(), 1u);
+  EXPECT_LT(closure.mistracked[0].first, 30u);
+  EXPECT_GE(closure.mistracked[0].last, 30u);
 
   std::vector<Pose> T_first_frames;
-  const std::size_t first = closure.pulled[0].first;
-  for (std::size_t i = first; i <= closure.pulled[0].last; ++i) {
+  const std::size_t first = closure.mistracked[0].first;
+  for (std::size_t i = first; i <= closure.mistracked[0].last; ++i) {
     T_first_frames.push_back(walk.truth[first].inverse() * walk.truth[i]);
   }
   walk.frames.replace(first, T_first_frames);
   EXPECT_LT(farthest(walk.frames.walk(), walk.truth), 1e-9);
-  EXPECT_TRUE(close_loops(walk.frames, NoiseModel{}, kTolerance_m).pulled.empty());
+  EXPECT_TRUE(close_loops(walk.frames, NoiseModel{}, kTolerance_m).mistracked.empty());
 }
 
 TEST(LoopClosure, SameBitsForAnyNumberOfThreads) {
@@ -157,7 +157,7 @@ TEST(KeyFrames, AreBoundedAndCoverTheWholeWalk) {
   EXPECT_EQ(frames.kept().front().frame, 0u);
   EXPECT_GT(frames.kept().back().frame, 90u);
   EXPECT_GE(frames.kept().size(), 5u);
-  EXPECT_NEAR(frames.kept().back().way.walked_m, 2 * test::kPi * static_cast<double>(frames.kept().back().frame) / 120,
+  EXPECT_NEAR(frames.kept().back().path.walked_m, 2 * test::kPi * static_cast<double>(frames.kept().back().frame) / 120,
               0.01);
 }
 

@@ -36,9 +36,9 @@ class Walk {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       Frame frame;
       frame.timestamp_ns = static_cast<std::int64_t>(i);
-      const auto met =
-          frames[i] == 'k' ? search.meet_known({Pose::Identity(), frame.timestamp_ns}) : search.meet_lost(frame);
-      EXPECT_TRUE(met);
+      const auto added = frames[i] == 'k' ? search.add_known_frame({Pose::Identity(), frame.timestamp_ns})
+                                          : search.add_lost_frame(frame);
+      EXPECT_TRUE(added);
     }
     return found;
   }
