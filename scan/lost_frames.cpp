@@ -79,7 +79,7 @@ Result<void> LostFrames::relocalise(const Frame& frame) {
   return track_backward_from(known(sure.front().frame, sure.front().result));
 }
 
-/// Finds the frames that wait, the last one first.
+/// Tracks the waiting frames, the last one first, from the known frame after them.
 Result<void> LostFrames::track_backward_from(KnownFrame frame) {
   std::deque<Frame> waiting = std::exchange(waiting_, {});
   int misses = 0;

@@ -114,7 +114,7 @@ class RecordingScan {
     const LostLimits limits{.share = kFewer * lost_share, .at_first = counts.lost + first.scan.tracking->found_later};
     PassResult timed = walk_again(first, limits);
     if (!timed.has_given_up) return keep(std::move(timed));
-    session_.info("that loses hardly fewer: they are scanned without it");
+    session_.info("with it, hardly fewer frames are lost: they are scanned without it");
     job_.config.acquire = without_timing;
     return keep(walk_again(std::move(first)));
   }

@@ -13,7 +13,7 @@
 namespace scanknit {
 namespace {
 
-/// Between frames that follow each other; 0 without a clock, whose frames are a whole number apart.
+/// The fastest turn between two frames that follow each other. 0 without a clock: frames then count as a second apart.
 double fastest_turn_rad_per_s(const Trajectory& trajectory) {
   constexpr double kLongest_s = 0.15;
   double fastest = 0;

@@ -7,7 +7,7 @@
 
 namespace scanknit {
 
-/// `noise`: the option that no sensor goes with.
+/// `noise`: the option that cannot be combined with a sensor.
 void add_sensor_options(CLI::App& command, CommandLine& line, CLI::Option* noise);
 
 }  // namespace scanknit

@@ -20,7 +20,7 @@ struct MeshCommand {
   std::filesystem::path input;  ///< ScanJob::input
   ConfigSources config;
   OutputRequest outputs;
-  ViewArguments view = {};      ///< of a command without a live view: none is wanted
+  ViewArguments view = {};      ///< the default shows none: for commands without a live view
   bool is_capture = false;      ///< the frames come from a scanner: Ctrl-C is their normal end, and no interruption
   bool has_case_table = false;  ///< the summary ends with the frequency of the sub-cases
 

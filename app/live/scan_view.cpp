@@ -136,7 +136,7 @@ void ScanView::on_frame(const Frame& frame, const std::optional<Pose>& T_world_c
   budget_.earn(begin);
   if (T_world_camera) fused_at_.push_back(begin);
   note_counts(scan);
-  if (state_.phase != ViewPhase::kScanning) state_at_ = {};  // that is news
+  if (state_.phase != ViewPhase::kScanning) state_at_ = {};  // publishes the change at once
   state_.phase = ViewPhase::kScanning;
   note_tracking(scan.newest);
   note_pose(frame, T_world_camera);
@@ -206,7 +206,7 @@ void ScanView::note_pose(const Frame& frame, const std::optional<Pose>& T_world_
 /// Shows how the last frame was tracked. When poses are given, a usable frame has no such state.
 void ScanView::note_tracking(const TrackedFrame* newest) {
   const std::string tracking = newest == nullptr ? "none" : to_string(newest->state);
-  if (tracking != state_.tracking) state_at_ = {};  // that is news
+  if (tracking != state_.tracking) state_at_ = {};  // publishes the change at once
   state_.tracking = tracking;
   const TrackReason reason = newest == nullptr ? TrackReason::kNone : newest->reason;
   state_.reason = to_string(reason);

@@ -34,20 +34,20 @@ constexpr double kDriftRadPerRad = 0.03;
 constexpr double kDriftOfGap_m = 0.5;
 constexpr double kDriftOfGap_rad = 0.3;
 
-// What tracking makes of a step between key frames, one standard deviation, where the scene holds the camera well ...
+// Tracking's error over a step between key frames, one standard deviation, in a scene that constrains all motions ...
 constexpr double kStep_m = 0.001;
 constexpr double kStepPerMetre = 0.005;
 constexpr double kStep_rad = 0.0005;
 constexpr double kStepRadPerRad = 0.005;
 constexpr double kStepRadPerMetre = 0.001;
-// ... and this share of the covariance of two frames, since the volume averages many; they hold at least so much.
+// ... plus this share of the covariance of two registered frames, whose information is at least kLeastHeld.
 constexpr double kModelShare = 1;
 constexpr double kLeastHeld = 10;  // 1 / m^2
 
-// A step is doubted when the two frames contradict it by so much; so many key frames before and after it, too.
-constexpr double kPulledSigmas = 2;
-constexpr std::size_t kPulledBefore = 6;
-constexpr std::size_t kPulledAfter = 5;
+// A step counts as mistracked when its two frames contradict it by so much, and with it so many key frames around it.
+constexpr double kMistrackedSigmas = 2;
+constexpr std::size_t kMistrackedBefore = 6;
+constexpr std::size_t kMistrackedAfter = 5;
 
 constexpr std::size_t kNeighbours = 3;  // key frames back, registered with each other
 
@@ -123,7 +123,7 @@ class Closer {
     }
   }
 
-  /// The next but one sees much of the same, too: together they hold the walk better than step by step.
+  /// Registers each key frame with the few before it: together they constrain the walk better than single steps do.
   void join_neighbours() {
     for (std::size_t b = 1; b < keys_.size(); ++b) {
       for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
@@ -134,13 +134,13 @@ class Closer {
     }
   }
 
-  /// What two frames say of a step against what was tracked.
+  /// True when the registration of two frames contradicts the tracked step between them.
   [[nodiscard]] static bool contradicts(const KeyFrameMatch& seen, const PoseEdge& step) {
     const PoseEdge measured{step.from, step.to, seen.T_a_b, seen.information, false};
-    return edge_sigmas(measured, Pose::Identity(), step.T_from_to) > kPulledSigmas;
+    return edge_sigmas(measured, Pose::Identity(), step.T_from_to) > kMistrackedSigmas;
   }
 
-  /// Of a step that was tracked. It drifts where the scene holds the camera little, as `seen` tells.
+  /// The information of a tracked step. It is less along motions that the scene constrains little, by `seen`.
   [[nodiscard]] static Matrix6d step_information(const Pose& step, const std::optional<KeyFrameMatch>& seen) {
     const double metres = step.translation().norm();
     const double radians = angle_of(step);
@@ -157,13 +157,13 @@ class Closer {
     return covariance.inverse();
   }
 
-  /// Some key frames before and after count as well: the pull comes and goes by degrees.
+  /// Some key frames before and after count as well, because tracking goes wrong, and recovers, by degrees.
   [[nodiscard]] std::vector<FrameRange> mistracked() const {
     std::vector<FrameRange> ranges;
     for (std::size_t step = 0; step < is_mistracked_.size(); ++step) {
       if (!is_mistracked_[step]) continue;
-      const FrameRange range{keys_[step > kPulledBefore ? step - kPulledBefore : 0].frame,
-                             keys_[std::min(step + kPulledAfter, keys_.size() - 1)].frame};
+      const FrameRange range{keys_[step > kMistrackedBefore ? step - kMistrackedBefore : 0].frame,
+                             keys_[std::min(step + kMistrackedAfter, keys_.size() - 1)].frame};
       if (!ranges.empty() && range.first <= ranges.back().last) {
         ranges.back().last = range.last;
       } else {

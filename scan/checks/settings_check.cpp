@@ -26,7 +26,7 @@ std::vector<std::string> unused_glb_keys(const ScanFiles& files, const ExportCon
 }
 
 /// True if the user asked for a size of holes. A whole configuration, as `config print` writes it, gives every key:
-/// there the built-in size says nothing.
+/// there the built-in size does not count as a wish.
 bool wants_max_hole(const ScanJob& job) {
   const bool is_built_in = job.config.finish.max_hole_m == FinishConfig{}.max_hole_m;
   return job.gives(kMaxHole) && !(is_built_in && job.gives("finish.watertight"));

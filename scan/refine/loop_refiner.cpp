@@ -106,7 +106,7 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   session_.info(fmt::format("the camera came back to a known place with a drift of {:.0f} mm: closing the loop",
                             closure.drift_m * 1000));
   if (!archive_.is_kept()) {
-    return Error{ErrorCode::kInput, "closing it takes the frames again, and no recording was made"};
+    return Error{ErrorCode::kInput, "closing it needs the frames again, and no recording was made"};
   }
   Trajectory corrected = moved(walk.trajectory, closure.T_world_cameras);
   largest_correction_m_ = farthest_moved_m(walk.trajectory, corrected);
