@@ -139,6 +139,7 @@ void ScanView::on_frame(const Frame& frame, const std::optional<Pose>& T_world_c
   if (state_.phase != ViewPhase::kScanning) state_at_ = {};  // publishes the change at once
   state_.phase = ViewPhase::kScanning;
   note_tracking(scan.newest);
+  note_caution(frame, T_world_camera, scan.newest);
   note_pose(frame, T_world_camera);
   is_mesh_behind_ = true;
   state_.memory_mib = static_cast<double>(scan.volume.memory_bytes()) / (1024 * 1024);
@@ -211,6 +212,16 @@ void ScanView::note_tracking(const TrackedFrame* newest) {
   const TrackReason reason = newest == nullptr ? TrackReason::kNone : newest->reason;
   state_.reason = to_string(reason);
   state_.advice = tracking_advice(reason);
+}
+
+/// Shows a well tracked camera as weak when it will soon be lost.
+void ScanView::note_caution(const Frame& frame, const std::optional<Pose>& T_world_camera, const TrackedFrame* newest) {
+  if (newest == nullptr || !T_world_camera) return watch_.forget();
+  const auto caution = watch_.look(frame, *T_world_camera, newest->points);
+  if (!caution || newest->state != TrackState::kOk) return;
+  state_.tracking = to_string(TrackState::kWeak);
+  state_.reason = caution->reason;
+  state_.advice = caution->advice;
 }
 
 /// Shows that frames come but cannot be used.

@@ -13,6 +13,7 @@
 
 #include "app/commands.h"
 #include "app/live/live_mesh.h"
+#include "app/live/tracking_watch.h"
 #include "app/live/view_budget.h"
 #include "app/report/run.h"
 #include "app/terminal/console.h"
@@ -72,6 +73,7 @@ class ScanView final : public ScanObserver {
   void note_counts(const FrameCounts& frames, const std::optional<LossCounters>& losses);
   void note_trouble(DropReason reason);
   void note_tracking(const TrackedFrame* newest);
+  void note_caution(const Frame& frame, const std::optional<Pose>& T_world_camera, const TrackedFrame* newest);
   void show_picture(const Frame& frame);
   void publish_state(bool is_urgent);
   void publish_news();
@@ -100,6 +102,7 @@ class ScanView final : public ScanObserver {
   bool is_mesh_behind_ = false;         ///< the volume may have changes that the mesh does not show
   ViewState state_, published_;
   std::optional<Pose> T_world_camera_;  ///< pose of the last frame that had one
+  TrackingWatch watch_;
   std::deque<Clock::time_point> fused_at_;
   Clock::time_point begun_at_ = Clock::now(), frame_at_ = begun_at_, state_at_{}, picture_at_{};
   ViewBudget budget_;
