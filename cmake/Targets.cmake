@@ -73,14 +73,16 @@ function(scanknit_module name)
 endfunction()
 
 # scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds] [PRECOMPILE headers] [TOGETHER]): one
-# GoogleTest executable, each test a ctest; TOGETHER: one ctest for all, which share the recordings that their suites render. The
-# label is the room unless given.
+# GoogleTest executable, each test a ctest; TOGETHER: one ctest for all, which share the recordings that their suites render. So it
+# is with sanitizers, too, under which a program takes seconds to start. The label is the room unless given.
 function(scanknit_test name)
   cmake_parse_arguments(TEST "TOGETHER" "LABEL;TIMEOUT" "SOURCES;LIBRARIES;PRECOMPILE" ${ARGN})
   if(NOT TEST_LABEL)
     get_filename_component(TEST_LABEL ${CMAKE_CURRENT_SOURCE_DIR} NAME)
   endif()
-  if(NOT TEST_TIMEOUT)
+  if(SCANKNIT_SANITIZE)
+    set(TEST_TIMEOUT 3600)
+  elseif(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
@@ -92,12 +94,12 @@ function(scanknit_test name)
   else()
     target_precompile_headers(${name} REUSE_FROM scanknit_test_headers)
   endif()
-  if(TEST_TOGETHER)
+  if(TEST_TOGETHER OR SCANKNIT_SANITIZE)
     add_test(NAME ${name} COMMAND ${name})
     set_tests_properties(${name} PROPERTIES LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
     return()
   endif()
-  # Under sanitizers a program is slow to start: long enough for its list of tests, even while others run.
+  # Long enough for a program's list of tests, even while others run.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
 endfunction()

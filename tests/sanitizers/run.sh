@@ -11,16 +11,16 @@ source_dir="$(cd "$(dirname "$0")/../.." && pwd)"
 jobs="${SCANKNIT_JOBS:-$(nproc)}"
 
 options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
-targets=(test_usb test_view)
-runs_program=false
+tests=(test_usb test_view)
+program_tests=()  # those that run the program
 if command -v umockdev-wrapper >/dev/null; then
-  targets+=(test_usb_emulated)
+  tests+=(test_usb_emulated)
   if [ $# -ge 3 ]; then
-    runs_program=true
-    targets+=(test_usb_commands test_usb_capture)
-    options+=("-DBESIDE=$3")
+    program_tests=(test_usb_commands test_usb_capture)
+    options+=("-DBESIDE=$3" -DSCANKNIT_BUILD_APP=ON)
   fi
 fi
+targets=()
 case "$kind" in
   address)  # warnings are for the compiler that we build with
     if ! command -v clang++ >/dev/null || [ ! -e "$(clang++ -print-file-name=libclang_rt.fuzzer-x86_64.a)" ]; then
@@ -29,11 +29,13 @@ case "$kind" in
     fi
     options+=(-DCMAKE_CXX_COMPILER=clang++ -DSCANKNIT_WERROR=OFF -DSCANKNIT_BUILD_FUZZERS=ON
       -DSCANKNIT_SANITIZE=fuzzer-no-link,address,undefined)
-    targets+=(test_acquire_record test_acquire_replay fuzzers)
+    tests+=(test_acquire_record test_acquire_replay)
+    targets=(fuzzers)
     ;;
   thread) options+=(-DSCANKNIT_SANITIZE=thread) ;;
 esac
-if $runs_program; then options+=(-DSCANKNIT_BUILD_APP=ON); else options+=(-DSCANKNIT_BUILD_APP=OFF); fi
+if [ ${#program_tests[@]} -eq 0 ]; then options+=(-DSCANKNIT_BUILD_APP=OFF); fi
+targets+=("${tests[@]}" "${program_tests[@]}")
 
 mkdir -p "$build_dir"
 if ! { cmake -S "$source_dir/tests/sanitizers/project" -B "$build_dir" -G Ninja "${options[@]}" &&
@@ -49,22 +51,32 @@ openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / && !found { print $NF; found =
 mkdir -p "$build_dir/without_drivers"
 if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
 export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
-run() { ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error "$@"; }
-too_slow='LeavesTheProcessorAlone|ArrivesWithoutALoss|SlowConsumer'  # they measure what an instrumented program cannot give
-run -j "$jobs" -L '^(acquire|usb|view|fuzz)$' -E "$too_slow|UsbVm"  # whose machine is no place for sanitizers
+ctest=(ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error -j "$jobs")
+# run "PROGRAM ..." TEST ...: all tests of those programs but the ones that are named
+run() {
+  local programs="$1" left_out
+  shift
+  left_out=$(IFS=:; echo "-$*")
+  GTEST_FILTER="$left_out" "${ctest[@]}" -R "^(${programs// /|})\$"
+}
 
-if $runs_program; then
+if [ "$kind" = address ]; then "${ctest[@]}" -L '^fuzz$'; fi
+# These measure what an instrumented program cannot give.
+run "${tests[*]}" '*LeavesTheProcessorAlone*' '*ArrivesWithoutALoss*' 'SlowConsumer.*'
+
+if [ ${#program_tests[@]} -gt 0 ]; then
   # Killed asks for what was written within a second. The others render long walks, which takes minutes.
-  left_out='Killed|CaptureStop\.|CaptureView\.ARefined|RecordCommand\.WithoutACalibration'
-  left_out+='|CaptureCommand\.(Ends|Colours|Bakes|Leaves|Takes|Unplugged|PluggedIn|Puts|WithoutACalibration)'
-  left_out+='|CaptureCommand\.WhoseScannerFailsWhile'
+  left_out=('Killed.*' 'CaptureStop.*' 'CaptureView.ARefined*' 'RecordCommand.WithoutACalibration*')
+  for walk in Ends Colours Bakes Leaves Takes Unplugged PluggedIn Puts WithoutACalibration WhoseScannerFailsWhile; do
+    left_out+=("CaptureCommand.$walk*")
+  done
   if [ "$kind" = thread ]; then
     # On one processor TBB has no threads, which the sanitizer would take for racing; ours take turns. There a second
     # signal may come when the mesh is written already.
-    left_out+='|Interrupted\.CaptureStopsAtOnce'
+    left_out+=('Interrupted.CaptureStopsAtOnce*')
     taskset -p -c "$(awk '/^Cpus_allowed_list/ { print $2 + 0 }' /proc/self/status)" $$ >/dev/null
   else
-    left_out+='|CaptureView'
+    left_out+=('CaptureView.*')
   fi
-  run -L '^usb_program$' -E "$left_out"
+  run "${program_tests[*]}" "${left_out[@]}"
 fi
