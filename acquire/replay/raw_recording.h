@@ -37,7 +37,7 @@ struct RawRecording {
   ReadRawFrame read = {};
 };
 
-/// A frame for each depth picture, with the colour picture nearest to it in the camera's time (live/frame_pairing.h),
+/// A frame for each depth picture, with the colour picture nearest to it in the camera's time (replay/frame_pairing.h),
 /// decoded as live capture decodes it (raw_decode.h). The camera of `config` overrides the recording's.
 [[nodiscard]] Recording index_raw_recording(RawRecording raw, const AcquireConfig& config);
 

@@ -180,11 +180,9 @@ class InputLoader {
                      .kind = AlignKind::kRecording,
                      .world_up = (*source)->info().world_up};
     if (input.name.empty()) input.name = path.parent_path().filename().string();
-    ScanSession own(session_.observer(), session_.stop());
     input.config = config_;
-    apply_sensor((*source)->info().sensor, input.config, own);
-    auto fused = fuse_recording(**source, own, input);
-    add_times(own.times(), session_.times());
+    apply_sensor((*source)->info().sensor, input.config, session_);
+    auto fused = fuse_recording(**source, input);
     if (!fused) return fused.error();
     loaded_.models.push_back(std::move(fused->model));
     input.trajectory = std::move(fused->trajectory);
@@ -193,10 +191,16 @@ class InputLoader {
     return {};
   }
 
+  /// All but `fused`, which counts the frames of the aligned mesh.
   void add_counts(const FrameCounts& frames) {
     loaded_.frames.read += frames.read;
     loaded_.frames.dropped += frames.dropped;
     loaded_.frames.lost += frames.lost;
+    for (const auto& [reason, count] : frames.dropped_by_reason) loaded_.frames.dropped_by_reason[reason] += count;
+    for (const std::string& message : frames.drop_messages) {
+      if (loaded_.frames.drop_messages.size() == FrameIntake::kMostDropMessages) break;
+      loaded_.frames.drop_messages.push_back(message);
+    }
   }
 
   struct FusedRecording {
@@ -206,11 +210,10 @@ class InputLoader {
   };
 
   /// Tracks and fuses all frames.
-  [[nodiscard]] Result<FusedRecording> fuse_recording(FrameSource& source, ScanSession& session,
-                                                      const AlignInput& input) {
-    FrameIntake intake(source, input.config.acquire, session, {session.stop(), {}});
+  [[nodiscard]] Result<FusedRecording> fuse_recording(FrameSource& source, const AlignInput& input) {
+    FrameIntake intake(source, input.config.acquire, session_, {session_.stop(), {}});
     NoRefiner refiner;
-    auto scan = Reconstruction::create(input.config, {source.info().poses}, refiner, session);
+    auto scan = Reconstruction::create(input.config, {source.info().poses}, refiner, session_);
     if (!scan) return scan.error();
     std::vector<ModelSight> sights;
     const std::size_t every = std::max<std::size_t>(1, selected_frames(source.info(), config_.acquire) / kSightFrames);

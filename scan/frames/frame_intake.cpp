@@ -16,7 +16,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPatience{50};
-constexpr std::size_t kMessagesInResult = 100;
 constexpr std::size_t kMessagesInWarning = 5;
 
 std::string reasons_text(const FrameCounts& frames) {
@@ -162,7 +161,7 @@ void FrameIntake::count_dropped(const FrameDropped& dropped) {
   last_drop_ = dropped.reason;
   std::string message = fmt::format("frame {}: {}", dropped.sequence, dropped.error.text());
   session_.debug(message);
-  if (counts_.drop_messages.size() < kMessagesInResult) counts_.drop_messages.push_back(std::move(message));
+  if (counts_.drop_messages.size() < kMostDropMessages) counts_.drop_messages.push_back(std::move(message));
 }
 
 void FrameIntake::warn_of_dropped() {

@@ -20,6 +20,8 @@ namespace scanknit {
 
 class FrameIntake {
  public:
+  static constexpr std::size_t kMostDropMessages = 100;  ///< in FrameCounts::drop_messages
+
   struct Options {
     std::stop_token stop = {};  ///< ends the frames
     FrameCounts counted = {};   ///< counts to start with: frames of the same scan that this source does not have
