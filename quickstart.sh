@@ -101,7 +101,7 @@ case "$job" in
     "$build_dir/bin/scanknit" run out/sample_recording --preset object -o out/sample
     ;;
   test) run_tests ;;
-  "test --quick") run_tests -L '^(core|layering|acquire|synth|align|fusion|extract|extract_volume|finish|export|scan|view)$' ;;
+  "test --quick") run_tests -L '^(core|layering|acquire|synth|align|fusion|extract|extract_volume|finish|export|scan|view|app_units|python)$' ;;
   "test --full")
     install_tools
     run_tests

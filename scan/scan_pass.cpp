@@ -74,6 +74,7 @@ Result<void> ScanPass::track_and_fuse() {
 void ScanPass::find_lost() {
   const bool has_lost = scan_->tracking() && intake_.counts().lost > 0 && intake_.counts().fused > 0;
   if (!has_lost || session_.is_stopped() || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return;
+  enter(ScanPhase::kWriting);
   const auto source = input_.archive.open();
   const Result<void> found = source ? scan_->find_lost(**source) : source.error();
   intake_.recount(scan_->trajectory().size());

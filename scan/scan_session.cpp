@@ -1,8 +1,14 @@
 #include "scan/scan_session.h"
 
+#include <algorithm>
+
 namespace scanknit {
 
 void ScanSession::warn(WarningCode code, std::string text) {
+  const bool is_known = std::any_of(warnings_.begin(), warnings_.end(), [&](const Noted& noted) {
+    return noted.mesh == kAnyMesh && noted.warning.code == code && noted.warning.text == text;
+  });
+  if (is_known) return;
   warnings_.push_back({{code, std::move(text)}, kAnyMesh});
   observer_.on_warning(warnings_.back().warning);
 }

@@ -33,6 +33,7 @@ class ScanSession {
     observer_.on_progress(what, done, total);
   }
 
+  /// A warning that was given already is not given again.
   void warn(WarningCode code, std::string text);
   /// Warns of the mesh that is being made; the warning ends when another mesh replaces it. If an earlier mesh had a
   /// warning of the same code and step, the observer is not told again. `step`: FinishResult::Step::name, or empty.

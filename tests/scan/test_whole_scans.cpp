@@ -1,0 +1,167 @@
+// The calls that make a mesh of recordings, with an observer, as a program that embeds them sees them.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "scan/align/align.h"
+#include "scan/scan.h"
+#include "synth/scene/scene.h"
+#include "synth/write_recording.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFrames = 12;
+
+/// Keeps what the scan tells it, and ends the frames after `most_frames`.
+class Witness final : public ScanObserver {
+ public:
+  explicit Witness(std::size_t most_frames = kFrames) : most_frames_(most_frames) {}
+
+  void on_warning(const ScanWarning& warning) override { warnings.push_back(warning.text); }
+  Result<void> on_open(const RecordingInfo& info) override {
+    events.push_back("open " + std::to_string(info.frames));
+    return {};
+  }
+  Result<void> on_begin(const ScanState&) override {
+    events.emplace_back("begin");
+    return {};
+  }
+  void on_frame(const Frame&, const std::optional<Pose>& T_world_camera, const ScanState& scan) override {
+    if (T_world_camera) ++fused;
+    EXPECT_EQ(scan.frames.fused, fused);
+  }
+  void on_phase(const ScanState& scan) override {
+    if (scan.phase == ScanPhase::kWriting) events.emplace_back("write");
+  }
+  std::optional<ScanCommand> next_command(std::stop_token, std::chrono::nanoseconds) override {
+    if (fused < most_frames_) return std::nullopt;
+    return ScanCommand{ScanCommand::Kind::kFinish};
+  }
+
+  std::size_t fused = 0;
+  std::vector<std::string> events, warnings;
+
+ private:
+  std::size_t most_frames_;
+};
+
+/// A recording of a desk with known poses; the depth picture of frame 3 is damaged if `is_damaged`.
+class WholeScan : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("scanknit_whole_scan_" + std::to_string(::getpid()));
+    SynthConfig config;
+    config.frames = kFrames;
+    config.intrinsics = {160, 120, 131.25, 131.25, 79.5, 59.5};
+    const auto scene = make_scene("desk");
+    ASSERT_TRUE(scene);
+    ASSERT_TRUE(write_synthetic_recording(*scene, config, recording()));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  [[nodiscard]] fs::path recording() const { return folder_ / "recording"; }
+  [[nodiscard]] fs::path mesh() const { return folder_ / "out" / "model.ply"; }
+  void damage_frame_3() const { std::ofstream(recording() / "depth" / "000003.png") << "no picture"; }
+
+  [[nodiscard]] ScanJob job() const {
+    ScanJob job;
+    job.input = recording();
+    job.config.fusion.voxel_size_m = 0.02;
+    job.files.meshes = {mesh()};
+    return job;
+  }
+
+ private:
+  fs::path folder_;
+};
+
+std::vector<std::string> texts_of(const std::vector<ScanWarning>& warnings) {
+  std::vector<std::string> texts;
+  for (const ScanWarning& warning : warnings) texts.push_back(warning.text);
+  return texts;
+}
+
+TEST_F(WholeScan, IsSeenByItsObserverFromTheFirstFrameToTheFile) {
+  Witness witness;
+  const ScanResult result = scan_recording(job(), witness);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_EQ(witness.events, (std::vector<std::string>{"open 12", "begin", "write"}));
+  EXPECT_EQ(witness.fused, kFrames);
+  EXPECT_EQ(result.frames.fused, kFrames);
+  EXPECT_EQ(result.trajectory.size(), kFrames);
+  EXPECT_EQ(result.files.at("ply"), mesh().string());
+  EXPECT_GT(fs::file_size(mesh()), 1000u);
+  EXPECT_EQ(texts_of(result.warnings), witness.warnings);
+}
+
+TEST_F(WholeScan, EndsAtItsObserversCommand) {
+  Witness witness(5);
+  const ScanResult result = scan_recording(job(), witness);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_EQ(result.frames.fused, 5u);
+  EXPECT_TRUE(fs::exists(mesh()));
+}
+
+TEST_F(WholeScan, LeavesNoMeshWhenItIsStoppedBeforeTheFirstFrame) {
+  Witness witness;
+  std::stop_source stop;
+  stop.request_stop();
+  const ScanResult result = scan_recording(job(), witness, stop.get_token());
+  EXPECT_FALSE(result.outcome);
+  EXPECT_EQ(witness.fused, 0u);
+  EXPECT_FALSE(fs::exists(mesh()));
+}
+
+TEST_F(WholeScan, SaysWhichFrameIsDamagedInItsResultAndToItsObserver) {
+  damage_frame_3();
+  Witness witness;
+  const ScanResult result = scan_recording(job(), witness);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_EQ(result.frames.fused, kFrames - 1);
+  EXPECT_EQ(result.frames.dropped, 1u);
+  ASSERT_EQ(result.frames.drop_messages.size(), 1u);
+  EXPECT_NE(result.frames.drop_messages[0].find("000003.png"), std::string::npos);
+  EXPECT_NE(find_warning(result, WarningCode::kFramesDropped), nullptr);
+  EXPECT_EQ(texts_of(result.warnings), witness.warnings);
+}
+
+TEST_F(WholeScan, SaysEachWarningOnceThoughTheFramesAreReadTwice) {
+  damage_frame_3();
+  ScanJob twice = job();
+  twice.config.acquire.poses = PoseMode::kTrack;
+  twice.config.turntable.is_enabled = true;  // there is none: the frames are read again as a walk
+  Witness witness;
+  const ScanResult result = scan_recording(twice, witness);
+  EXPECT_EQ(std::count(witness.events.begin(), witness.events.end(), "begin"), 2);
+  std::vector<std::string> texts = texts_of(result.warnings);
+  std::sort(texts.begin(), texts.end());
+  EXPECT_EQ(std::adjacent_find(texts.begin(), texts.end()), texts.end());
+  EXPECT_NE(find_warning(result, WarningCode::kNotATurntable), nullptr);
+}
+
+TEST_F(WholeScan, OfSeveralRecordingsKeepsWhatEachSaysOfItsFrames) {
+  damage_frame_3();
+  Witness witness;
+  const ScanResult result = align_and_mesh(job(), {.inputs = {recording(), recording()}, .known = {}}, witness);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_EQ(result.frames.dropped, 2u);
+  std::size_t with_reason = 0;
+  for (const auto& [reason, count] : result.frames.dropped_by_reason) with_reason += count;
+  EXPECT_EQ(with_reason, 2u);
+  EXPECT_EQ(result.frames.drop_messages.size(), 2u);
+  EXPECT_NE(find_warning(result, WarningCode::kFramesDropped), nullptr);
+  EXPECT_EQ(texts_of(result.warnings), witness.warnings);
+}
+
+}  // namespace
+}  // namespace scanknit
