@@ -17,7 +17,7 @@ using Tcp = asio::ip::tcp;
 
 using namespace std::chrono_literals;
 
-constexpr auto kPatience = 10s;
+constexpr auto kPatience = 60s;
 constexpr auto kShortPatience = 500ms;
 
 void connect_to(Tcp::socket& socket, std::uint16_t port) {

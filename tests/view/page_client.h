@@ -51,7 +51,7 @@ class PageClient {
                                              std::optional<std::string> origin = std::nullopt, int* status = nullptr);
   ~PageClient();
 
-  /// The next message; nothing after ten seconds without one, or when the connection has ended.
+  /// The next message; nothing after a minute without one, or when the connection has ended.
   std::optional<PageMessage> next();
   /// The next text of that type; binary messages on the way to it are kept in `binaries`, without credit.
   nlohmann::json next_of(const std::string& type);
