@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/files/atomic_file.h"
+#include "core/files/located.h"
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 
@@ -21,7 +22,7 @@ constexpr long kLargestRaw = 65534;  // 65535 means "no return" to many readers
 
 // An encoder's answer into a file.
 Result<void> write_picture(const Result<std::vector<std::uint8_t>>& encoded, const fs::path& path) {
-  if (!encoded) return Error{encoded.error().code, encoded.error().message, path.string()};
+  if (!encoded) return located(encoded.error(), path);
   return write_bytes(std::as_bytes(std::span(*encoded)), path);
 }
 

@@ -8,6 +8,7 @@
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
@@ -28,13 +29,12 @@ std::optional<std::uint64_t> colour_number(const std::string& name) {
 }
 
 Result<Pose> read_pose(const std::filesystem::path& path, const Limits& limits) {
-  const auto in_file = [&](const Error& error) { return Error{error.code, error.message, path.string()}; };
   const auto text = read_text_file(path, limits.max_text_bytes);
   if (!text) return text.error();
   const auto numbers = parse_numbers(*text);
-  if (!numbers) return in_file({ErrorCode::kInput, "the pose holds a word that is not a number"});
+  if (!numbers) return Error{ErrorCode::kInput, "the pose holds a word that is not a number", path.string()};
   const auto pose = pose_from_numbers(*numbers);
-  if (!pose) return in_file(pose.error());
+  if (!pose) return located(pose.error(), path);
   return *pose;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/files/ascii_numbers.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
@@ -39,14 +40,13 @@ bool is_range_path(const std::filesystem::path& path) {
 }
 
 Result<RangeFile> read_range_file(const std::filesystem::path& path, const Limits& limits) {
-  const auto failure = [&](const Error& error) { return Error{error.code, error.message, path.string()}; };
   auto packed = read_text_file(path, limits.max_range_bytes);
   if (!packed) return packed.error();
   const auto bytes = unpack_gzip(*std::move(packed), limits.max_range_bytes);
-  if (!bytes) return failure(bytes.error());
+  if (!bytes) return located(bytes.error(), path);
   try {
     auto file = parse(ending(path), *bytes, limits);
-    if (!file) return failure(file.error());
+    if (!file) return located(file.error(), path);
     const std::string name = path.filename().string();
     for (std::size_t i = 0; i < file->scans.size(); ++i) {
       file->scans[i].name = file->scans.size() == 1 ? name : name + "#" + std::to_string(i + 1);

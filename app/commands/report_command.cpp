@@ -46,9 +46,7 @@ int report_command(const ReportArguments& arguments, const CommonArguments& comm
   if (!found) return fail(found.error(), common);
   const auto json = read_text_file(found->json, Limits{}.max_text_bytes);
   if (!json) return fail(json.error(), common);
-  if (auto sound = check_report(*json); !sound) {
-    return fail(Error{sound.error().code, sound.error().message, found->json.string()}, common);
-  }
+  if (auto sound = check_report(*json); !sound) return fail(located(sound.error(), found->json), common);
   if (auto written = write_report_page(*json, found->page); !written) {
     return fail(located(written.error(), found->json), common);
   }

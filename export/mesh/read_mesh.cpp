@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/files/located.h"
 #include "core/files/read_file.h"
 #include "export/glb/glb_reader.h"
 #include "export/mesh/mesh_builder.h"
@@ -50,7 +51,7 @@ Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits, 
   const auto bytes = read_text_file(path, limits.max_mesh_bytes);
   if (!bytes) return bytes.error();
   auto mesh = parse_mesh(*bytes, *format, limits, notes);
-  if (!mesh) return Error{mesh.error().code, mesh.error().message, path.string()};
+  if (!mesh) return located(mesh.error(), path);
   return mesh;
 }
 

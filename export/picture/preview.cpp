@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/files/atomic_file.h"
+#include "core/files/located.h"
 #include "core/picture/png_codec.h"
 #include "export/picture/rasteriser.h"
 #include "export/picture/view_choice.h"
@@ -61,7 +62,7 @@ ColourImage render_two_views(const Mesh& mesh, UpAxis world_up, const std::optio
 
 Result<void> write_png(const ColourImage& image, const std::filesystem::path& path) {
   auto bytes = encode_png(image, PngEffort::kFast);
-  if (!bytes) return Error{bytes.error().code, bytes.error().message, path.string()};
+  if (!bytes) return located(bytes.error(), path);
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   if (auto written = file->write(std::as_bytes(std::span(*bytes))); !written) return written;

@@ -8,6 +8,7 @@
 #include "acquire/frame_source.h"
 #include "acquire/range/range_files.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/located.h"
 #include "core/files/read_file.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
@@ -84,7 +85,7 @@ class InputLoader {
     const auto text = read_text_file(path, config_.acquire.limits.max_text_bytes);
     if (!text) return text.error();
     const auto scans = parse_conf(*text, config_.acquire.limits);
-    if (!scans) return Error{scans.error().code, scans.error().message, path.string()};
+    if (!scans) return located(scans.error(), path);
     for (const TextLine& line : text_lines(*text)) {
       if (line.words[0] != "mesh") continue;  // an older form, whose poses are not those of bmesh
       warn(fmt::format(
@@ -229,10 +230,9 @@ class InputLoader {
         sights.push_back({RangeView(view, find_surface(view)), *added->T_world_camera});
       }
     }
-    const auto at_path = [&](const Error& error) { return Error{error.code, error.message, input.path.string()}; };
-    if (auto usable = intake.conclude(); !usable) return at_path(usable.error());
+    if (auto usable = intake.conclude(); !usable) return located(usable.error(), input.path);
     if (auto tracked = check_tracking({scan->tracking(), intake.counts(), scan->is_budget_reached()}); !tracked) {
-      return at_path(tracked.error());
+      return located(tracked.error(), input.path);
     }
     const auto surface = extract_surface(scan->volume().field_view().without_colours(), config_.extract);
     if (!surface) return surface.error();
