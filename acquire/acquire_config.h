@@ -21,6 +21,8 @@ using Distortion = std::array<double, 5>;
 struct CameraModel {
   CameraIntrinsics intrinsics;
   Distortion distortion{};
+
+  friend bool operator==(const CameraModel&, const CameraModel&) = default;
 };
 
 /// How a recording is laid out (docs/recordings.md).

@@ -53,6 +53,7 @@ class ConfigReader {
     if (!value) return;
     key.set(loaded_.config, *value);
     loaded_.given.insert(key.name);
+    given_.insert(key.name);
   }
 
   void note(const YamlNode& node, std::string message) { note(node.line, node.column, std::move(message)); }
@@ -61,6 +62,9 @@ class ConfigReader {
   }
 
   [[nodiscard]] std::vector<ConfigProblem> take_problems() { return std::move(problems_); }
+
+  /// The keys that were set.
+  [[nodiscard]] const std::set<std::string, std::less<>>& given() const { return given_; }
 
  private:
   void read_entry(const YamlNode& name, const YamlNode& value, const std::string& section) {
@@ -125,8 +129,27 @@ class ConfigReader {
   std::filesystem::path folder_;
   LoadedConfig& loaded_;
   std::set<std::string> seen_;
+  std::set<std::string, std::less<>> given_;
   std::vector<ConfigProblem> problems_;
 };
+
+bool is_built_in(const ConfigKey& key, const ScanConfig& config) {
+  return key.get(config) == key.get(ScanConfig{});
+}
+
+/// Notes which of `given`, the keys of one text, the user asks for.
+void note_asked(const std::set<std::string, std::less<>>& given, LoadedConfig& loaded) {
+  const auto section_of = [](const std::string& key) { return key.substr(0, key.find('.')); };
+  std::set<std::string> in_parts;  // sections of which a key is not given
+  for (const ConfigKey& key : config_schema()) {
+    if (!given.contains(key.name)) in_parts.insert(section_of(key.name));
+  }
+  for (const ConfigKey& key : config_schema()) {
+    if (!given.contains(key.name)) continue;
+    const bool says_nothing = !in_parts.contains(section_of(key.name)) && is_built_in(key, loaded.config);
+    if (!says_nothing) loaded.asked.insert(key.name);
+  }
+}
 
 /// Checks keys against each other.
 std::vector<ConfigProblem> check_together(const ScanConfig& config) {
@@ -159,8 +182,14 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
 }
 
 std::vector<ConfigProblem> apply_preset(const std::string& name, LoadedConfig& loaded) {
-  if (const Preset* preset = find_preset(name))
-    return apply_yaml(preset->text, "configs/" + name + ".yaml", "", loaded);
+  if (const Preset* preset = find_preset(name)) {
+    const auto asked_before = loaded.asked;
+    auto problems = apply_yaml(preset->text, "configs/" + name + ".yaml", "", loaded);
+    std::erase_if(loaded.asked, [&](const std::string& key) {
+      return !asked_before.contains(key) && is_built_in(*find_config_key(key), loaded.config);
+    });
+    return problems;
+  }
   std::vector<std::string> names;
   for (const Preset& preset : presets()) names.emplace_back(preset.name);
   const auto near = nearest_word(name, names);
@@ -185,6 +214,7 @@ std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& 
   } else {
     reader.read_section(std::get<YamlNode>(parsed), "");
   }
+  note_asked(reader.given(), loaded);
   return reader.take_problems();
 }
 
@@ -208,6 +238,7 @@ std::vector<ConfigProblem> apply_assignment(const std::string& assignment, Loade
   } else {
     reader.read_section(value, name);
   }
+  loaded.asked.insert(reader.given().begin(), reader.given().end());
   auto problems = reader.take_problems();
   for (ConfigProblem& problem : problems) problem.where = where;
   return problems;
@@ -227,6 +258,7 @@ Result<LoadedConfig> load_config(const ConfigSources& sources) {
   if (sources.starts_from_run_defaults) {
     collect(apply_preset("default", loaded));
     loaded.given.clear();
+    loaded.asked.clear();
   }
   for (const std::string& preset : sources.presets) collect(apply_preset(preset, loaded));
   if (sources.file) collect(apply_file(*sources.file, loaded));

@@ -29,9 +29,13 @@ struct ConfigSources {
 struct LoadedConfig {
   ScanConfig config = {};
   std::set<std::string, std::less<>> given = {};  ///< "fusion.voxel_size"
+  /// Those of `given` that the user asks for. A preset, and a file that gives a whole section, as `config print` writes
+  /// it, ask only for values that are not the built-in ones.
+  std::set<std::string, std::less<>> asked = {};
 
   /// True even if the given value equals the built-in one.
   [[nodiscard]] bool gives(std::string_view key) const { return given.contains(key); }
+  [[nodiscard]] bool asks_for(std::string_view key) const { return asked.contains(key); }
 };
 
 /// A problem, at "file:line:column" or "--set key=value".
@@ -40,9 +44,9 @@ struct ConfigProblem {
   std::string message;  ///< "fusion.voxel_size: 2 m is outside ..."
 };
 
-/// Sets the keys in `text` (YAML), and notes them as given; keys with a problem keep their value. `name` is the file's
-/// name in the problems' `where`; file names in the text are relative to `folder`. Returns all problems, in the order
-/// of the text.
+/// Sets the keys in `text` (YAML), and notes them as given and asked for; keys with a problem keep their value. `name`
+/// is the file's name in the problems' `where`; file names in the text are relative to `folder`. Returns all problems,
+/// in the order of the text.
 [[nodiscard]] std::vector<ConfigProblem> apply_yaml(std::string_view text, const std::string& name,
                                                     const std::filesystem::path& folder, LoadedConfig& loaded);
 

@@ -91,7 +91,11 @@ void add_downloads(Outputs& outputs) {
 }
 
 ScanJob job_of(const Path& input, const LoadedConfig& loaded, const Outputs& outputs) {
-  ScanJob job{.input = input, .config = loaded.config, .given_keys = loaded.given, .files = outputs.scan};
+  ScanJob job{.input = input,
+              .config = loaded.config,
+              .given_keys = loaded.given,
+              .asked_keys = loaded.asked,
+              .files = outputs.scan};
   job.measures_fit = outputs.report.has_value();
   for (const auto& path : {outputs.report, outputs.page}) {
     if (path) job.files_of_caller.push_back(*path);

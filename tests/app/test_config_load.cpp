@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/config/config_load.h"
+#include "app/config/config_print.h"
 #include "app/config/presets.h"
 
 namespace scanknit {
@@ -276,6 +277,38 @@ TEST(GivenKeys, HoldNothingOfTheRunDefaults) {
   sources.assignments = {"fusion.voxel_size=2mm"};
   EXPECT_TRUE(load_config(sources)->gives("fusion.voxel_size"));
   EXPECT_EQ(load_config(sources)->given.size(), 1u);
+}
+
+TEST(AskedKeys, AreThoseThatASettingGivesWhateverTheValue) {
+  const auto loaded = load_config(with_run_defaults({{}, {}, {"finish.max_hole=20mm"}}));
+  EXPECT_EQ(loaded->asked, (std::set<std::string, std::less<>>{"finish.max_hole"}));
+}
+
+TEST(AskedKeys, OfAPartOfASectionAreAllThatItGives) {
+  const TempFolder folder;
+  ConfigSources sources;
+  sources.file = folder.write("part.yaml", "finish: {watertight: full, max_hole: 20 mm}\n");
+  EXPECT_EQ(load_config(sources)->asked, (std::set<std::string, std::less<>>{"finish.max_hole", "finish.watertight"}));
+}
+
+TEST(AskedKeys, OfAWholeSectionAreThoseWithAnotherValueThanTheBuiltInOne) {
+  const TempFolder folder;
+  ScanConfig edited;
+  edited.finish.watertight = Watertight::kFull;
+  ConfigSources sources;
+  sources.file = folder.write("whole.yaml", config_to_yaml(edited));
+  const auto loaded = load_config(sources);
+  EXPECT_EQ(loaded->asked, (std::set<std::string, std::less<>>{"finish.watertight"}));
+  EXPECT_TRUE(loaded->gives("finish.max_hole"));
+  sources.assignments = {"finish.max_hole=20mm"};
+  EXPECT_TRUE(load_config(sources)->asks_for("finish.max_hole"));
+}
+
+TEST(AskedKeys, OfAPresetAreThoseWithAnotherValueThanTheBuiltInOne) {
+  const auto loaded = load_config({{"turntable"}, {}, {}});
+  EXPECT_TRUE(loaded->asks_for("turntable.enabled"));
+  EXPECT_TRUE(loaded->gives("export.material"));
+  EXPECT_FALSE(loaded->asks_for("export.material"));
 }
 
 TEST(LoadConfig, FailsWithALineForEveryProblemOfEverySource) {

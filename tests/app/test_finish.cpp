@@ -224,17 +224,17 @@ TEST_F(Finish, KeysOfStepsThatAreOffAreWarnedOf) {
                                          "--set", "finish.ground_clearance=1cm", "--set", "finish.smooth=1"};
   const Outcome off = run("off", keys);
   ASSERT_EQ(off.exit_code, 0) << off.err;
-  const std::string warning =
-      "finish.ground_clearance (finish.ground), finish.max_hole (finish.watertight), finish.mark_invented "
-      "(finish.watertight): of no effect, since the key in brackets is off";
-  EXPECT_NE(off.err.find(warning), std::string::npos) << off.err;
-  EXPECT_EQ(report("off")["warnings"], Json::array({warning}));
+  const std::string of_holes =
+      "finish.max_hole and finish.mark_invented have no effect because finish.watertight is off";
+  EXPECT_NE(off.err.find(of_holes), std::string::npos) << off.err;
+  EXPECT_EQ(report("off")["warnings"],
+            Json::array({"finish.ground_clearance has no effect because finish.ground is keep", of_holes}));
   std::vector<std::string> full = keys;
   full.insert(full.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=full"});
   const Outcome closed = run("closed_whatever", full);
   ASSERT_EQ(closed.exit_code, 0) << closed.err;
   EXPECT_EQ(report("closed_whatever")["warnings"],
-            Json::array({"finish.max_hole: of no effect with finish.watertight: full, which closes every hole"}));
+            Json::array({"finish.max_hole has no effect because finish.watertight: full closes every hole"}));
   std::vector<std::string> wish = keys;
   wish.insert(wish.end(), {"--set", "finish.ground=remove", "--set", "finish.watertight=small"});
   const Outcome on = run("on", wish);
@@ -246,7 +246,7 @@ TEST_F(Finish, AKeyThatIsSetToItsBuiltInValueIsWarnedOfToo) {
   const Outcome outcome = run("built_in", {"--set", "finish.max_hole=20mm"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(report("built_in")["warnings"],
-            Json::array({"finish.max_hole (finish.watertight): of no effect, since the key in brackets is off"}));
+            Json::array({"finish.max_hole has no effect because finish.watertight is off"}));
 }
 
 TEST_F(Finish, ACapThatNothingDrawsIsRefusedBeforeTheWork) {

@@ -51,15 +51,16 @@ TEST(Run, WarnsOfWhatIsForGlbOnlyWhereNoneIsWritten) {
     arguments.insert(arguments.end(), {"-o", (scan / output).string()});
     return scan.run(arguments);
   };
-  const std::string warning = "export.quantize, export.compress, export.material: for GLB only, and none is written";
+  const std::string warning =
+      "export.quantize, export.compress and export.material have no effect because no GLB file is written";
   const Outcome ply = run("model.ply");
   EXPECT_EQ(ply.exit_code, 0) << ply.err;
   EXPECT_NE(ply.err.find(warning), std::string::npos) << ply.err;
   const Outcome glb = run("model.glb");
   EXPECT_EQ(glb.exit_code, 0) << glb.err;
-  EXPECT_EQ(glb.err.find("for GLB only"), std::string::npos) << glb.err;
+  EXPECT_EQ(glb.err.find("no effect"), std::string::npos) << glb.err;
   ASSERT_EQ(scan.run({"--quantize", "--set", "export.formats=[ply]"}).exit_code, 0);
-  EXPECT_EQ(scan.report()["warnings"], Json::array({"export.quantize: for GLB only, and none is written"}));
+  EXPECT_EQ(scan.report()["warnings"], Json::array({"export.quantize has no effect because no GLB file is written"}));
 }
 
 TEST(Run, WithoutPicturesThePageSaysSo) {
