@@ -173,20 +173,36 @@ Json key_schema(const ConfigKey& key) {
   return schema;
 }
 
+/// `text` as an item of a list, in lines of at most 140 characters.
+std::string list_item(const std::string& text) {
+  constexpr std::size_t kWidth = 138;  // without the indent
+  std::string item;
+  for (const std::string& line : wrap(text, kWidth)) item += (item.empty() ? "- " : "  ") + line + "\n";
+  return item;
+}
+
+/// "- **`fusion.voxel_size`** (0.0002..0.1 m; default 4 mm): what it does".
+std::string key_markdown(const ConfigKey& key, const ScanConfig& run_defaults) {
+  const std::string built_in = value_text(key, key.get(ScanConfig{}));
+  const std::string run = value_text(key, key.get(run_defaults));
+  const std::string of_run = run == built_in ? "" : fmt::format(", for `run` {}", run);
+  return list_item(
+      fmt::format("**`{}`** ({}; default {}{}): {}", key.name, allowed_text(key), built_in, of_run, key.text));
+}
+
 std::string sensors_markdown() {
   std::string page =
       "\n## Sensors\n\n"
       "What `acquire.sensor` stands for; values that are given win. A recording's own camera wins over a data "
-      "set's.\n\n"
-      "| `acquire.sensor` | what | range | noise: floor, growth, from | readout, colour later | camera |\n"
-      "|---|---|---|---|---|---|\n";
+      "set's.\n\n";
   for (const SensorProfile& sensor : kSensorProfiles) {
     const NoiseModel& noise = sensor.noise;
-    page +=
-        fmt::format("| `{}` | {} | {} to {} | {}, {} 1/m, {} | {} s, {} s | {} |\n", sensor.name, sensor.what,
-                    format_length(sensor.min_depth_m), format_length(sensor.max_depth_m), format_length(noise.floor_m),
-                    format_number(noise.growth_per_m), format_length(noise.from_m), sensor.timing.readout_s,
-                    sensor.timing.colour_later_s, sensor.camera ? camera_text(*sensor.camera) : "");
+    page += list_item(fmt::format(
+        "**`{}`**: {}. Range: {} to {}. Noise: floor {}, growth {} 1/m, from {}. Readout: {} s; colour {} s later.{}",
+        sensor.name, sensor.what, format_length(sensor.min_depth_m), format_length(sensor.max_depth_m),
+        format_length(noise.floor_m), format_number(noise.growth_per_m), format_length(noise.from_m),
+        sensor.timing.readout_s, sensor.timing.colour_later_s,
+        sensor.camera ? fmt::format(" Camera: {}", camera_text(*sensor.camera)) : ""));
   }
   return page;
 }
@@ -249,18 +265,18 @@ std::string config_markdown(const ScanConfig& run_defaults) {
       "`0.4 cm`, `3 m`), memory is MiB or carries one (`512MiB`, `2GiB`). Unknown and repeated keys, anchors and "
       "aliases\n"
       "are errors; all errors are reported in one go. `scanknit config print` writes a file to begin with,\n"
-      "`scanknit config check FILE` checks one, `scanknit config schema` writes a JSON Schema for editors.\n";
+      "`scanknit config check FILE` checks one, `scanknit config schema` writes a JSON Schema for editors.\n"
+      "\n"
+      "The brackets beside a key hold its values, its default, and the value that `run` begins with if that is "
+      "another.\n";
   std::string section;
   for (const ConfigKey& key : config_schema()) {
     const std::string current = split_name(key.name).front();
     if (current != section) {
       section = current;
-      page += fmt::format("\n## {}\n\n| key | values | built-in | `run` | what |\n|---|---|---|---|---|\n", section);
+      page += fmt::format("\n## {}\n\n", section);
     }
-    const std::string built_in = value_text(key, key.get(ScanConfig{}));
-    const std::string run = value_text(key, key.get(run_defaults));
-    page += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, allowed_text(key), built_in,
-                        run == built_in ? "" : run, key.text);
+    page += key_markdown(key, run_defaults);
   }
   return page + sensors_markdown();
 }
