@@ -139,8 +139,8 @@ std::vector<ConfigKey> scanner_keys() {
       choice<ScannerColour>(
           {"acquire.colour", "",
            "Colour of a scanner that is plugged in. auto: used if the pose of the colour camera is known, else left "
-           "out; registered: if it is not known, the colour camera is taken to see what the depth camera sees; off: "
-           "left out."},
+           "out; registered: if it is not known, colour is used as if both cameras had the same viewpoint; off: left "
+           "out."},
           {{"auto", ScannerColour::kAuto}, {"registered", ScannerColour::kRegistered}, {"off", ScannerColour::kOff}},
           [](auto& c) -> auto& { return c.acquire.colour; }),
       optional_choice<bool>(

@@ -8,11 +8,12 @@ namespace {
 using namespace config_keys;
 
 ConfigKey crop_limit(const char* name, std::size_t axis, bool is_high) {
-  ConfigKey limit = describe(ConfigType::kLength,
-                             {name, "m",
-                              is_high ? "Nothing is meshed beyond it; the recording's world. auto: no limit."
-                                      : "Nothing is meshed before it; the recording's world. auto: no limit."},
-                             {-1e4, 1e4});
+  ConfigKey limit =
+      describe(ConfigType::kLength,
+               {name, "m",
+                is_high ? "Upper limit of the crop box on this axis, in the recording's world. auto: no limit."
+                        : "Lower limit of the crop box on this axis, in the recording's world. auto: no limit."},
+               {-1e4, 1e4});
   bind_optional<double>(
       limit,
       [ axis, is_high ](auto& c) -> auto& { return is_high ? c.finish.crop.high_m[axis] : c.finish.crop.low_m[axis]; });
@@ -63,11 +64,12 @@ std::vector<ConfigKey> mesh_keys() {
       {"finish.triangles", "triangles", "The mesh is simplified to about so many. auto: as many as it has."}, {4, 1e9});
   bind_optional<std::int64_t>(
       triangles, [](auto& c) -> auto& { return c.finish.triangles; });
-  ConfigKey error = describe(ConfigType::kLength,
-                             {"finish.simplify_error", "m",
-                              "The mesh is simplified as far as its surface moves by no more (by the quadric measure). "
-                              "auto: not, or as far as finish.triangles asks."},
-                             {1e-6, 1});
+  ConfigKey error =
+      describe(ConfigType::kLength,
+               {"finish.simplify_error", "m",
+                "Simplification moves the surface by at most this much (quadric error); it stops earlier at "
+                "finish.triangles. auto: no limit; without finish.triangles the mesh is not simplified."},
+               {1e-6, 1});
   bind_optional<double>(
       error, [](auto& c) -> auto& { return c.finish.simplify_error_m; });
   return {

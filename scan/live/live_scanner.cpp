@@ -27,10 +27,12 @@ void choose_colour(LiveScanner& scanner, ScannerColour wanted, ScanSession& sess
   const std::string why = "it is not known where the colour camera is: " + scanner.calibration.colour_unknown;
   if (wanted == ScannerColour::kRegistered) {
     session.warn(WarningCode::kScanner,
-                 why + ". It is taken to see what the depth camera sees, as acquire.colour says");
+                 why + ". Colour is used as if both cameras had the same viewpoint, as acquire.colour says");
     return;
   }
-  session.warn(WarningCode::kScanner, why + ". Colour is left out; acquire.colour: registered takes it as it is");
+  session.warn(
+      WarningCode::kScanner,
+      why + ". Colour is left out; acquire.colour: registered uses it as if both cameras had the same viewpoint");
   leave_out_colour(scanner.streams);
 }
 

@@ -203,7 +203,7 @@ TEST(CaptureCommand, TakesColourAsItIsWhenTheUserSaysSo) {
   (void)desk_view();
   const auto [has_colour, warning] = scan_without_colour_table({"--set", "acquire.colour=registered"});
   EXPECT_TRUE(has_colour);
-  EXPECT_NE(warning.find("taken to see what the depth camera sees"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("Colour is used as if both cameras had the same viewpoint"), std::string::npos) << warning;
 }
 
 /// What `record` says on the console.
