@@ -101,7 +101,9 @@ class RecordingScan {
     constexpr double kMostLost = 0.01;            // a good scan fuses 99 % of its frames
     constexpr double kFewer = 0.9;                // a tenth fewer is more than chance
     PassInput input = input_of(*source_);
-    if (possible_timing_) input.lost_limits = {.share = kMostLost, .turn_rad_per_s = kQuickTurn_rad_per_s};
+    if (possible_timing_) {
+      input.lost_limits = {.most_lost_share = kMostLost, .only_if_turned_rad_per_s = kQuickTurn_rad_per_s};
+    }
     PassResult first = scan_walk(job_, input, session_);
     if (!first.has_given_up) return keep(std::move(first));
     const FrameCounts& counts = first.scan.frames;
@@ -111,7 +113,8 @@ class RecordingScan {
     const AcquireConfig without_timing = job_.config.acquire;
     job_.config.acquire.readout_s = possible_timing_->readout_s;
     job_.config.acquire.colour_later_s = possible_timing_->colour_later_s;
-    const LostLimits limits{.share = kFewer * lost_share, .at_first = counts.lost + first.scan.tracking->found_later};
+    const LostLimits limits{.most_lost_share = kFewer * lost_share,
+                            .most_lost_before_search = counts.lost + first.scan.tracking->found_later};
     PassResult timed = walk_again(first, limits);
     if (!timed.has_given_up) return keep(std::move(timed));
     session_.info("with it, hardly fewer frames are lost: they are scanned without it");

@@ -58,10 +58,11 @@ Result<void> ScanPass::begin() {
 }
 
 Result<void> ScanPass::track_and_fuse() {
+  const std::size_t most_lost = input_.lost_limits.most_lost_before_search;
   while (!intake_.is_over()) {
     if (auto frame = intake_.next()) {
       if (auto added = add(*frame); !added) return added;
-      if (intake_.counts().lost > input_.lost_limits.at_first && !session_.is_stopped()) return give_up();
+      if (intake_.counts().lost > most_lost && !session_.is_stopped()) return give_up();
     } else {
       session_.observer().on_no_frame(nullptr, state());
     }
@@ -88,8 +89,8 @@ Result<void> ScanPass::check_lost() {
   const auto lost = static_cast<double>(intake_.counts().lost);
   const double lost_share = lost / std::max(1.0, lost + static_cast<double>(intake_.counts().fused));
   const LostLimits& limits = input_.lost_limits;
-  if (lost_share <= limits.share || session_.is_stopped()) return {};
-  return fastest_turn_rad_per_s(scan_->trajectory()) >= limits.turn_rad_per_s ? give_up() : Result<void>();
+  if (lost_share <= limits.most_lost_share || session_.is_stopped()) return {};
+  return fastest_turn_rad_per_s(scan_->trajectory()) >= limits.only_if_turned_rad_per_s ? give_up() : Result<void>();
 }
 
 Result<void> ScanPass::give_up() {

@@ -20,11 +20,14 @@
 
 namespace scanknit {
 
-/// A pass that loses more frames gives up, and writes nothing; unless the scan was stopped.
+/// When a pass gives up and writes nothing. A pass of a scan that was stopped never does.
 struct LostLimits {
-  double share = 1;           ///< of the frames, at the end of the pass ...
-  double turn_rad_per_s = 0;  ///< ... if the camera turned faster than this between two frames with a clock
-  std::size_t at_first = std::numeric_limits<std::size_t>::max();  ///< at any time, before they are looked for again
+  /// At its end the pass gives up if a larger share of its frames is lost.
+  double most_lost_share = 1;
+  /// The share counts only if the camera turned at least this fast between two frames with a clock.
+  double only_if_turned_rad_per_s = 0;
+  /// The pass gives up as soon as it has lost more frames, before any of them is looked for again.
+  std::size_t most_lost_before_search = std::numeric_limits<std::size_t>::max();
 };
 
 /// The frames of a pass, and how to take them.
