@@ -47,7 +47,7 @@ struct ViewState {
   std::size_t silent_s = 0;  ///< seconds since a scanner sent its last picture; 0: less than two
   std::map<std::string, std::uint64_t> losses = {};  ///< pictures lost before fusion, by where
   std::size_t triangles = 0;
-  bool is_behind = false;      ///< the scan has more than the mesh on the page
+  bool is_behind = false;      ///< the mesh on the page does not show the newest frames yet
   bool is_crop_empty = false;  ///< no triangle lies within the crop box in force: Finish would write the whole mesh
   double memory_mib = 0;       ///< of the volume
   double view_share = 0;       ///< time spent on the view / time of the scan

@@ -19,7 +19,8 @@ struct TrackingCaution {
 /// Watches the frames of a live scan, one after the other.
 class TrackingWatch {
  public:
-  /// What the frame warns of, which was tracked to `T_world_camera` with `points` points; nothing while all is well.
+  /// Returns a warning if tracking will probably be lost soon. The frame was tracked at `T_world_camera`, using
+  /// `points` points.
   [[nodiscard]] std::optional<TrackingCaution> look(const Frame& frame, const Pose& T_world_camera, std::size_t points);
 
   /// The next frame does not continue the last one.
