@@ -16,7 +16,7 @@ std::string tracking_advice(TrackReason reason) {
     case TrackReason::kSceneIsChanging: return "wait until nothing moves";
     case TrackReason::kSceneHasChanged: return "wait until nothing moves";
     case TrackReason::kLittleOverlap: return "move more slowly";
-    case TrackReason::kRecordedPoseKept: return "what is seen here cannot improve it";
+    case TrackReason::kRecordedPoseKept: return "nothing to do: the recorded pose is used unchanged";
     case TrackReason::kRecordedPoseDoesNotFit: return "frames like this are left out";
   }
   return "";

@@ -29,7 +29,7 @@ std::uint64_t sequence_of(const std::variant<Frame, FrameDropped>& event) {
 }
 
 Error no_usable_frame_error(const FrameCounts& frames) {
-  std::string why = "there is none, or the range of frames that was asked for leaves none";
+  std::string why = "the recording is empty, or --from, --to and --every select no frame";
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
   const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
   if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {

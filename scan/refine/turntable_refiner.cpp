@@ -337,7 +337,7 @@ RefinerResult TurntableRefiner::result() const {
   RefinerResult result{.turntable = result_};
   if (is_prepared_ && !result_.is_refined && result_.reason.empty()) {
     result.turntable->reason =
-        session_.is_stopped() ? "it was interrupted" : "there is no mesh of the frames as they were tracked";
+        session_.is_stopped() ? "it was interrupted" : "the scan failed before the turntable was refined";
   }
   if (has_cut_recording_) result.files["cut_recording"] = job_.cut_recording->string();
   return result;
