@@ -80,7 +80,7 @@ class FrameLog {
   template <typename Condition>
   bool wait(const Condition& condition) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 20s, condition);
+    return changed_.wait_for(lock, 60s, condition);
   }
 
   void take(RawFrame frame) {
