@@ -369,7 +369,8 @@ TEST(SlowConsumer, LosesWholePicturesThatAreCounted) {
   const auto numbers = log.depth();
   const LossCounters losses = (*source)->losses();
   EXPECT_GT(losses.device, 0u);
-  EXPECT_EQ(losses.total(), static_cast<std::uint64_t>(numbers.back() + 1) - numbers.size());
+  // On a busy machine the first pictures may be over before anybody asks for them: nobody knows of those.
+  EXPECT_EQ(losses.total(), static_cast<std::uint64_t>(numbers.back() - numbers.front() + 1) - numbers.size());
 }
 
 }  // namespace
