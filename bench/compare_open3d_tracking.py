@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Tracks a recording in Open3D's layout with Open3D and prints the camera's positions and the true ones as JSON.
 
-  odometry   legacy compute_rgbd_odometry (hybrid term), from frame to frame; a frame that fails stays where the last was
-  slam       tensor pipelines.slam: frame to model, on the CPU
+By legacy compute_rgbd_odometry (hybrid term), from frame to frame; a frame that fails stays where the last was. Its
+SLAM, frame to model, does not run with Debian's Open3D 0.16: on the CPU its bilateral filter is not implemented.
 
 Needs Debian's python3-open3d and python3-numpy. See compare_tracking.py.
 """
@@ -20,8 +20,6 @@ from compare_open3d import read_frames, read_poses
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recording", type=Path, help="folder with depth/, color/, camera_intrinsic.json, trajectory.log")
-    parser.add_argument("method", choices=["odometry", "slam"])
-    parser.add_argument("--voxel", type=float, default=0.01, help="of slam, metres (default %(default)s)")
     parser.add_argument("--max-depth", type=float, default=5.0, help="metres; farther depth is left out")
     return parser.parse_args()
 
@@ -46,36 +44,11 @@ def odometry(arguments, camera, depth_scale):
         before = grey
 
 
-def slam(arguments, camera, depth_scale):
-    device = open3d.core.Device("CPU:0")
-    intrinsics = open3d.core.Tensor(numpy.array(camera["intrinsic_matrix"]).reshape(3, 3).T)
-    model = open3d.t.pipelines.slam.Model(arguments.voxel, 16, 40000, open3d.core.Tensor(numpy.eye(4)), device)
-    shape = (camera["height"], camera["width"], intrinsics, device)
-    seen, rendered = (open3d.t.pipelines.slam.Frame(*shape) for _ in range(2))
-    pose = numpy.eye(4)
-    colours = {path.stem: path for path in (arguments.recording / "color").iterdir()}
-    for n, path in enumerate(sorted((arguments.recording / "depth").glob("*.png"))):
-        seen.set_data_from_image("depth", open3d.t.io.read_image(str(path)))
-        seen.set_data_from_image("color", open3d.t.io.read_image(str(colours[path.stem])))
-        is_found = True
-        if n > 0:
-            try:
-                step = model.track_frame_to_model(seen, rendered, depth_scale, arguments.max_depth)
-                pose = pose @ step.transformation.numpy()
-            except RuntimeError:
-                is_found = False
-        yield pose if is_found else None
-        model.update_frame_pose(n, open3d.core.Tensor(pose))
-        model.integrate(seen, depth_scale, arguments.max_depth)
-        model.synthesize_model_frame(rendered, depth_scale, 0.1, arguments.max_depth)
-
-
 def main():
     arguments = parse_arguments()
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     camera = json.loads((arguments.recording / "camera_intrinsic.json").read_text())
-    track = {"odometry": odometry, "slam": slam}[arguments.method]
-    poses = list(track(arguments, camera, camera.get("depth_scale", 1000.0)))
+    poses = list(odometry(arguments, camera, camera.get("depth_scale", 1000.0)))
     true = [pose[:3, 3].tolist() for pose in read_poses(arguments.recording / "trajectory.log")]
     known = [i for i, pose in enumerate(poses) if pose is not None]
     print(json.dumps({

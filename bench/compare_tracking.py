@@ -5,7 +5,7 @@ mesh's mean error, and that error as a multiple of the mesh's with true poses. P
 
   --ablation   each effect of the sensor alone, and all but each
   --settings   the same recordings once more with other settings: --settings acquire.sensor=none,fusion.loop_closure=off
-  --open3d     Open3D on the same frames: RGB-D odometry from frame to frame, and its tensor SLAM, frame to model
+  --open3d     Open3D's RGB-D odometry on the same frames, from frame to frame
 
 Needs a built `scanknit` and Debian's python3-numpy and, for Open3D, python3-open3d.
 """
@@ -31,7 +31,7 @@ def parse_arguments():
     parser.add_argument("--scenes", nargs="+", default=["desk", "room", "clutter"])
     parser.add_argument("--sensors", nargs="+", default=["kinect1", "d435", "phone_lidar"])
     parser.add_argument("--path", default="hand")
-    parser.add_argument("--person", default="none")
+    parser.add_argument("--person", default="nobody")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--frames", type=int, default=600)
     parser.add_argument("--width", type=int, default=320)
@@ -143,12 +143,9 @@ def print_open3d(arguments):
                 recording = make_recording(arguments, scene, sensor, seed)
                 ours = measure(arguments, recording)
                 print(f"| {scene}, {sensor}, seed {seed} | ScanKnit | {ours['fused']:.1f} % | {ours['ate']:.1f} mm |")
-                for method in ("odometry", "slam"):
-                    result = json.loads(run(arguments.python, HERE / "compare_open3d_tracking.py", recording, method,
-                                            "--voxel", arguments.voxel_mm / 1000))
-                    true = numpy.array(result["true"])
-                    error_mm = ate_mm(numpy.array(result["positions"]), true)
-                    print(f"| | Open3D {result['open3d']}, {method} | {result['tracked']} % | {error_mm:.1f} mm |", flush=True)
+                result = json.loads(run(arguments.python, HERE / "compare_open3d_tracking.py", recording))
+                error_mm = ate_mm(numpy.array(result["positions"]), numpy.array(result["true"]))
+                print(f"| | Open3D {result['open3d']} | {result['tracked']} % | {error_mm:.1f} mm |", flush=True)
 
 
 def main():
