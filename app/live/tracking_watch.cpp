@@ -1,16 +1,15 @@
 #include "app/live/tracking_watch.h"
 
 #include <utility>
-#include <vector>
 
 #include "core/frame_timing.h"
-#include "core/median.h"
+#include "core/pixels/typical_depth.h"
 
 namespace scanknit {
 namespace {
 
-// Turning and moving together, as an angle of what is seen. In recordings of quick turns (docs/fusion.md, "Figures")
-// frames are lost from 1.5 on.
+// Turning and moving together, as an angle of what is seen. In the quick turn of test_tracking_watch.cpp the first
+// frame is lost at 1.5.
 constexpr double kFast_rad_per_s = 1.0;
 constexpr double kLongest_s = 0.15;  // over a longer time the mean motion says little
 
@@ -18,23 +17,11 @@ constexpr double kLongest_s = 0.15;  // over a longer time the mean motion says 
 constexpr double kFewPoints = 0.06;
 constexpr double kClose_m = 0.7;  // nearer than this most depth cameras see nothing
 
-/// The median depth, of every 16th pixel; 0 without any.
-double typical_depth_m(const DepthImage& depth_m) {
-  std::vector<float> depths;
-  constexpr int kStep = 4;
-  for (int y = 0; y < depth_m.height(); y += kStep) {
-    for (int x = 0; x < depth_m.width(); x += kStep) {
-      if (depth_m.at(x, y) > 0) depths.push_back(depth_m.at(x, y));
-    }
-  }
-  return static_cast<double>(median(std::move(depths)));
-}
-
 }  // namespace
 
 std::optional<TrackingCaution> TrackingWatch::look(const Frame& frame, const Pose& T_world_camera, std::size_t points) {
   const auto before = std::exchange(last_, Last{T_world_camera, frame.timestamp_ns});
-  const double depth_m = typical_depth_m(frame.depth_m);
+  const auto depth_m = static_cast<double>(typical_depth_m(frame.depth_m));
   if (before && frame.has_clock && depth_m > 0) {
     const double since_s = static_cast<double>(frame.timestamp_ns - before->timestamp_ns) * 1e-9;
     const auto motion = SteadyMotion::from(before->T_world_camera.inverse() * T_world_camera);

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/median.h"
+#include "core/pixels/typical_depth.h"
 
 namespace scanknit {
 namespace {
@@ -59,18 +59,6 @@ class RowFinder {
   float fx_, fy_, cx_, cy_, per_fx_, per_fy_;
   Eigen::Vector3f turn_, shift_;
 };
-
-/// The median of every 16th valid depth; 1 m without any.
-float typical_depth_m(const DepthImage& depth_m) {
-  std::vector<float> depths;
-  constexpr int kStep = 4;
-  for (int y = 0; y < depth_m.height(); y += kStep) {
-    for (int x = 0; x < depth_m.width(); x += kStep) {
-      if (depth_m.at(x, y) > 0) depths.push_back(depth_m.at(x, y));
-    }
-  }
-  return depths.empty() ? 1 : median(std::move(depths));
-}
 
 /// The depth of pixel (x, y) on the plane through p; that of p where the plane is seen too obliquely to tell.
 float depth_on_plane(const Eigen::Vector3f& ray, const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float fx) {
@@ -143,7 +131,8 @@ void deskew_colour(const SteadyMotion& rows, float typical_m, ColourFrame& colou
 
 void deskew(const FrameMotion& motion, Frame& frame) {
   if (motion.is_still()) return;
-  const float typical_m = typical_depth_m(frame.depth_m);
+  const float seen_m = typical_depth_m(frame.depth_m);
+  const float typical_m = seen_m > 0 ? seen_m : 1;
   const auto is_seen = [&](const SteadyMotion& part) {
     return part.pixels(frame.intrinsics, static_cast<double>(typical_m)) > kLeastPixels;
   };
