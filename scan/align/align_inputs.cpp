@@ -212,7 +212,7 @@ class InputLoader {
 
   /// Tracks and fuses all frames.
   [[nodiscard]] Result<FusedRecording> fuse_recording(FrameSource& source, const AlignInput& input) {
-    FrameIntake intake(source, input.config.acquire, session_, {session_.stop(), {}});
+    FrameIntake intake(source, input.config.acquire, session_, {session_.stop(), {}, input.name});
     NoRefiner refiner;
     auto scan = Reconstruction::create(input.config, {source.info().poses}, refiner, session_);
     if (!scan) return scan.error();

@@ -29,7 +29,7 @@ std::uint64_t sequence_of(const std::variant<Frame, FrameDropped>& event) {
 }
 
 Error no_usable_frame_error(const FrameCounts& frames) {
-  std::string why = "the recording is empty, or --from, --to and --every select no frame";
+  std::string why = "the recording holds no frame, or none in the range that was chosen";
   if (frames.read > 0) why = fmt::format("all {} were dropped ({})", frames.read, reasons_text(frames));
   const auto without_pose = frames.dropped_by_reason.find(to_string(DropReason::kNoPose));
   if (without_pose != frames.dropped_by_reason.end() && without_pose->second == frames.dropped) {
@@ -46,7 +46,8 @@ FrameIntake::FrameIntake(FrameSource& source, const AcquireConfig& config, ScanS
       stop_(std::move(options.stop)),
       expected_(selected_frames(source.info(), config)),
       counts_(std::move(options.counted)),
-      left_out_(counts_) {}
+      left_out_(counts_),
+      begin_of_warnings_(options.name.empty() ? "" : options.name + ": ") {}
 
 std::optional<FrameEvent> FrameIntake::wait_for_event() {
   const auto begin = Clock::now();
@@ -166,8 +167,8 @@ void FrameIntake::count_dropped(const FrameDropped& dropped) {
 
 void FrameIntake::warn_of_dropped() {
   if (counts_.dropped == 0) return;
-  session_.warn(WarningCode::kFramesDropped,
-                fmt::format("{} of {} frames dropped: {}", counts_.dropped, counts_.read, reasons_text(counts_)));
+  session_.warn(WarningCode::kFramesDropped, fmt::format("{}{} of {} frames dropped: {}", begin_of_warnings_,
+                                                         counts_.dropped, counts_.read, reasons_text(counts_)));
   for (std::size_t i = 0; i < std::min(counts_.drop_messages.size(), kMessagesInWarning); ++i) {
     session_.warn(WarningCode::kFramesDropped, "  " + counts_.drop_messages[i]);
   }
@@ -180,12 +181,13 @@ Result<void> FrameIntake::conclude() {
   warn_of_dropped();
   if (error_ && counts_.fused == 0) return *error_;
   if (error_) {
-    session_.warn(WarningCode::kRecordingEndsEarly, fmt::format("the recording ends early: {}", error_->text()));
+    session_.warn(WarningCode::kRecordingEndsEarly,
+                  fmt::format("{}the recording ends early: {}", begin_of_warnings_, error_->text()));
   }
   if (counts_.fused > 0) {
     if (stop_.stop_requested()) {
-      session_.warn(WarningCode::kStoppedEarly,
-                    fmt::format("interrupted: meshing the {} frames fused so far", counts_.fused));
+      session_.warn(WarningCode::kStoppedEarly, fmt::format("{}interrupted: meshing the {} frames fused so far",
+                                                            begin_of_warnings_, counts_.fused));
     }
     return {};
   }

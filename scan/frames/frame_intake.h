@@ -25,6 +25,7 @@ class FrameIntake {
   struct Options {
     std::stop_token stop = {};  ///< ends the frames
     FrameCounts counted = {};   ///< counts to start with: frames of the same scan that this source does not have
+    std::string name = {};      ///< of the recording, where a scan has several: warnings begin with it
   };
 
   /// All references outlive it.
@@ -90,6 +91,7 @@ class FrameIntake {
   std::uint64_t newest_ = 0;      ///< highest sequence number that has come
   std::uint64_t taken_from_ = 0;  ///< frames before this sequence number are left out
   FrameCounts left_out_;
+  std::string begin_of_warnings_;  ///< empty, or "NAME: "
 };
 
 }  // namespace scanknit
