@@ -5,29 +5,12 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
-#include <optional>
-#include <stdexcept>
-#include <string>
-
 #include "core/camera.h"
 #include "core/frame.h"
 #include "core/image.h"
-#include "core/result.h"
+#include "core/pose.h"
 
 namespace scanknit {
-
-/// An Error on its way to Python.
-struct Failure : std::runtime_error {
-  explicit Failure(const Error& error) : std::runtime_error(error.text()), code(error.code) {}
-  ErrorCode code;
-};
-
-/// The value, or a Failure.
-template <typename T>
-[[nodiscard]] T value_or_throw(Result<T> result) {
-  if (!result) throw Failure(result.error());
-  return std::move(result).value();
-}
 
 /// (H, W): float32 in metres, or uint16 in `units_per_metre`. What is not finite and above 0 becomes 0, "no return".
 [[nodiscard]] DepthImage depth_image(const pybind11::array& depth, double units_per_metre);

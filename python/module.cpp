@@ -18,6 +18,7 @@
 #include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "python/arrays.h"
+#include "python/errors.h"
 #include "python/scan.h"
 
 namespace py = pybind11;
@@ -41,21 +42,6 @@ std::string name_of(UpAxis axis) {
     if (axis == named) return word;
   }
   return "-y";
-}
-
-const char* name_of(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kUsage: return "usage";
-    case ErrorCode::kConfig: return "config";
-    case ErrorCode::kInput: return "input";
-    case ErrorCode::kDevice: return "device";
-    case ErrorCode::kTooLittle: return "too_little";
-    case ErrorCode::kMesh: return "mesh";
-    case ErrorCode::kOutput: return "output";
-    case ErrorCode::kBudget: return "budget";
-    case ErrorCode::kInternal: return "internal";
-  }
-  return "internal";
 }
 
 /// `rows` x 3 values, which stay the owner's and cannot be changed.
@@ -92,8 +78,7 @@ class PythonVolume {
   void integrate_frame(Frame& frame, const Pose& T_world_camera, const AcquireConfig& filters) {
     const py::gil_scoped_release others_run;
     const std::scoped_lock alone(mutex_);
-    if (auto filtered = filter_frame(frame, filters, volume_.config().noise); !filtered)
-      throw Failure(filtered.error());
+    succeed_or_throw(filter_frame(frame, filters, volume_.config().noise));
     (void)value_or_throw(integrate(frame, T_world_camera, volume_));
   }
 
@@ -103,14 +88,14 @@ class PythonVolume {
     ExtractConfig config;
     config.isovalue = isovalue;
     config.min_component_triangles = min_component_triangles;
-    if (auto usable = check_extract_config(config); !usable) throw Failure(usable.error());
+    succeed_or_throw(check_extract_config(config));
     return std::make_unique<PythonMesh>(value_or_throw(extract_surface(volume_.field_view(), config)).mesh);
   }
 
   void save(const std::filesystem::path& path) {
     const py::gil_scoped_release others_run;
     const std::scoped_lock alone(mutex_);
-    if (auto saved = volume_.save(path); !saved) throw Failure(saved.error());
+    succeed_or_throw(volume_.save(path));
   }
 
   [[nodiscard]] const FusionConfig& config() const { return volume_.config(); }
@@ -196,22 +181,6 @@ void integrate_arrays(PythonVolume& volume, const py::object& depth, const py::o
   AcquireConfig filters;
   filters.edge_sigmas = edge_sigmas;
   volume.integrate_frame(frame, T_world_camera, filters);
-}
-
-void add_errors(py::module_& module) {
-  static const py::exception<Failure> error(module, "Error", PyExc_RuntimeError);
-  error.attr("__doc__") =
-      "What ScanKnit cannot do, and why. `code` is one word: config, input, mesh, output, budget ...";
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const Failure& failure) {
-      const py::object& kind = error;
-      const py::object instance = kind(py::str(failure.what()));
-      instance.attr("code") = name_of(failure.code);
-      PyErr_SetObject(error.ptr(), instance.ptr());
-    }
-  });
 }
 
 /// A property of PythonMesh: a list of three numbers each, as an array.

@@ -1,4 +1,4 @@
-// scanknit.scan(): the whole scan, from a recording to files.
+// scan(), capture(), align(), extract(): the program's commands that make a mesh.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -5,17 +5,16 @@
 
 namespace scanknit {
 
-int align_command(const AlignArguments& arguments, const CommonArguments& common) {
-  MeshCommand command{.input = arguments.request.inputs.front(),
-                      .config = with_run_defaults(common.config),
-                      .outputs = arguments.outputs};
-  command.configure = [](const ScanConfig& config) { return refuse_texture(config, "align"); };
+MeshCommand mesh_command_of(const AlignArguments& arguments, const ConfigSources& config) {
+  MeshCommand command{
+      .input = arguments.request.inputs.front(), .config = with_run_defaults(config), .outputs = arguments.outputs};
+  command.configure = [](const ScanConfig& scan) { return refuse_texture(scan, "align"); };
   command.scan = [&](const ScanJob& job, ScanObserver& observer, const std::stop_token& stop) {
     AlignRequest request = arguments.request;
     request.has_voxel_size = job.gives("fusion.voxel_size");
     return align_and_mesh(job, request, observer, stop);
   };
-  return run_mesh_command(command, common);
+  return command;
 }
 
 }  // namespace scanknit

@@ -13,9 +13,9 @@ std::filesystem::path default_recording(const std::filesystem::path& output, con
 
 }  // namespace
 
-int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
+MeshCommand mesh_command_of(const CaptureArguments& arguments, const ConfigSources& config) {
   MeshCommand command{
-      .input = arguments.scanner.device, .config = with_run_defaults(common.config), .outputs = arguments.outputs};
+      .input = arguments.scanner.device, .config = with_run_defaults(config), .outputs = arguments.outputs};
   command.view = arguments.view;
   command.is_capture = true;
   command.scan = [&](const ScanJob& job, ScanObserver& observer, const std::stop_token& stop) {
@@ -25,7 +25,7 @@ int capture_command(const CaptureArguments& arguments, const CommonArguments& co
     }
     return scan_live(job, request, observer, stop);
   };
-  return run_mesh_command(command, common);
+  return command;
 }
 
 }  // namespace scanknit

@@ -12,15 +12,15 @@ IsovalueSetting isovalue_setting(const ExtractArguments& arguments, const ScanJo
 
 }  // namespace
 
-int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
-  MeshCommand command{.input = arguments.volume, .config = common.config, .outputs = arguments.outputs};
+MeshCommand mesh_command_of(const ExtractArguments& arguments, const ConfigSources& config) {
+  MeshCommand command{.input = arguments.volume, .config = config, .outputs = arguments.outputs};
   command.has_case_table = arguments.wants_stats;
-  command.configure = [](const ScanConfig& config) { return refuse_texture(config, "extract"); };
+  command.configure = [](const ScanConfig& scan) { return refuse_texture(scan, "extract"); };
   // A volume is meshed as a whole, or, at a second signal, not at all.
   command.scan = [&](const ScanJob& job, ScanObserver& observer, const std::stop_token& stop) {
     return extract_volume(job, {arguments.options, isovalue_setting(arguments, job)}, observer, stop);
   };
-  return run_mesh_command(command, common);
+  return command;
 }
 
 }  // namespace scanknit

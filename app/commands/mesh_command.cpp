@@ -5,6 +5,7 @@
 
 #include "app/live/scan_view.h"
 #include "app/report/conclude.h"
+#include "app/terminal/pace_control.h"
 #include "app/terminal/signals.h"
 #include "scan/stage_times.h"
 
@@ -22,6 +23,7 @@ int run_mesh_command(const MeshCommand& command, const CommonArguments& common) 
   if (command.view.is_wanted) add_downloads(*outputs);
 
   ScanJob job = job_of(command.input, *loaded, *outputs);
+  job.pace_control = terminal_pace_control;
   command.complete(job);
   Console console(common.verbosity);
   ScanView view(command.view, job, command.is_capture ? ScanView::Mode::kCapture : ScanView::Mode::kRun, stop, console);
@@ -32,6 +34,22 @@ int run_mesh_command(const MeshCommand& command, const CommonArguments& common) 
   const int exit_code = conclude(run, *outputs, common, command.has_case_table);
   view.serve_result(run);
   return exit_code;
+}
+
+int run_command(const RunArguments& arguments, const CommonArguments& common) {
+  return run_mesh_command(mesh_command_of(arguments, common.config), common);
+}
+
+int capture_command(const CaptureArguments& arguments, const CommonArguments& common) {
+  return run_mesh_command(mesh_command_of(arguments, common.config), common);
+}
+
+int extract_command(const ExtractArguments& arguments, const CommonArguments& common) {
+  return run_mesh_command(mesh_command_of(arguments, common.config), common);
+}
+
+int align_command(const AlignArguments& arguments, const CommonArguments& common) {
+  return run_mesh_command(mesh_command_of(arguments, common.config), common);
 }
 
 }  // namespace scanknit

@@ -1,4 +1,5 @@
 // What run, capture, extract and align have in common: from the command line to a mesh, its report and the exit code.
+// The Python module runs the same commands (python/scan.cpp).
 #pragma once
 
 #include <filesystem>
@@ -30,6 +31,12 @@ struct MeshCommand {
   std::function<void(ScanJob&)> complete = [](ScanJob&) {};
   std::function<ScanResult(const ScanJob&, ScanObserver&, std::stop_token)> scan = {};
 };
+
+/// The command of these arguments, which outlive it.
+[[nodiscard]] MeshCommand mesh_command_of(const RunArguments& arguments, const ConfigSources& config);
+[[nodiscard]] MeshCommand mesh_command_of(const CaptureArguments& arguments, const ConfigSources& config);
+[[nodiscard]] MeshCommand mesh_command_of(const ExtractArguments& arguments, const ConfigSources& config);
+[[nodiscard]] MeshCommand mesh_command_of(const AlignArguments& arguments, const ConfigSources& config);
 
 /// Runs the command and returns its exit code. To be called before any other thread is started.
 [[nodiscard]] int run_mesh_command(const MeshCommand& command, const CommonArguments& common);

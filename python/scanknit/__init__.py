@@ -6,10 +6,15 @@
     mesh.write("model.glb")
 
     scanknit.scan("recording", "out", presets=["object"])  # tracking, loops, finishing, all files
+    scanknit.capture("out", seconds=20)                    # the same from a scanner
+    scanknit.align(["a.ply", "b.ply"], "out")              # several scans into one mesh
+    scanknit.extract("head.nrrd", "head.glb", isovalue=300)
 
 Metres, radians; pose is camera to world; the camera looks along +z, x right, y down.
 """
 
-from ._core import Error, Frame, Mesh, Recording, ScanWarning, Volume, __version__, scan
+from ._core import (Error, Frame, Mesh, Recording, ScanWarning, Volume, __version__, align, capture, extract,
+                    scan)
 
-__all__ = ["Error", "Frame", "Mesh", "Recording", "ScanWarning", "Volume", "__version__", "scan"]
+__all__ = ["Error", "Frame", "Mesh", "Recording", "ScanWarning", "Volume", "__version__", "align", "capture",
+           "extract", "scan"]

@@ -1,5 +1,5 @@
 import os
-from typing import Any, Callable, Dict, Iterator, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, Literal, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -91,12 +91,82 @@ class ScanWarning:
     @property
     def text(self) -> str: ...  # for the user; also str()
 
+# What the functions below call, in the thread that called them.
+Progress = Callable[[str, int, int], Optional[bool]]  # what, done, total; False ends the frames
+Frames = Callable[[int, Optional[npt.NDArray[np.float64]]], None]  # number, pose (4, 4); None: lost
+Box = Optional[Tuple[Sequence[float], Sequence[float]]]  # lowest and highest corner, metres; None: no crop
+Command = Union[None, Literal["start", "pause", "reset", "export", "finish"], Tuple[Literal["crop"], Box]]
+Answer = Callable[[str, Optional[Error]], None]  # command, why it failed
+
 def scan(
     recording: Path,
     output: Path,  # a folder, or one mesh file
     *,
     presets: Sequence[str] = (),
     settings: Sequence[str] = (),  # "key=value"
-    progress: Optional[Callable[[str, int, int], Optional[bool]]] = None,  # False ends the frames
+    first: int = 0,
+    last: Optional[int] = None,  # included
+    every: int = 1,
+    angles: Optional[Path] = None,  # of a turntable
+    cut_recording: Optional[Path] = None,  # of a turntable
+    trajectory: Optional[Path] = None,
+    save_volume: Optional[Path] = None,  # .vdb
+    progress: Optional[Progress] = None,
+    warning: Optional[Callable[[ScanWarning], None]] = None,
+    frame: Optional[Frames] = None,
+    command: Optional[Callable[[], Command]] = None,
+    answer: Optional[Answer] = None,
+) -> Dict[str, Any]: ...
+def capture(
+    output: Path,
+    *,
+    device: str = "",  # the first
+    width: int = 640,
+    height: int = 480,
+    fps: float = 30,
+    frames: Optional[int] = None,
+    seconds: Optional[float] = None,
+    wait: float = 0,  # seconds
+    reconnect: float = 30,  # seconds
+    force: bool = False,
+    recording: Union[bool, Path] = True,  # .mcap; True: beside the mesh
+    presets: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    trajectory: Optional[Path] = None,
+    save_volume: Optional[Path] = None,
+    progress: Optional[Progress] = None,
+    warning: Optional[Callable[[ScanWarning], None]] = None,
+    frame: Optional[Frames] = None,
+    command: Optional[Callable[[], Command]] = None,
+    answer: Optional[Answer] = None,
+) -> Dict[str, Any]: ...
+def align(
+    inputs: Sequence[Path],
+    output: Path,
+    *,
+    initial: Optional[Path] = None,
+    markers: Optional[Path] = None,
+    refine: bool = False,
+    points: Optional[Path] = None,  # .ply or .pcd
+    presets: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    trajectory: Optional[Path] = None,
+    save_volume: Optional[Path] = None,
+    progress: Optional[Progress] = None,
+    warning: Optional[Callable[[ScanWarning], None]] = None,
+) -> Dict[str, Any]: ...
+def extract(
+    volume: Path,
+    output: Path,
+    *,
+    isovalue: Union[None, float, Literal["auto"]] = None,
+    dims: Optional[Tuple[int, int, int]] = None,
+    type: Optional[str] = None,
+    spacing_mm: Union[None, float, Tuple[float, float, float]] = None,
+    byte_order: Literal["little", "big"] = "little",
+    header_bytes: int = 0,
+    presets: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    progress: Optional[Progress] = None,
     warning: Optional[Callable[[ScanWarning], None]] = None,
 ) -> Dict[str, Any]: ...

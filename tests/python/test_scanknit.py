@@ -1,9 +1,7 @@
 """The Python module: arrays in, meshes out, the same bytes as the program's, and errors that say what is wrong."""
 
 import ast
-import json
 import os
-import pathlib
 import subprocess
 import sys
 import tempfile
@@ -18,10 +16,7 @@ except ImportError:
     sys.exit(77)
 
 import scanknit
-
-PROGRAM = os.environ["SCANKNIT_PROGRAM"]
-SOURCE = pathlib.Path(os.environ["SCANKNIT_SOURCE_DIR"])
-VOXEL = 0.01
+from with_a_recording import SOURCE, VOXEL, WithARecording
 
 # A sphere of 0.3 m, its centre 1 m before the camera: z-depth at each pixel, exactly.
 RADIUS, DISTANCE = 0.3, 1.0
@@ -183,27 +178,7 @@ class Refusals(unittest.TestCase):
             mesh.write("model.glb", up="north")
 
 
-class Recordings(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.recording = os.path.join(cls.folder.name, "recording")
-        cls.run_program("synth", "desk", "--frames", "6", "--width", "160", "--height", "120", "--noise", "-o", cls.recording)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @staticmethod
-    def run_program(*arguments):
-        subprocess.run([PROGRAM, *arguments, "--quiet"], check=True)
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def same_file(self, one, other):
-        self.assertEqual(pathlib.Path(one).read_bytes(), pathlib.Path(other).read_bytes())
-
+class Recordings(WithARecording):
     def test_the_mesh_has_the_bytes_of_scanknit_run(self):
         for extension in (".glb", ".ply"):
             self.run_program("run", self.recording, "--set", f"fusion.voxel_size={VOXEL}", "-o", self.path("run" + extension))
@@ -214,53 +189,6 @@ class Recordings(unittest.TestCase):
                                   check=True, capture_output=True, text=True)
             self.assertIn("6 frames", done.stdout)
             self.same_file(out, self.path("run" + extension))
-
-    def test_a_scan_has_the_bytes_of_scanknit_run(self):
-        seen, warnings = [], []
-        scan = scanknit.scan(self.recording, self.path("python"), presets=["room"],
-                             settings=[f"fusion.voxel_size={VOXEL}", "finish.smooth=2"],
-                             progress=lambda what, done, total: seen.append((what, done, total)),
-                             warning=warnings.append)
-        self.run_program("run", self.recording, "--preset", "room", "--set",
-                         f"fusion.voxel_size={VOXEL}", "--set", "finish.smooth=2", "-o", self.path("run"))
-        for name in ("model.glb", "model.ply", "trajectory.txt", "preview.png", "error.png"):
-            self.same_file(os.path.join(self.path("python"), name), os.path.join(self.path("run"), name))
-        self.assertEqual(scan["frames"], {"read": 6, "fused": 6, "dropped": 0, "lost": 0})
-        self.assertEqual([number for number, _ in scan["poses"]], list(range(6)))
-        self.assertIn(("fusing", 6, 6), seen)
-        self.assertEqual([str(warning) for warning in warnings], [warning.text for warning in scan["warnings"]])
-        with open(os.path.join(self.path("run"), "report.json"), encoding="utf-8") as file:
-            report = json.load(file)
-        self.assertEqual(scan["report"].keys(), report.keys())
-        for name in ("status", "exit_code", "frames", "tracking", "volume", "mesh", "holes", "fit", "finish", "config"):
-            self.assertEqual(scan["report"][name], report[name], name)
-
-    def test_a_cancelled_scan_is_the_mesh_of_what_was_fused(self):
-        def stop_after_two(what, done, total):
-            return not (what == "fusing" and done >= 2)
-
-        scan = scanknit.scan(self.recording, self.path("some.ply"), settings=[f"fusion.voxel_size={VOXEL}"],
-                             progress=stop_after_two)
-        self.assertLess(scan["frames"]["fused"], 6)
-        self.assertGreater(scan["triangles"], 100)
-        self.assertEqual(scan["report"]["exit_code"], 130)
-        codes = {warning.code: warning.text for warning in scan["warnings"]}
-        self.assertIn("interrupted", codes["stopped_early"])
-
-    def test_what_a_callback_raises_comes_out_of_the_scan(self):
-        def raise_it(what, done, total):
-            raise KeyError("mine")
-
-        with self.assertRaises(KeyError):
-            scanknit.scan(self.recording, self.path("none.ply"), progress=raise_it)
-
-    def test_errors_of_a_scan_have_a_code(self):
-        for code, call in (("input", lambda: scanknit.scan(self.path("nothing"), self.path("out"))),
-                           ("config", lambda: scanknit.scan(self.recording, self.path("out"), settings=["a.b=1"])),
-                           ("usage", lambda: scanknit.scan(self.recording, self.path("out.fbx")))):
-            with self.assertRaises(scanknit.Error) as caught:
-                call()
-            self.assertEqual(caught.exception.code, code)
 
     def test_frames_are_arrays(self):
         recording = scanknit.Recording(self.recording)
@@ -326,7 +254,7 @@ class Documentation(unittest.TestCase):
                 self.assertEqual(public, there, node.name)
 
     def test_everything_has_a_docstring(self):
-        for kind in (scanknit.Volume, scanknit.Mesh, scanknit.Frame, scanknit.Recording, scanknit.scan):
+        for kind in (scanknit.Volume, scanknit.Mesh, scanknit.Frame, scanknit.Recording):
             self.assertTrue(kind.__doc__)
         self.assertIn("(H, W) float32", scanknit.Volume.integrate.__doc__)
         self.assertIn("metres", scanknit.Mesh.vertices.__doc__)
