@@ -39,6 +39,7 @@ test('the page loads under its policy, the mesh grows, and its pixels are the co
   assert.match(policy, /default-src 'none'/);
   assert.doesNotMatch(policy, /unsafe/);
   await stepUntil(program, untilTriangles(page, 1));
+  await stepUntil(program, page.waitForFunction(() => window.scanknit.depthPictures > 0));
   assert.ok((await look(page, 'firstMeshMs')) > 0);
   assert.equal((await look(page, 'hello')).is_orbit, true);
   const before = await look(page, 'triangles');
@@ -52,7 +53,6 @@ test('the page loads under its policy, the mesh grows, and its pixels are the co
   assert.ok(Math.max(...revisions) > 1, 'chunks came again when they had changed');
   const sides = await look(page, 'sectorsSeen');
   assert.ok(sides > 18 && await page.locator('#ring').isVisible(), `the scanner walked round it: ${sides} sides`);
-  assert.ok((await look(page, 'depthPictures')) > 0);
   assert.deepEqual(await banner(page), { tone: 'done', head: 'Finished', advice: '' });
 
   await page.evaluate(() => { window.scanknit.shading = 'unlit'; });
