@@ -472,8 +472,7 @@ TEST(RecordCommand, KeepsEveryPicture) {
   EmulatedBus bus;
   bus.plug({});  // depth and colour
   TempFolder out;
-  const char* rate = SCANKNIT_SLOWNESS > 1 ? "15" : "30";  // what a program with a sanitizer keeps up with
-  ASSERT_EQ(scanknit({"record", "-o", (out / "scan.mcap").string(), "--frames", "30", "--fps", rate}), 0);
+  ASSERT_EQ(scanknit({"record", "-o", (out / "scan.mcap").string(), "--frames", "30", "--fps", "30"}), 0);
   AcquireConfig config;
   config.poses = PoseMode::kTrack;
   const auto recording = open_recording(out / "scan.mcap", config);

@@ -32,13 +32,11 @@ if(SCANKNIT_BUILD_APP)
   if(SCANKNIT_SANITIZE)
     set(slowness 4)
   endif()
+  target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_SLOWNESS=${slowness})
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
     SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
       ../view/page_client.cpp
     LIBRARIES scanknit_app_cli scanknit_umockdev_bus ScanKnit::export ScanKnit::synth Boost::headers nlohmann_json::nlohmann_json)
   add_dependencies(test_usb_capture scanknit_commands)
-  foreach(test test_usb_commands test_usb_capture)
-    target_compile_definitions(${test} PRIVATE SCANKNIT_SLOWNESS=${slowness})
-  endforeach()
 endif()
