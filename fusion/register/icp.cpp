@@ -27,13 +27,14 @@ struct LevelPlan {
   double first_tukey, last_tukey;  ///< sigmas
   double min_cosine;
   double intensity_share;  ///< of IcpConfig::intensity_sigma: coarse pictures differ less
+  int times_colour_from;   ///< the round with which the search for the time of colour begins: near the pose
 };
 
 // The coarse level begins wide: 3 degrees and 5 cm between frames are 30 sigma at arm's length.
 constexpr std::array<LevelPlan, kPyramidLevels> kPlans{{
-    {4, 0.02, 0.02, 6, 5, 0.7, 1.0},
-    {6, 0.05, 0.03, 12, 6, 0.6, 1.0},
-    {12, 0.10, 0.06, 40, 12, 0.5, 1.0},
+    {4, 0.02, 0.02, 6, 5, 0.7, 1.0, 0},
+    {6, 0.05, 0.03, 12, 6, 0.6, 1.0, 0},
+    {12, 0.10, 0.06, 40, 12, 0.5, 1.0, 6},
 }};
 
 PairGate gate_of(const LevelPlan& plan, int iteration, const IcpConfig& config, double intensity_offset) {
@@ -73,21 +74,36 @@ Matrix6d information_of(const PairSums& sums) {
   return JtJ;
 }
 
+/// What is known of the time of colour without looking at the picture, in the units of the sums.
+struct TimePrior {
+  double information = 0, gradient = 0;
+};
+
 /// One Gauss-Newton step, and what it says of the scene.
 struct Step {
   Vector6d motion = Vector6d::Zero();  ///< translation (m), rotation times scale
+  double colour_later = 0;             ///< by which Registration::colour_later changes
   Vector6d strengths = Vector6d::Zero();
   Matrix6d information = Matrix6d::Zero();  ///< of the directions that are not weak
   int weak_directions = 6;
 };
 
-Step solve(const PairSums& sums) {
+/// The time of colour is eliminated (Schur complement): what it explains holds no pose.
+Step solve(const PairSums& sums, const TimePrior& prior) {
   Step step;
   if (sums.weights < kFewestPairs || !(sums.information > 0)) return step;
-  const SymmetricModes modes = modes_of(information_of(sums));
+  Matrix6d JtJ = information_of(sums);
+  Vector6d downhill = -Eigen::Map<const Vector6d>(sums.Jtr.data());
+  const Eigen::Map<const Vector6d> JtD(sums.JtD.data());
+  const double DtD = sums.DtD + prior.information;
+  const double Dtr = sums.Dtr + prior.gradient;
+  if (DtD > 0) {
+    JtJ -= JtD * JtD.transpose() / DtD;
+    downhill += JtD * (Dtr / DtD);
+  }
+  const SymmetricModes modes = modes_of(JtJ);
   step.strengths = modes.values / sums.information;
   step.weak_directions = 0;
-  const Vector6d downhill = -Eigen::Map<const Vector6d>(sums.Jtr.data());
   for (int i = 0; i < 6; ++i) {
     if (!(step.strengths(i) > kWeakStrength)) {
       ++step.weak_directions;
@@ -97,6 +113,7 @@ Step solve(const PairSums& sums) {
     step.motion += direction * (direction.dot(downhill) / modes.values(i));
     step.information += modes.values(i) * direction * direction.transpose();
   }
+  if (DtD > 0) step.colour_later = -(Dtr + JtD.dot(step.motion)) / DtD;
   return step;
 }
 
@@ -159,6 +176,37 @@ void describe(const PairSums& sums, const Step& step, IcpResult& result) {
   result.weak_directions = step.weak_directions;
 }
 
+/// How the frame's camera moves while it takes rows and colour.
+void take_motion(const MovingCamera& moving, bool times_colour, Registration& registration) {
+  const SteadyMotion motion = moving.motion(registration.T_model_frame);
+  registration.rows = motion * moving.readout;
+  // Colour that cannot be off by so much is compared where it was read; and so is that of frames far apart, between
+  // which no hand has moved the camera steadily. In the time that is uncertain, 10 ms, a hand turns it by 2 degrees.
+  constexpr double kLeast_px = 0.25;
+  constexpr double kMost_rad = 0.04;
+  constexpr double kMost_m = 0.02;
+  const SteadyMotion uncertain = motion * moving.colour_sigma;
+  const bool matters = times_colour &&
+                       uncertain.pixels(registration.frame->intrinsics, registration.centre.z()) > kLeast_px &&
+                       uncertain.turn_rad.norm() < kMost_rad && uncertain.shift_m.norm() < kMost_m;
+  registration.colour_motion = matters ? motion : SteadyMotion{};
+}
+
+void move_colour(double by, const IcpConfig& config, Registration& registration) {
+  constexpr double kMostSigmas = 3;
+  const double most = config.moving ? kMostSigmas * config.moving->colour_sigma : 0;
+  registration.colour_later = std::clamp(registration.colour_later + by, -most, most);
+}
+
+TimePrior time_prior(const IcpConfig& config, const Registration& registration, const PairSums& sums) {
+  // Errors of neighbouring pixels are alike: all pairs say no more than so many independent ones.
+  constexpr double kIndependent = 100;
+  if (registration.colour_motion.is_still()) return {};
+  const double sigma = config.moving->colour_sigma;
+  const double information = sums.colour_weights / (kIndependent * sigma * sigma);
+  return {information, information * registration.colour_later};
+}
+
 /// What the pairs say of a motion in the frame's axes, of the whole of the points.
 Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
   if (!(sums.information > 0)) return Matrix6d::Zero();
@@ -174,9 +222,10 @@ Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
 }
 
 /// So small that the next round would change nothing that can be seen.
-bool has_settled(const Vector6d& motion) {
+bool has_settled(const Step& step) {
   constexpr double kSettled_m = 5e-5;
-  return motion.norm() < kSettled_m;
+  constexpr double kSettledTime = 0.02;  // of the time between frames
+  return step.motion.norm() < kSettled_m && std::abs(step.colour_later) < kSettledTime;
 }
 
 }  // namespace
@@ -190,15 +239,16 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   const double depth_m = mean_depth(frame.levels.back());
   registration.scale_m = turning_scale(frame.levels.back(), depth_m);
   registration.centre = Eigen::Vector3d(0, 0, depth_m);
+  registration.colour_later = config.colour_later;
   double intensity_offset = 0;
   PairSums sums;
   Step step;
   const auto look = [&](const LevelPlan& plan, int iteration) {
     registration.T_model_frame = result.T_model_frame;
-    if (config.shutter) registration.rows = config.shutter->rows(result.T_model_frame);
+    if (config.moving) take_motion(*config.moving, iteration >= plan.times_colour_from, registration);
     registration.gate = gate_of(plan, iteration, config, intensity_offset);
     sums = sum_pairs(registration);
-    step = solve(sums);
+    step = solve(sums, time_prior(config, registration, sums));
   };
   const auto enter_level = [&](int level) {
     registration.frame = &frame.levels[static_cast<std::size_t>(level)];
@@ -211,12 +261,13 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
       look(plan, iteration);
       result.T_model_frame =
           motion_about(step.motion, registration.centre, registration.scale_m) * result.T_model_frame;
+      move_colour(step.colour_later, config, registration);
       if (sums.colour_weights > kFewestPairs) intensity_offset = sums.colour_offset / sums.colour_weights;
-      if (has_settled(step.motion)) break;
+      if (has_settled(step)) break;
     }
   }
   result.T_model_frame.linear() = Eigen::Quaterniond(result.T_model_frame.linear()).normalized().toRotationMatrix();
-  if (config.keeps_pose || !has_settled(step.motion)) {
+  if (config.keeps_pose || !has_settled(step)) {
     enter_level(config.last_level);
     const LevelPlan& last = kPlans[static_cast<std::size_t>(config.last_level)];
     look(last, last.iterations - 1);
@@ -229,6 +280,7 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
   }
   result.shape = shape_of(sums, registration);
   result.centre = registration.centre;
+  result.colour_later = registration.colour_later;
   Vector6d units = Vector6d::Ones();  // of rotation: radians, not metres at `scale_m`
   units.tail<3>().setConstant(registration.scale_m);
   result.information = units.asDiagonal() * step.information * units.asDiagonal();

@@ -11,14 +11,15 @@
 
 namespace scanknit {
 
-/// What a rolling shutter does to a frame: the camera moves while the rows are read, as it has since the frame before.
-struct RollingShutter {
-  Pose T_model_before;  ///< pose of the frame before
-  double share = 0;     ///< time from the first row to the last, as a share of the time since the frame before
+/// The camera moves while it takes a frame, as it has since the frame before. Times are shares of the time since then.
+struct MovingCamera {
+  Pose T_model_before;      ///< pose of the frame before
+  double readout = 0;       ///< time from the first row to the last (rolling shutter)
+  double colour_sigma = 0;  ///< standard deviation of the time when colour is taken; 0: it is known
 
-  /// From the first row to the last, for a frame at `T_model_frame`.
-  [[nodiscard]] SteadyMotion rows(const Pose& T_model_frame) const {
-    return SteadyMotion::from(T_model_before.inverse() * T_model_frame) * share;
+  /// The motion since the frame before, of a frame at `T_model_frame`.
+  [[nodiscard]] SteadyMotion motion(const Pose& T_model_frame) const {
+    return SteadyMotion::from(T_model_before.inverse() * T_model_frame);
   }
 };
 
@@ -27,7 +28,8 @@ struct IcpConfig {
   double intensity_sigma = 0.05;  ///< of the difference of intensity between frame and model; 0: use only depth
   int first_level = 2;            ///< begin at this level; 2 is the coarsest
   int last_level = 0;             ///< and end at this one
-  std::optional<RollingShutter> shutter = std::nullopt;  ///< nothing: all rows are read at once
+  std::optional<MovingCamera> moving = std::nullopt;  ///< nothing: all of the frame is taken at once
+  double colour_later = 0;  ///< where the search for the time of colour begins: IcpResult::colour_later
   bool keeps_pose = false;  ///< only measure how well the frame fits at the given pose, at `last_level`
 };
 
@@ -40,7 +42,9 @@ struct IcpResult {
   double changed_share = 0;       ///< share of those in patches that have changed: changed_share(), unless coarse
   double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
   double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 without such pairs
-  double support = 0;             ///< weight of the pairs for each point, with colour: to compare starts
+  /// Colour was taken so much later than it was read for; a share of the time since the frame before.
+  double colour_later = 0;
+  double support = 0;  ///< weight of the pairs for each point, with colour: to compare starts
   /// How well the pairs determine each direction of motion, ascending: 1 if all points do. Translation in metres and
   /// rotation times the mean depth have the same unit here.
   Vector6d strengths = Vector6d::Zero();
@@ -62,7 +66,9 @@ struct IcpResult {
 /// Moves the frame onto the model, from `T_model_frame`. Pairs by projection (Blais & Levine 1995), distances to planes
 /// (Chen & Medioni 1991), Tukey's weights on residuals in sigma(z), narrowing from level to level; Gauss-Newton with
 /// the 6 x 6 system in double. With a rolling shutter each row has its own pose, which follows the frame's (as Kerl,
-/// Stueckler & Cremers 2015, "Dense continuous-time tracking and mapping with rolling shutter RGB-D cameras"). Finds
+/// Stueckler & Cremers 2015, "Dense continuous-time tracking and mapping with rolling shutter RGB-D cameras"). The time
+/// of colour is one more unknown, which moves the colours along the camera's path (as Li & Mourikis 2014, "Online
+/// temporal calibration for camera-IMU systems", move features): else colour would pull where the camera turns. Finds
 /// directions that the scene does not determine by the eigenvalues, and does not move along them (Zhang, Kaess & Singh
 /// 2016, "On degeneracy of optimization-based state estimation problems"). The same bits for any number of threads and
 /// instruction set. Never fails: without pairs it returns the given pose, with `overlap` 0.

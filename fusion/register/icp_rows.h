@@ -34,10 +34,12 @@ struct PairSums {
   double contradictions = 0;  ///< pairs whose depths differ by more than noise and edges explain
   double coloured = 0;        ///< pairs whose intensity is compared
   double colour_weights = 0;
-  double colour_offset = 0;  ///< weighted sum of (frame - model), before intensity_offset
-  double points = 0;         ///< of the frame
-  double seen = 0;           ///< points that project to a surface in the view
-  double inliers = 0;        ///< of those
+  double colour_offset = 0;     ///< weighted sum of (frame - model), before intensity_offset
+  std::array<double, 6> JtD{};  ///< D: the derivative of intensities by Registration::colour_later
+  double DtD = 0, Dtr = 0;
+  double points = 0;   ///< of the frame
+  double seen = 0;     ///< points that project to a surface in the view
+  double inliers = 0;  ///< of those
 
   PairSums& operator+=(const PairSums& other);
 };
@@ -46,8 +48,10 @@ struct PairSums {
 struct Registration {
   const SurfaceLevel* frame;
   const SurfaceLevel* model;
-  Pose T_model_frame;  ///< of the middle row
-  SteadyMotion rows;   ///< of the frame's camera, from the first row to the last
+  Pose T_model_frame;          ///< of the middle row
+  SteadyMotion rows;           ///< of the frame's camera, from the first row to the last
+  SteadyMotion colour_motion;  ///< of the frame's camera, along which colours are moved
+  double colour_later = 0;     ///< by this share of it
   NoiseModel noise;
   PairGate gate;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in the view

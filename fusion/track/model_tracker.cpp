@@ -125,6 +125,7 @@ TrackResult describe(TrackState state, TrackReason reason, const Pose& T_world_c
   result.colour_agreement = fit.colour_agreement;
   result.rms_sigma = fit.rms_sigma;
   result.weak_directions = fit.weak_directions;
+  result.colour_later = fit.colour_later;
   return result;
 }
 
@@ -135,16 +136,14 @@ TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   raycast_time_ = {};
   noise_ = volume.config().noise.scaled(noise_scale_);
   const double since_last_s = seconds_since_last(frame);
-  shutter_.reset();
-  if (timing_.readout_s > 0 && since_last_s > 0) {
-    shutter_ = RollingShutter{last_->T_world_camera, timing_.readout_s / since_last_s};
-  }
+  moving_.reset();
+  if (since_last_s > 0) moving_ = moving_since(last_->T_world_camera, since_last_s, frame);
   SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
   if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
-  if (!result.is_lost()) result.motion = motion_at(result.T_world_camera, frame);
+  if (!result.is_lost() && moving_) result.motion = motion_of(*moving_, since_last_s, result);
   remember(frame, seen, result);
   const bool has_moved = !last_moved_ || result.T_world_camera.matrix() != last_moved_->T_world_camera.matrix();
   if (!result.is_lost() && has_moved) last_moved_ = {result.T_world_camera, std::move(seen.levels.front())};
@@ -159,21 +158,19 @@ TrackResult ModelTracker::track_later(const Frame& frame, const TsdfVolume& volu
   noise_ = volume.config().noise.scaled(noise_scale_);
   const double apart_s = neighbour ? seconds(frame.timestamp_ns - neighbour->timestamp_ns, frame) : 0;
   const bool has_motion = apart_s != 0 && std::abs(apart_s) <= kLongest_s;
-  std::optional<RollingShutter> shutter;
-  if (has_motion && timing_.readout_s > 0) {
-    shutter = RollingShutter{neighbour->T_world_camera, timing_.readout_s / apart_s};
-  }
+  std::optional<MovingCamera> moving;
+  if (has_motion) moving = moving_since(neighbour->T_world_camera, apart_s, frame);
   const SurfacePyramid seen = pyramid_of(frame, noise_);
   IcpResult nothing;
   nothing.points = points_of(seen.levels.front());
   if (const auto blind = why_blind(seen.levels.front(), std::nullopt)) {
     return describe(TrackState::kLost, *blind, Pose::Identity(), nothing);
   }
-  const auto found = neighbour ? sure_fit(seen, neighbour->T_world_camera, shutter) : find_again(seen);
+  const auto found = neighbour ? sure_fit(seen, neighbour->T_world_camera, moving) : find_again(seen);
   if (!found) return describe(TrackState::kLost, TrackReason::kPlaceNotRecognised, Pose::Identity(), nothing);
   TrackResult result = describe(TrackState::kRecovered, TrackReason::kFoundLater, found->T_world_camera, found->icp);
   result.rms_sigma *= noise_scale_;
-  if (has_motion) result.motion = motion_since(neighbour->T_world_camera, apart_s, result.T_world_camera);
+  if (moving) result.motion = motion_of(*moving, apart_s, result);
   result.raycast_time = raycast_time_;
   return result;
 }
@@ -237,7 +234,9 @@ TrackResult ModelTracker::keep_pose(const SurfacePyramid& seen) {
 
 TrackResult ModelTracker::refine(const Frame& frame, const SurfacePyramid& seen) {
   const Pose& T_recorded = *frame.T_world_camera;
-  const Fit found = fit(seen, raycast_model(seen.levels.front().intrinsics, T_recorded), {T_recorded}, shutter_);
+  auto moving = moving_;
+  if (moving) moving->colour_sigma = 0;  // the motion to a wrong pose says nothing of the time of colour
+  const Fit found = fit(seen, raycast_model(seen.levels.front().intrinsics, T_recorded), {T_recorded}, moving);
   if (volume_->blocks() == 0) return describe(TrackState::kOk, TrackReason::kNone, T_recorded, found.icp);
   const bool is_small = is_near(T_recorded, found.T_world_camera, kSmallCorrection_m, kSmallCorrection_rad);
   if (!is_sure(found.icp)) {
@@ -324,11 +323,12 @@ ModelTracker::Model ModelTracker::raycast_model(const CameraIntrinsics& camera, 
 
 ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& model,
                                     const std::vector<Pose>& T_world_guesses,
-                                    const std::optional<RollingShutter>& shutter) {
+                                    const std::optional<MovingCamera>& moving) {
   IcpConfig coarse{noise_};
   coarse.last_level = coarse.first_level;
   const Pose T_model_world = model.T_world_camera.inverse();
-  if (shutter) coarse.shutter = RollingShutter{T_model_world * shutter->T_model_before, shutter->share};
+  coarse.moving = moving;
+  if (moving) coarse.moving->T_model_before = T_model_world * moving->T_model_before;
   IcpResult best;
   best.support = -1;
   for (const Pose& guess : T_world_guesses) {
@@ -336,7 +336,8 @@ ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& mod
     if (tried.support > best.support) best = tried;
   }
   IcpConfig fine{noise_};
-  fine.shutter = coarse.shutter;
+  fine.moving = coarse.moving;
+  fine.colour_later = best.colour_later;
   fine.first_level = coarse.last_level - 1;
   const IcpResult found = register_frame(seen, model.pyramid, best.T_model_frame, fine);
   return {model.T_world_camera * found.T_model_frame, found};
@@ -353,19 +354,19 @@ ModelTracker::Fit ModelTracker::follow_motion(const SurfacePyramid& seen, std::i
 ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose& expected) {
   const Model model = raycast_model(seen.levels.front().intrinsics, expected);
   const Pose turned = expected * turn_by_shift(seen, model.pyramid);
-  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned}, shutter_);
+  const Fit found = fit(seen, model, {last_->T_world_camera, expected, turned}, moving_);
   if (is_near(expected, found.T_world_camera, kNearView_m, kNearView_rad) || !is_believable(found.icp)) return found;
   return fit(seen, raycast_model(seen.levels.front().intrinsics, found.T_world_camera), {found.T_world_camera},
-             shutter_);
+             moving_);
 }
 
 std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
-                                                        const std::optional<RollingShutter>& shutter) {
+                                                        const std::optional<MovingCamera>& moving) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
   const Model model = raycast_model(camera, T_world_place);
-  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, shutter);
+  const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, moving);
   if (!is_believable(first.icp)) return std::nullopt;
-  const Fit second = fit(seen, raycast_model(camera, first.T_world_camera), {first.T_world_camera}, shutter);
+  const Fit second = fit(seen, raycast_model(camera, first.T_world_camera), {first.T_world_camera}, moving);
   return is_sure(second.icp) ? std::optional(second) : std::nullopt;
 }
 
@@ -406,17 +407,17 @@ SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
   return SteadyMotion::from(*T_before_last_) * (timing_.colour_later_s / interval_s);
 }
 
-/// As the camera moved since the last frame.
-FrameMotion ModelTracker::motion_at(const Pose& T_world_camera, const Frame& frame) const {
-  const double since_s = seconds_since_last(frame);
-  return since_s > 0 ? motion_since(last_->T_world_camera, since_s, T_world_camera) : FrameMotion{};
+/// As the camera moved from one pose to the other in `apart_s`, which is negative where the frame came first.
+MovingCamera ModelTracker::moving_since(const Pose& T_world_other, double apart_s, const Frame& frame) const {
+  // Sensors take colour up to a frame's time after depth, and say little of it.
+  constexpr double kColourSigma_s = 0.01;
+  const double colour_sigma = frame.has_clock ? kColourSigma_s / std::abs(apart_s) : 0;
+  return {T_world_other, timing_.readout_s / apart_s, colour_sigma};
 }
 
-/// As the camera moved from one pose to the other in `apart_s`, which is negative where the frame came first.
-FrameMotion ModelTracker::motion_since(const Pose& T_world_other, double apart_s, const Pose& T_world_camera) const {
-  if (timing_.is_at_once()) return {};
-  const SteadyMotion since = SteadyMotion::from(T_world_other.inverse() * T_world_camera);
-  return {since * (timing_.readout_s / apart_s), since * (timing_.colour_later_s / apart_s)};
+FrameMotion ModelTracker::motion_of(const MovingCamera& moving, double apart_s, const TrackResult& result) const {
+  const SteadyMotion motion = moving.motion(result.T_world_camera);
+  return {motion * moving.readout, motion * (timing_.colour_later_s / apart_s + result.colour_later)};
 }
 
 Pose ModelTracker::predicted(std::int64_t timestamp_ns) const {

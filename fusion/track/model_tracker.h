@@ -70,15 +70,15 @@ class ModelTracker {
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] Model raycast_model(const CameraIntrinsics& camera, const Pose& T_world_camera);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses,
-                        const std::optional<RollingShutter>& shutter);
+                        const std::optional<MovingCamera>& moving);
   [[nodiscard]] double seconds_since_last(const Frame& frame) const;
   [[nodiscard]] SteadyMotion expected_to_colour(const Frame& frame) const;
-  [[nodiscard]] FrameMotion motion_at(const Pose& T_world_camera, const Frame& frame) const;
-  [[nodiscard]] FrameMotion motion_since(const Pose& T_world_other, double apart_s, const Pose& T_world_camera) const;
+  [[nodiscard]] MovingCamera moving_since(const Pose& T_world_other, double apart_s, const Frame& frame) const;
+  [[nodiscard]] FrameMotion motion_of(const MovingCamera& moving, double apart_s, const TrackResult& result) const;
   [[nodiscard]] Fit fit_near(const SurfacePyramid& seen, const Pose& expected);
   [[nodiscard]] Fit follow_motion(const SurfacePyramid& seen, std::int64_t timestamp_ns);
   [[nodiscard]] std::optional<Fit> sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
-                                            const std::optional<RollingShutter>& shutter = std::nullopt);
+                                            const std::optional<MovingCamera>& moving = std::nullopt);
   [[nodiscard]] std::optional<Fit> find_again(const SurfacePyramid& seen);
   [[nodiscard]] bool is_accepted(const Fit& fit, std::int64_t timestamp_ns) const;
   [[nodiscard]] bool is_worth_following(const Fit& fit, std::int64_t timestamp_ns) const;
@@ -113,7 +113,7 @@ class ModelTracker {
   // Set while a frame is tracked.
   const TsdfVolume* volume_ = nullptr;
   NoiseModel noise_;
-  std::optional<RollingShutter> shutter_;  ///< T_model_before is T_world_before
+  std::optional<MovingCamera> moving_;  ///< T_model_before is T_world_before
   std::chrono::nanoseconds raycast_time_{};
 };
 

@@ -64,17 +64,36 @@ TEST(Icp, FindsThePoseOfTheMiddleRowOfARollingShutter) {
   const NoiseModel noise;
   const Pose before = on_circle(0);
   const Pose truth = motion({0.02, 0.06, 0.01}, {0.04, 0.02, 0});  // 100 degrees a second at 30 frames a second
-  const RollingShutter shutter{Pose::Identity(), 0.9};
-  const Frame frame = look(small_room(), before * truth, true, test::small_camera(), shutter.rows(truth));
+  const MovingCamera moving{Pose::Identity(), 0.9};
+  const Frame frame = look(small_room(), before * truth, true, test::small_camera(), moving.motion(truth) * 0.9);
   const SurfacePyramid seen = pyramid_of(frame, noise), model = pyramid_of(view_of(small_room(), before), noise);
   IcpConfig config{noise};
   const Pose as_if_at_once = register_frame(seen, model, Pose::Identity(), config).T_model_frame;
-  config.shutter = shutter;
+  config.moving = moving;
   const Pose found = register_frame(seen, model, Pose::Identity(), config).T_model_frame;
   // As exact as without a shutter: a tenth of a pixel.
   EXPECT_LT(distance_m(found, truth), 0.8e-3);
   EXPECT_LT(angle_rad(found, truth), 1e-3);
   EXPECT_GT(distance_m(as_if_at_once, truth), 3e-3) << "else the shutter is not seen in this test";
+}
+
+TEST(Icp, FindsWhenColourWasTaken) {
+  const NoiseModel noise;
+  const Pose before = on_circle(0);
+  const Pose truth = motion({0.02, 0.06, 0.01}, {0.04, 0.02, 0});  // 100 degrees a second at 30 frames a second
+  const MovingCamera moving{Pose::Identity(), 0, 0.3};
+  constexpr double kLater = 0.4;
+  Frame frame = look(small_room(), before * truth, true);
+  frame.colour = look(small_room(), before * truth * moving.motion(truth).after(kLater), true).colour;
+  const SurfacePyramid seen = pyramid_of(frame, noise), model = pyramid_of(view_of(small_room(), before), noise);
+  IcpConfig config{noise};
+  const Pose as_if_at_once = register_frame(seen, model, Pose::Identity(), config).T_model_frame;
+  config.moving = moving;
+  const IcpResult found = register_frame(seen, model, Pose::Identity(), config);
+  EXPECT_NEAR(found.colour_later, kLater, 0.04);
+  EXPECT_LT(distance_m(found.T_model_frame, truth), 0.8e-3);
+  EXPECT_LT(angle_rad(found.T_model_frame, truth), 1e-3);
+  EXPECT_GT(distance_m(as_if_at_once, truth), 2e-3) << "else the time is not seen in this test";
 }
 
 TEST(Icp, FindsThreeWeakDirectionsBeforeABareWallAndDoesNotMoveAlongThem) {
