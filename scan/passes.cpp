@@ -18,6 +18,7 @@ PassResult run_pass(const ScanJob& job, const PassInput& input, PoseRefiner& ref
   made.left_out = pass.intake().left_out();
   made.crop = pass.crop();
   made.has_given_up = pass.has_given_up();
+  made.misfit = pass.misfit();
   return made;
 }
 

@@ -1,6 +1,8 @@
 // A pass through a scan's frames, as a walk or as a turntable.
 #pragma once
 
+#include <optional>
+
 #include "core/axes.h"
 #include "scan/frames/sequence_ranges.h"
 #include "scan/scan_job.h"
@@ -16,7 +18,8 @@ struct PassResult {
   SequenceRanges taken;  ///< FrameIntake::taken()
   FrameCounts left_out;  ///< FrameIntake::left_out()
   CropBox crop;
-  bool has_given_up = false;  ///< PassInput::lost_limits
+  bool has_given_up = false;     ///< PassInput::limits
+  std::optional<double> misfit;  ///< ScanPass::misfit()
 };
 
 /// Scans the frames as they come; closes loops if poses are tracked and fusion.loop_closure is on.

@@ -94,30 +94,27 @@ class RecordingScan {
     return session_.observer().on_open(source_->info());
   }
 
-  /// If frames are lost where the camera turns quickly, and the sensor may have a rolling shutter, scans them again
-  /// with it; and once more without it if that hardly loses fewer.
+  /// If frames fit badly where the camera turns quickly, and the sensor may have a rolling shutter, scans them again
+  /// with it; and once more without it if they hardly fit better.
   [[nodiscard]] Result<void> walk() {
-    constexpr double kQuickTurn_rad_per_s = 1.2;  // a hand that walks turns by up to 0.9; the shutter matters beyond
-    constexpr double kMostLost = 0.01;            // a good scan fuses 99 % of its frames
-    constexpr double kFewer = 0.9;                // a tenth fewer is more than chance
+    constexpr double kMostMisfit = 0.03;  // of frames that are read at once, 0.01 to 0.02 does not fit
+    constexpr double kBetter = 0.8;       // with the shutter that a sensor has, half of that is left
     PassInput input = input_of(*source_);
-    if (possible_timing_) {
-      input.lost_limits = {.most_lost_share = kMostLost, .only_if_turned_rad_per_s = kQuickTurn_rad_per_s};
-    }
+    if (possible_timing_) input.limits.most_misfit = kMostMisfit;
     PassResult first = scan_walk(job_, input, session_);
     if (!first.has_given_up) return keep(std::move(first));
-    const FrameCounts& counts = first.scan.frames;
-    const double lost_share = static_cast<double>(counts.lost) / static_cast<double>(counts.lost + counts.fused);
-    session_.info(fmt::format("{} frames were lost: they are scanned again with a rolling shutter of {:.0f} ms",
-                              counts.lost, possible_timing_->readout_s * 1000));
+    session_.info(
+        fmt::format("the camera turned quickly, and {:.1f} % of the frames' points do not fit there: the frames are "
+                    "scanned again with a rolling shutter of {:.0f} ms",
+                    *first.misfit * 100, possible_timing_->readout_s * 1000));
     const AcquireConfig without_timing = job_.config.acquire;
     job_.config.acquire.readout_s = possible_timing_->readout_s;
     job_.config.acquire.colour_later_s = possible_timing_->colour_later_s;
-    const LostLimits limits{.most_lost_share = kFewer * lost_share,
-                            .most_lost_before_search = counts.lost + first.scan.tracking->found_later};
+    const PassLimits limits{.most_misfit = kBetter * *first.misfit,
+                            .most_lost_before_search = first.scan.frames.lost + first.scan.tracking->found_later};
     PassResult timed = walk_again(first, limits);
     if (!timed.has_given_up) return keep(std::move(timed));
-    session_.info("with it, hardly fewer frames are lost: they are scanned without it");
+    session_.info("with it, they hardly fit better: they are scanned without it");
     job_.config.acquire = without_timing;
     return keep(walk_again(std::move(first)));
   }
@@ -132,7 +129,7 @@ class RecordingScan {
   }
 
   /// Scans the same frames again, as a walk.
-  [[nodiscard]] PassResult walk_again(PassResult first, const LostLimits& limits = {}) {
+  [[nodiscard]] PassResult walk_again(PassResult first, const PassLimits& limits = {}) {
     const auto frames = open_frames(job_, &first.taken);
     if (!frames) {
       first.scan.outcome = frames.error();
@@ -140,7 +137,7 @@ class RecordingScan {
       return first;
     }
     PassInput input = input_of(**frames);
-    input.lost_limits = limits;
+    input.limits = limits;
     input.counted = first.left_out;
     input.crop = first.crop;
     PassResult walked = scan_walk(job_, input, session_);

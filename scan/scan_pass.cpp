@@ -1,6 +1,7 @@
 #include "scan/scan_pass.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/files/atomic_file.h"
@@ -13,17 +14,34 @@
 namespace scanknit {
 namespace {
 
-/// The fastest turn between two frames that follow each other. 0 without a clock: frames then count as a second apart.
-double fastest_turn_rad_per_s(const Trajectory& trajectory) {
+/// The sequence numbers of frames at which the camera turned quickly. Without a clock, frames count as a second apart.
+std::set<std::uint64_t> frames_in_quick_turns(const Trajectory& trajectory) {
   constexpr double kLongest_s = 0.15;
-  double fastest = 0;
+  constexpr double kQuick_rad_per_s = 1.2;  // a hand that walks turns by up to 0.9
+  std::set<std::uint64_t> frames;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     const double apart_s = trajectory[i].stamp - trajectory[i - 1].stamp;
     if (!(apart_s > 0 && apart_s <= kLongest_s)) continue;
     const Pose turn = trajectory[i - 1].T_world_camera.inverse() * trajectory[i].T_world_camera;
-    fastest = std::max(fastest, angle_of(turn) / apart_s);
+    if (angle_of(turn) / apart_s >= kQuick_rad_per_s) frames.insert(trajectory[i].sequence);
   }
-  return fastest;
+  return frames;
+}
+
+/// ScanPass::misfit().
+std::optional<double> misfit_in_quick_turns(const Trajectory& trajectory, const TrackingResult& tracking) {
+  constexpr std::size_t kFewest = 5;
+  const std::set<std::uint64_t> quick = frames_in_quick_turns(trajectory);
+  if (quick.size() < kFewest) return std::nullopt;
+  double misfit = 0;
+  std::size_t frames = 0;
+  for (const TrackedFrame& frame : tracking.frames) {
+    const bool is_lost = frame.state == TrackState::kLost;
+    if (!is_lost && !quick.contains(frame.sequence)) continue;
+    misfit += is_lost ? 1 : 1 - frame.inlier_share;
+    ++frames;
+  }
+  return misfit / static_cast<double>(frames);
 }
 
 }  // namespace
@@ -40,7 +58,7 @@ Result<void> ScanPass::run() {
   if (auto begun = begin(); !begun) return begun;
   if (auto fused = track_and_fuse(); !fused) return fused;
   find_lost();
-  if (auto enough = check_lost(); !enough) return enough;
+  if (auto fits = check_misfit(); !fits) return fits;
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
   return write_texture();
@@ -58,7 +76,7 @@ Result<void> ScanPass::begin() {
 }
 
 Result<void> ScanPass::track_and_fuse() {
-  const std::size_t most_lost = input_.lost_limits.most_lost_before_search;
+  const std::size_t most_lost = input_.limits.most_lost_before_search;
   while (!intake_.is_over()) {
     if (auto frame = intake_.next()) {
       if (auto added = add(*frame); !added) return added;
@@ -85,17 +103,15 @@ void ScanPass::find_lost() {
 }
 
 /// An error when the pass gives up.
-Result<void> ScanPass::check_lost() {
-  const auto lost = static_cast<double>(intake_.counts().lost);
-  const double lost_share = lost / std::max(1.0, lost + static_cast<double>(intake_.counts().fused));
-  const LostLimits& limits = input_.lost_limits;
-  if (lost_share <= limits.most_lost_share || session_.is_stopped()) return {};
-  return fastest_turn_rad_per_s(scan_->trajectory()) >= limits.only_if_turned_rad_per_s ? give_up() : Result<void>();
+Result<void> ScanPass::check_misfit() {
+  if (scan_->tracking()) misfit_ = misfit_in_quick_turns(scan_->trajectory(), *scan_->tracking());
+  if (!misfit_ || *misfit_ <= input_.limits.most_misfit || session_.is_stopped()) return {};
+  return give_up();
 }
 
 Result<void> ScanPass::give_up() {
   has_given_up_ = true;
-  return Error{ErrorCode::kTooLittle, "more frames were lost than this pass may lose"};
+  return Error{ErrorCode::kTooLittle, "the frames do not fit as well as in this pass they must"};
 }
 
 /// Writes the mesh of the tracked frames first, so that it exists whatever happens later.

@@ -21,11 +21,9 @@
 namespace scanknit {
 
 /// When a pass gives up and writes nothing. A pass of a scan that was stopped never does.
-struct LostLimits {
-  /// At its end the pass gives up if a larger share of its frames is lost.
-  double most_lost_share = 1;
-  /// The share counts only if the camera turned at least this fast between two frames with a clock.
-  double only_if_turned_rad_per_s = 0;
+struct PassLimits {
+  /// At its end the pass gives up if its frames fit worse in quick turns: ScanPass::misfit().
+  double most_misfit = 1;
   /// The pass gives up as soon as it has lost more frames, before any of them is looked for again.
   std::size_t most_lost_before_search = std::numeric_limits<std::size_t>::max();
 };
@@ -36,7 +34,7 @@ struct PassInput {
   const FrameArchive& archive;  ///< gives the same frames again, after they have ended
   std::stop_token stop = {};    ///< ends the frames; the session's stop token ends the steps after them
   bool is_paced = false;        ///< frames come at their own pace: a paused scan skips them
-  LostLimits lost_limits = {};
+  PassLimits limits = {};
   bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
   FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};
@@ -57,8 +55,11 @@ class ScanPass {
   /// Counts of the frames that were read; valid after run().
   [[nodiscard]] const FrameIntake& intake() const { return intake_; }
   [[nodiscard]] const CropBox& crop() const { return crop_; }
-  /// True after run() when it gave up: PassInput::lost_limits.
+  /// True after run() when it gave up: PassInput::limits.
   [[nodiscard]] bool has_given_up() const { return has_given_up_; }
+  /// Of the frames in quick turns, the mean share that does not agree with the model; lost frames count as 1, wherever
+  /// they are. Nothing where the camera hardly turned quickly, or not tracked.
+  [[nodiscard]] std::optional<double> misfit() const { return misfit_; }
 
   /// Everything that was made and measured, also after an error, which the result does not have.
   [[nodiscard]] ScanResult result() const;
@@ -67,7 +68,7 @@ class ScanPass {
   [[nodiscard]] Result<void> begin();
   [[nodiscard]] Result<void> track_and_fuse();
   void find_lost();
-  [[nodiscard]] Result<void> check_lost();
+  [[nodiscard]] Result<void> check_misfit();
   [[nodiscard]] Result<void> give_up();
   [[nodiscard]] Result<void> write_tracked();
   [[nodiscard]] Result<void> refine();
@@ -95,6 +96,7 @@ class ScanPass {
   FrameIntake intake_;
   std::optional<Reconstruction> scan_;
   bool has_given_up_ = false;
+  std::optional<double> misfit_;
   ScanPhase phase_ = ScanPhase::kWaiting;
   CropBox crop_;
   Result<void> tracking_verdict_;
