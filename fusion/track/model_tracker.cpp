@@ -409,9 +409,11 @@ SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
 
 /// As the camera moved from one pose to the other in `apart_s`, which is negative where the frame came first.
 MovingCamera ModelTracker::moving_since(const Pose& T_world_other, double apart_s, const Frame& frame) const {
-  // Sensors take colour up to a frame's time after depth, and say little of it.
+  // The time of colour varies by so much from frame to frame. With a sensor whose timing is unknown it is not searched
+  // for: there it would also explain what a rolling shutter does, and the camera would be lost in quick turns.
   constexpr double kColourSigma_s = 0.01;
-  const double colour_sigma = frame.has_clock ? kColourSigma_s / std::abs(apart_s) : 0;
+  const bool is_searched = frame.has_clock && !timing_.is_at_once();
+  const double colour_sigma = is_searched ? kColourSigma_s / std::abs(apart_s) : 0;
   return {T_world_other, timing_.readout_s / apart_s, colour_sigma};
 }
 
