@@ -43,16 +43,8 @@ if ! { cmake -S "$source_dir/tests/sanitizers/project" -B "$build_dir" -G Ninja 
   tail -n 60 "$build_dir/build.log"
   exit 1
 fi
-# What a sanitizer finds is written here: a program that a test runs may find something and nobody read its messages.
-findings="$build_dir/findings"
-rm -rf "$findings"
-mkdir -p "$findings"
-has_findings() { [ -n "$(ls "$findings")" ]; }
-trap 'if has_findings; then cat "$findings"/*; exit 1; fi' EXIT
-export ASAN_OPTIONS="log_path=$findings/address"
-export UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1:log_path=$findings/undefined"
-export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:log_path=$findings/thread"
-TSAN_OPTIONS+=":suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$source_dir/tests/usb/umockdev/tsan.supp"
 # OpenNI2 finds its drivers beside itself, and these are not ours to mend: they leak, are unloaded before the names in
 # a report are looked for, and read an attribute that is not there any more when an emulated device goes.
 openni2=$(ldconfig -p | awk '/libOpenNI2\.so\.0 / && !found { print $NF; found = 1 }')  # to the end, else ldconfig fails
@@ -60,6 +52,7 @@ mkdir -p "$build_dir/without_drivers"
 if [ -n "$openni2" ]; then ln -sf "$openni2" "$build_dir/without_drivers/"; fi
 export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 ctest=(ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error -j "$jobs")
+finding='(ERROR|WARNING): [A-Za-z]+Sanitizer|runtime error:'  # what a sanitizer prints of what it finds
 # run "PROGRAM ..." TEST ...: all tests of those programs but the ones that are named. Tests that fail though the sanitizer found
 # nothing run once more by themselves: they wait for a device's clock, which an instrumented program on a busy processor can miss.
 # A program that crashed or hung is not given another run.
@@ -69,7 +62,7 @@ run() {
   left_out=$(IFS=:; echo "-$*")
   if GTEST_FILTER="$left_out" "${ctest[@]}" -R "^(${programs// /|})\$" | tee "$build_dir/tests.log"; then return; fi
   failed=$(sed -n 's/^\[  FAILED  \] \([^ ,]*\.[^ ,]*\).*/\1/p' "$build_dir/tests.log" | sort -u | paste -sd :)
-  if has_findings || [ -z "$failed" ] || grep -qE '^\s+[0-9]+ - .* \([^F].*\)$' "$build_dir/tests.log"; then exit 1; fi
+  if [ -z "$failed" ] || grep -qE "$finding"'|^\s+[0-9]+ - .* \([^F].*\)$' "$build_dir/tests.log"; then exit 1; fi
   echo "Once more: $failed"
   GTEST_FILTER="$failed" "${ctest[@]}" --rerun-failed
 }
