@@ -9,7 +9,7 @@ function(scanknit_flags target)
 endfunction()
 
 # What nearly every source includes: half of the time that the compiler takes. Compiled once for all rooms, and once
-# more for those that include OpenVDB.
+# more for the sources that include OpenVDB, whose headers cost each of them another second or two.
 set(SCANKNIT_PRECOMPILED
   <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <chrono> <cmath> <condition_variable> <filesystem> <fstream> <functional> <map>
   <memory> <mutex> <optional> <span> <sstream> <stop_token> <string> <string_view> <thread> <variant> <vector>)
@@ -24,11 +24,24 @@ endforeach()
 target_link_libraries(scanknit_headers_openvdb PRIVATE OpenVDB::openvdb)
 target_precompile_headers(scanknit_headers_openvdb PRIVATE <openvdb/openvdb.h>)
 
-# scanknit_room(name SOURCES ... [HEADERS ...] PUBLIC ... PRIVATE ... [WITH_OPENVDB | PRECOMPILE headers]): the library ScanKnit::name,
-# whose headers are included as "name/header.h". HEADERS are the public ones: Install.cmake installs them, and no others.
-# They include no header of ours that is not public.
+# scanknit_openvdb_sources(target sources...): adds sources that include OpenVDB, be it through other headers, to a
+# target whose other sources do not.
+function(scanknit_openvdb_sources target)
+  set(objects ${target}_openvdb)
+  add_library(${objects} OBJECT ${ARGN})
+  target_compile_features(${objects} PRIVATE cxx_std_20)
+  target_include_directories(${objects} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
+  target_link_libraries(${objects} PRIVATE OpenVDB::openvdb $<TARGET_PROPERTY:${target},LINK_LIBRARIES>)
+  target_precompile_headers(${objects} REUSE_FROM scanknit_headers_openvdb)
+  scanknit_flags(${objects})
+  target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
+endfunction()
+
+# scanknit_room(name SOURCES ... [OPENVDB_SOURCES ...] [HEADERS ...] PUBLIC ... PRIVATE ... [PRECOMPILE headers]): the library
+# ScanKnit::name, whose headers are included as "name/header.h". HEADERS are the public ones: Install.cmake installs
+# them, and no others. They include no header of ours that is not public.
 function(scanknit_room name)
-  cmake_parse_arguments(ROOM "WITH_OPENVDB" "" "SOURCES;HEADERS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;OPENVDB_SOURCES;HEADERS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
   list(TRANSFORM ROOM_HEADERS PREPEND ${name}/)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_HEADERS ${ROOM_HEADERS})
   set(target scanknit_${name})
@@ -46,12 +59,13 @@ function(scanknit_room name)
   target_link_libraries(${target} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE})
   if(ROOM_PRECOMPILE)
     target_precompile_headers(${target} PRIVATE ${SCANKNIT_PRECOMPILED} ${ROOM_PRECOMPILE})
-  elseif(ROOM_WITH_OPENVDB)
-    target_precompile_headers(${target} REUSE_FROM scanknit_headers_openvdb)
   else()
     target_precompile_headers(${target} REUSE_FROM scanknit_headers)
   endif()
   scanknit_flags(${target})
+  if(ROOM_OPENVDB_SOURCES)
+    scanknit_openvdb_sources(${target} ${ROOM_OPENVDB_SOURCES})
+  endif()
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_ROOMS ${target})
 endfunction()
 
