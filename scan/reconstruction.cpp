@@ -59,21 +59,22 @@ Result<IntegrateStats> Reconstruction::integrate_straightened(Frame& frame, cons
 }
 
 Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
+  const bool was_full = is_budget_reached();
   const auto fused = integrate_straightened(frame, found);
   if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
   if (!fused) return fused.error();
-  note_fused(frame, found, fused->is_budget_reached);
-  return Added{found.T_world_camera};
-}
-
-void Reconstruction::note_fused(const Frame& frame, const PoseFinder::Found& found, bool is_budget_reached) {
-  trajectory_.push_back({frame.sequence, stamp_of(frame), found.T_world_camera, found.motion});
-  if (is_budget_reached && !std::exchange(is_budget_reached_, true)) {
+  if (is_budget_reached() && !was_full) {
     session_.warn(WarningCode::kBudgetReached,
                   fmt::format("frame {}: the volume has reached fusion.memory_budget and grows no further; what it "
                               "holds is still refined",
                               frame.sequence));
   }
+  note_fused(frame, found);
+  return Added{found.T_world_camera};
+}
+
+void Reconstruction::note_fused(const Frame& frame, const PoseFinder::Found& found) {
+  trajectory_.push_back({frame.sequence, stamp_of(frame), found.T_world_camera, found.motion});
   refiner_.note_fused(frame, found.T_world_camera, std::exchange(follows_gap_, false));
   if (options_.keeps_depth_samples) samples_.add(frame);
 }
@@ -128,7 +129,6 @@ Result<void> Reconstruction::start_over() {
   samples_.clear();
   first_.reset();
   follows_gap_ = false;
-  is_budget_reached_ = false;
   refiner_.start_over();
   return {};
 }

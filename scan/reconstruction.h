@@ -58,7 +58,7 @@ class Reconstruction {
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return poses_.tracking(); }
   /// Some of the fused frames, filtered, with their current poses.
   [[nodiscard]] std::vector<PosedDepth> depth_samples() const { return samples_.posed(trajectory_); }
-  [[nodiscard]] bool is_budget_reached() const { return is_budget_reached_; }
+  [[nodiscard]] bool is_budget_reached() const { return volume_.is_budget_reached; }
 
  private:
   Reconstruction(const ScanConfig& config, const Options& options, PoseRefiner& refiner, ScanSession& session,
@@ -73,7 +73,7 @@ class Reconstruction {
   [[nodiscard]] Result<void> fuse_later(Frame& frame, const TrackResult& found);
   [[nodiscard]] Result<void> begin_again(const FrameMotion& motion);
   [[nodiscard]] Result<Added> fuse(Frame& frame, const PoseFinder::Found& found);
-  void note_fused(const Frame& frame, const PoseFinder::Found& found, bool is_budget_reached);
+  void note_fused(const Frame& frame, const PoseFinder::Found& found);
 
   const ScanConfig& config_;
   Options options_;
@@ -85,7 +85,6 @@ class Reconstruction {
   DepthSamples samples_;
   std::optional<Frame> first_;  ///< filtered, not deskewed; kept until the second is tracked
   bool follows_gap_ = false;    ///< tracking was lost since the last frame that was fused
-  bool is_budget_reached_ = false;
 };
 
 [[nodiscard]] VolumeResult described(const TsdfVolume& volume);

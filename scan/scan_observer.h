@@ -63,9 +63,9 @@ class ScanObserver {
   /// The recording has been opened; no frame has been read. An error ends the scan.
   [[nodiscard]] virtual Result<void> on_open([[maybe_unused]] const RecordingInfo& info) { return {}; }
   /// The scan begins, with an empty volume. Called again after a reset, and whenever the frames are read once more: the
-  /// recording of a live scan to find a turntable, frames that show no turntable as a walk, and frames of which many
-  /// were lost with the sensor's rolling shutter, then perhaps without it. An error ends the scan, or is the answer to
-  /// the reset.
+  /// recording of a live scan, to find a turntable; frames that show no turntable, as a walk; frames of a walk that fit
+  /// badly in quick turns, with the sensor's rolling shutter, then perhaps without it. An error ends the scan, or is
+  /// the answer to the reset.
   [[nodiscard]] virtual Result<void> on_begin([[maybe_unused]] const ScanState& scan) { return {}; }
   /// A frame was fused at this pose, or tracking was lost at it.
   virtual void on_frame([[maybe_unused]] const Frame& frame, [[maybe_unused]] const std::optional<Pose>& T_world_camera,

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/files/atomic_file.h"
-#include "export/trajectory.h"
 #include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
@@ -32,7 +31,7 @@ std::set<std::uint64_t> frames_in_quick_turns(const Trajectory& trajectory) {
 std::optional<double> misfit_in_quick_turns(const Trajectory& trajectory, const TrackingResult& tracking) {
   constexpr std::size_t kFewest = 5;
   const std::set<std::uint64_t> quick = frames_in_quick_turns(trajectory);
-  if (quick.size() < kFewest) return std::nullopt;
+  if (quick.empty()) return std::nullopt;
   double misfit = 0;
   std::size_t frames = 0;
   for (const TrackedFrame& frame : tracking.frames) {
@@ -41,7 +40,7 @@ std::optional<double> misfit_in_quick_turns(const Trajectory& trajectory, const 
     misfit += is_lost ? 1 : 1 - frame.inlier_share;
     ++frames;
   }
-  return misfit / static_cast<double>(frames);
+  return frames >= kFewest ? std::optional(misfit / static_cast<double>(frames)) : std::nullopt;
 }
 
 }  // namespace
@@ -66,7 +65,6 @@ Result<void> ScanPass::run() {
 
 Result<void> ScanPass::begin() {
   if (auto prepared = refiner_.prepare(); !prepared) return prepared;
-  warn_of_holes(job_.config.extract, session_);
   const bool keeps_depth_samples = job_.measures_fit || job_.config.finish.drops_crumbs;
   const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples};
   auto scan = Reconstruction::create(job_.config, options, refiner_, session_);
@@ -98,7 +96,7 @@ void ScanPass::find_lost() {
   const Result<void> found = source ? scan_->find_lost(**source) : source.error();
   intake_.recount(scan_->trajectory().size());
   if (found) return;
-  session_.warn(WarningCode::kTrackingLost,
+  session_.warn(WarningCode::kLostNotSearched,
                 "frames that were lost could not be looked for again: " + found.error().text());
 }
 
@@ -111,7 +109,7 @@ Result<void> ScanPass::check_misfit() {
 
 Result<void> ScanPass::give_up() {
   has_given_up_ = true;
-  return Error{ErrorCode::kTooLittle, "the frames do not fit as well as in this pass they must"};
+  return Error{ErrorCode::kTooLittle, "the frames fit worse than this pass allows"};
 }
 
 /// Writes the mesh of the tracked frames first, so that it exists whatever happens later.
@@ -219,9 +217,7 @@ Result<void> ScanPass::write_volume_and_trajectory() {
   }
   if (!job_.files.trajectory) return {};
   files_["trajectory"] = job_.files.trajectory->string();
-  std::vector<StampedPose> poses;
-  for (const PosedFrame& frame : scan_->trajectory()) poses.push_back({frame.stamp, frame.T_world_camera});
-  const std::string text = to_tum_trajectory(poses);
+  const std::string text = tum_text(scan_->trajectory());
   return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
 }
 
@@ -321,7 +317,6 @@ ScanResult ScanPass::result() const {
   if (scan_) {
     result.tracking = scan_->tracking();
     result.trajectory = scan_->trajectory();
-    result.volume.is_budget_reached = scan_->is_budget_reached();
   }
   return result;
 }

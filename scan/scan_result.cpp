@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "export/trajectory.h"
+
 namespace scanknit {
 
 const char* to_string(WarningCode code) {
@@ -12,6 +14,7 @@ const char* to_string(WarningCode code) {
     case WarningCode::kRecorder: return "recorder";
     case WarningCode::kReset: return "reset";
     case WarningCode::kTrackingLost: return "tracking_lost";
+    case WarningCode::kLostNotSearched: return "lost_not_searched";
     case WarningCode::kLoopNotClosed: return "loop_not_closed";
     case WarningCode::kNotATurntable: return "not_a_turntable";
     case WarningCode::kTurntable: return "turntable";
@@ -32,6 +35,12 @@ const char* to_string(WarningCode code) {
     case WarningCode::kPointsOnly: return "points_only";
   }
   return "";
+}
+
+std::string tum_text(const Trajectory& trajectory) {
+  std::vector<StampedPose> poses;
+  for (const PosedFrame& frame : trajectory) poses.push_back({frame.stamp, frame.T_world_camera});
+  return to_tum_trajectory(poses);
 }
 
 const ScanWarning* find_warning(const ScanResult& result, WarningCode code) {

@@ -27,7 +27,8 @@ enum class WarningCode {
   kScanner,           ///< unknown properties of the scanner, and its failures
   kRecorder,          ///< the recorder stopped; the scan went on
   kReset,             ///< the user reset the scan
-  kTrackingLost,      ///< in more than a tenth of the frames; or lost frames could not be looked for again
+  kTrackingLost,      ///< in more than a tenth of the frames
+  kLostNotSearched,   ///< frames that were lost could not be looked for again
   kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
   kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses
   kTurntable,         ///< frames or known angles that were not used
@@ -67,6 +68,9 @@ struct PosedFrame {
 
 /// In the order of the scan.
 using Trajectory = std::vector<PosedFrame>;
+
+/// As a file in TUM's format.
+[[nodiscard]] std::string tum_text(const Trajectory& trajectory);
 
 /// T_world_camera by Frame::sequence.
 using PosesBySequence = std::map<std::uint64_t, Pose>;
@@ -202,6 +206,7 @@ struct MeshResult {
   std::optional<DoubledResult> doubled;  ///< nothing unless frames were fused, and the mesh not simplified
   std::optional<FitResult> fit;          ///< nothing when there were no depth frames
   FilesByKind files;                     ///< meshes and pictures
+  std::vector<ScanWarning> warnings;     ///< of finishing; ScanResult::warnings has them, too
 };
 
 /// The texture of the GLB.

@@ -35,14 +35,13 @@ class ScanSession {
 
   /// A warning that was given already is not given again.
   void warn(WarningCode code, std::string text);
-  /// Warns of the mesh that is being made; the warning ends when another mesh replaces it. If an earlier mesh had a
-  /// warning of the same code and step, the observer is not told again. `step`: FinishResult::Step::name, or empty.
-  void warn_of_mesh(WarningCode code, std::string_view step, std::string text);
-  /// To be called before a mesh that replaces the last one.
-  void begin_mesh() { ++mesh_; }
+  /// Tells the observer of a warning that belongs to one mesh, and returns it for MeshResult::warnings. If an earlier
+  /// mesh had a warning of the same code and step, the observer is not told again. `step`: FinishResult::Step::name, or
+  /// empty.
+  [[nodiscard]] ScanWarning warn_of_mesh(WarningCode code, std::string_view step, std::string text);
 
-  /// All warnings, without those of replaced meshes, in the order in which they came.
-  [[nodiscard]] std::vector<ScanWarning> warnings() const;
+  /// Without those of meshes, in the order in which they came.
+  [[nodiscard]] const std::vector<ScanWarning>& warnings() const { return warnings_; }
 
   /// Calls `work` and adds its duration to `stage`.
   template <typename Work>
@@ -58,17 +57,10 @@ class ScanSession {
   [[nodiscard]] ScanResult conclude(Result<void> outcome, const ScanJob& job, ScanResult result) const;
 
  private:
-  static constexpr std::size_t kAnyMesh = 0;
-  struct Noted {
-    ScanWarning warning;
-    std::size_t mesh = kAnyMesh;
-  };
-
   ScanObserver& observer_;
   std::stop_token stop_;
-  std::vector<Noted> warnings_;
-  std::set<std::pair<WarningCode, std::string>> reported_of_meshes_;  ///< code and step
-  std::size_t mesh_ = 1;
+  std::vector<ScanWarning> warnings_;
+  std::set<std::pair<WarningCode, std::string>> reported_mesh_warnings_;  ///< code and step
   StageTimesByName times_;
 };
 

@@ -34,11 +34,19 @@ void name_report(const Outputs& outputs, FilesByKind& files) {
   if (outputs.page) files["page"] = outputs.page->string();
 }
 
-Result<void> write_report(const std::string& json, const Outputs& outputs, const FilesByKind& files) {
+/// The poses that the page draws: the camera's, or those of aligned scans.
+Trajectory drawn_poses(const ScanResult& scan) {
+  if (!scan.alignment) return scan.trajectory;
+  Trajectory poses;
+  for (const AlignmentResult::Scan& placed : scan.alignment->scans) {
+    poses.push_back({.sequence = poses.size(), .T_world_camera = placed.T_world_scan});
+  }
+  return poses;
+}
+
+Result<void> write_report(const std::string& json, const Outputs& outputs, const ScanResult& scan) {
   if (outputs.page) {
-    const auto poses = files.find("trajectory");  // this run's trajectory, wherever it was written
-    const std::filesystem::path trajectory = poses == files.end() ? "" : poses->second;
-    if (auto written = write_report_page(json, *outputs.page, trajectory); !written) return written;
+    if (auto written = write_report_page(json, *outputs.page, tum_text(drawn_poses(scan))); !written) return written;
   }
   return write_file_atomically(*outputs.report, json);
 }
@@ -76,7 +84,7 @@ int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& com
   if (has_report) name_report(outputs, run.scan.files);
   std::string json = has_report || common.is_json ? report_json(run) : "";
   if (has_report) {
-    if (auto written = write_report(json, outputs, run.scan.files); !written) {
+    if (auto written = write_report(json, outputs, run.scan); !written) {
       note_failure(written.error(), run, common);
       if (common.is_json) json = report_json(run);  // of the run as it ended now
     }

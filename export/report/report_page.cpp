@@ -88,16 +88,13 @@ Result<void> check_report(std::string_view report_json) {
 }
 
 Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,
-                               const std::filesystem::path& trajectory) {
+                               const std::optional<std::string>& trajectory) {
   const auto report = parse_report(report_json);
   if (!report) return report.error();
   const std::filesystem::path folder = page.parent_path();
-  const std::filesystem::path poses_file =
-      trajectory.empty() ? folder / std::filesystem::path(text_at(*report, "/files/trajectory")).filename()
-                         : trajectory;
-  const auto poses = read_text_file(poses_file, Limits{}.max_text_bytes);
-  const std::vector<PagePicture> pictures = pictures_beside(folder, *report);
-  return write_file_atomically(page, filled_page(*report, poses ? *poses : std::string(), uris_of(pictures)));
+  const std::string poses =
+      trajectory ? *trajectory : bytes_beside(folder, text_at(*report, "/files/trajectory"), Limits{}.max_text_bytes);
+  return write_file_atomically(page, filled_page(*report, poses, uris_of(pictures_beside(folder, *report))));
 }
 
 }  // namespace scanknit

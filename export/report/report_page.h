@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,8 +30,9 @@ struct PagePicture {
 [[nodiscard]] Result<void> check_report(std::string_view report_json);
 
 /// Makes the page with the pictures in its folder, by the names in the report, and with the poses of `trajectory`
-/// (empty: of the file in that folder that the report names). Writes it all or nothing. Errors: kInput, kOutput.
+/// (in the TUM format; nothing: of the file in that folder that the report names). Writes it all or nothing. Errors:
+/// kInput, kOutput.
 [[nodiscard]] Result<void> write_report_page(std::string_view report_json, const std::filesystem::path& page,
-                                             const std::filesystem::path& trajectory = {});
+                                             const std::optional<std::string>& trajectory = std::nullopt);
 
 }  // namespace scanknit

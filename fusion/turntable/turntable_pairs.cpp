@@ -122,11 +122,11 @@ void TurntablePairs::close() {
   }
 }
 
-void TurntablePairs::forget(const std::vector<bool>& is_forgotten) {
-  SCANKNIT_CHECK(is_forgotten.size() == edges_.size());
+void TurntablePairs::remove(const std::vector<bool>& is_removed) {
+  SCANKNIT_CHECK(is_removed.size() == edges_.size());
   std::size_t kept = 0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (!is_forgotten[i]) edges_[kept++] = edges_[i];
+    if (!is_removed[i]) edges_[kept++] = edges_[i];
   }
   edges_.resize(kept);
 }

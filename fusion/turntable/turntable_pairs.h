@@ -30,7 +30,7 @@ class TurntablePairs {
 
   [[nodiscard]] const std::vector<TurntableEdge>& edges() const { return edges_; }
   /// Removes pairs; one flag for each pair.
-  void forget(const std::vector<bool>& is_forgotten);
+  void remove(const std::vector<bool>& is_removed);
 
   /// The share of key frames that fit the one before; 1 for a single key frame.
   [[nodiscard]] double share_in_sequence() const;

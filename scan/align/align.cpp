@@ -40,7 +40,7 @@ class AlignRun {
 
  private:
   [[nodiscard]] Result<void> align() {
-    warn_of_settings_without_effect(job_, session_);
+    warn_of_settings(job_, session_);
     if (auto writable = check(); !writable) return writable;
     inputs_ = load_align_inputs(request_.inputs, job_.config, session_);
     result_.frames = inputs_.frames;
@@ -89,11 +89,16 @@ class AlignRun {
     const bool has_given = std::any_of(inputs_.inputs.begin(), inputs_.inputs.end(),
                                        [](const AlignInput& input) { return input.T_world_scan.has_value(); });
     if (has_given && !priors_.are_final) {
-      session_.info(
-          "the poses of the files are a beginning and are corrected, since they are to be refined, initial "
-          "poses or markers are given, or a scan without a pose is among them");
+      session_.info(fmt::format("the poses in the files are only a start: {}", why_poses_are_a_start()));
     }
     return {};
+  }
+
+  [[nodiscard]] const char* why_poses_are_a_start() const {
+    if (request_.known.wants_refinement) return "refining was asked for";
+    if (request_.known.initial) return "initial poses are given";
+    if (request_.known.markers) return "markers are given";
+    return "a scan has no pose";
   }
 
   /// Moves poses that are far from the origin near it, because positions of the mesh are 32-bit floats.

@@ -46,8 +46,6 @@ Keys hole_keys(const ScanJob& job) {
   return keys;
 }
 
-}  // namespace
-
 void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
   const auto warn_of = [&](const Keys& keys, std::string_view why) {
     if (keys.empty()) return;
@@ -65,6 +63,15 @@ void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
   if (finish.watertight == Watertight::kFull && job.asks_for(kMaxHole)) {
     warn_of({kMaxHole}, "finish.watertight: full closes every hole");
   }
+}
+
+}  // namespace
+
+void warn_of_settings(const ScanJob& job, ScanSession& session) {
+  warn_of_settings_without_effect(job, session);
+  if (job.config.extract.decider != Decider::kLorensen) return;
+  session.warn(WarningCode::kMeshHasHoles,
+               "extract.decider: lorensen leaves holes in the mesh; it is for teaching only (trilinear leaves none)");
 }
 
 }  // namespace scanknit

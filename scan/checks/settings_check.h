@@ -1,4 +1,4 @@
-// Warns of settings that change none of a job's files.
+// Warns of settings that a job's files show badly or not at all.
 #pragma once
 
 #include "scan/scan_job.h"
@@ -6,7 +6,8 @@
 
 namespace scanknit {
 
-/// To be called before the work: warns of each such setting.
-void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session);
+/// To be called before the work: warns of each setting that changes none of the job's files, and of a decider whose
+/// meshes have holes by design.
+void warn_of_settings(const ScanJob& job, ScanSession& session);
 
 }  // namespace scanknit

@@ -43,7 +43,7 @@ Result<void> check_tracking(const TrackedScan& scan) {
   if (!is_lost_at_the_end(scan)) return {};
   std::string fused;
   if (scan.frames.fused > 0) {
-    fused = fmt::format(". Of the {} frames that were fused no mesh is made", scan.frames.fused);
+    fused = fmt::format(". No mesh is made of the {} fused frames", scan.frames.fused);
   }
   return Error{ErrorCode::kTooLittle,
                lost_text(scan) + "; scan more slowly, with more of what was already seen in view" + fused};

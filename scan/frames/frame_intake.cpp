@@ -165,16 +165,18 @@ void FrameIntake::count_dropped(const FrameDropped& dropped) {
   if (counts_.drop_messages.size() < kMostDropMessages) counts_.drop_messages.push_back(std::move(message));
 }
 
+/// One warning, with a line for each of the first messages.
 void FrameIntake::warn_of_dropped() {
   if (counts_.dropped == 0) return;
-  session_.warn(WarningCode::kFramesDropped, fmt::format("{}{} of {} frames dropped: {}", begin_of_warnings_,
-                                                         counts_.dropped, counts_.read, reasons_text(counts_)));
+  std::string text = fmt::format("{}{} of {} frames dropped: {}", begin_of_warnings_, counts_.dropped, counts_.read,
+                                 reasons_text(counts_));
   for (std::size_t i = 0; i < std::min(counts_.drop_messages.size(), kMessagesInWarning); ++i) {
-    session_.warn(WarningCode::kFramesDropped, "  " + counts_.drop_messages[i]);
+    text += "\n  " + counts_.drop_messages[i];
   }
   if (counts_.dropped > kMessagesInWarning) {
-    session_.warn(WarningCode::kFramesDropped, fmt::format("  ... and {} more", counts_.dropped - kMessagesInWarning));
+    text += fmt::format("\n  ... and {} more", counts_.dropped - kMessagesInWarning);
   }
+  session_.warn(WarningCode::kFramesDropped, std::move(text));
 }
 
 Result<void> FrameIntake::conclude() {

@@ -50,7 +50,7 @@ class LiveScan {
 
  private:
   [[nodiscard]] Result<void> scan() {
-    warn_of_settings_without_effect(job_, session_);
+    warn_of_settings(job_, session_);
     if (auto sound = check_job(); !sound) return sound;
     if (auto opened = session_.observer().on_open({}); !opened) return opened;
     if (auto started = start(); !started) return started;
@@ -158,7 +158,6 @@ class LiveScan {
     ScanResult turned = scan_turntable(recorded, input, session).scan;
     const Result<void> scanned = turned.outcome;
     if (turned.turntable->is_refined) {
-      session_.begin_mesh();
       if (!scanned) turned.outcome = made.scan.outcome;
       made.scan = replacing(std::move(made.scan), std::move(turned));
     } else {

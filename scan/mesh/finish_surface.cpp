@@ -82,7 +82,6 @@ class SurfaceFinisher {
         session_(session),
         frames_(request.frames) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
-    session_.begin_mesh();
     if (settings_.is_anything()) made_.steps.emplace();
   }
 
@@ -128,15 +127,19 @@ class SurfaceFinisher {
     made_.steps->steps.push_back({step, "", std::move(figures)});
   }
 
+  void warn(const char* step, std::string text) {
+    made_.warnings.push_back(session_.warn_of_mesh(WarningCode::kFinishStep, step, std::move(text)));
+  }
+
   void refuse(const char* step, const std::string& reason) {
     made_.steps->steps.push_back({step, reason, {}});
-    session_.warn_of_mesh(WarningCode::kFinishStep, step, fmt::format("finish: {} was not done: {}", step, reason));
+    warn(step, fmt::format("finish: {} was not done: {}", step, reason));
   }
 
   /// When a stop is requested, notes `step` as not done.
   [[nodiscard]] bool is_stopped(const char* step) {
     if (!stop_.stop_requested()) return false;
-    refuse(step, "interrupted; the mesh is as the steps before left it");
+    refuse(step, "interrupted");
     return true;
   }
 
@@ -345,11 +348,9 @@ class SurfaceFinisher {
                       {"pieces_lost", static_cast<double>(done.pieces_lost)},
                       {"error_mm", done.error_m * metres_per_unit_ * kMillimetres}});
     if (!done.is_held_back) return;
-    session_.warn_of_mesh(
-        WarningCode::kFinishStep, "simplify",
-        fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer be closed or "
-                    "manifold",
-                    done.triangles));
+    warn("simplify", fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer "
+                                 "be closed or manifold",
+                                 done.triangles));
   }
 
   void place(Mesh& mesh) {
@@ -399,7 +400,7 @@ FinishedSurface finished_mesh(Surface surface, const FinishRequest& request, Sca
         "finish.crop, finish.ground, finish.watertight and finish.up: ground work on scans and .vdb only; leave "
         "them out for this volume",
         "finish"};
-    return {.outcome = error, .surface = {}, .steps = {}};
+    return {.outcome = error, .surface = {}, .steps = {}, .warnings = {}};
   }
   return SurfaceFinisher(request, session).from_mesh(std::move(surface));
 }

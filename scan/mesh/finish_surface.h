@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/field_view.h"
@@ -32,6 +33,7 @@ struct FinishedSurface {
   Result<void> outcome;
   Surface surface;
   std::optional<FinishResult> steps;  ///< nothing unless `finish:` asks for a step
+  std::vector<ScanWarning> warnings;  ///< the observer has been told of them
 
   /// From the volume's world to the mesh's coordinates.
   [[nodiscard]] Pose T_mesh_world() const { return steps ? steps->T_mesh_world : Pose::Identity(); }

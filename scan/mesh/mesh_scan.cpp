@@ -45,8 +45,9 @@ FinishedSurface surface_of(const Reconstruction& scan, const MeshRequest& reques
   }
   FinishedSurface whole = extract(std::nullopt);
   if (!whole.outcome || whole.surface.mesh.empty()) return whole;
-  session.warn_of_mesh(WarningCode::kCropBoxIgnored, "",
-                       "nothing lay within the crop box of the live view: the whole mesh was written");
+  whole.warnings.push_back(
+      session.warn_of_mesh(WarningCode::kCropBoxIgnored, "",
+                           "nothing lay within the crop box of the live view: the whole mesh was written"));
   return whole;
 }
 

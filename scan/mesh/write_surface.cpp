@@ -130,6 +130,7 @@ WrittenSurface write_surface(const Mesh& mesh, const MeshFrame& frame, const Sca
 
 void add_to(MeshResult& result, const FinishedSurface& finished) {
   result.finish = finished.steps;
+  result.warnings = finished.warnings;
   if (finished.outcome) result.cases = finished.surface.cases;
 }
 
@@ -138,12 +139,6 @@ void add_to(MeshResult& result, WrittenSurface written) {
   result.holes = std::move(written.holes);
   result.fit = written.fit;
   result.files = std::move(written.files);
-}
-
-void warn_of_holes(const ExtractConfig& config, ScanSession& session) {
-  if (config.decider != Decider::kLorensen) return;
-  session.warn(WarningCode::kMeshHasHoles,
-               "extract.decider: lorensen leaves holes in the mesh; it is for teaching only (trilinear leaves none)");
 }
 
 }  // namespace scanknit

@@ -45,7 +45,4 @@ struct WrittenSurface {
 void add_to(MeshResult& result, const FinishedSurface& finished);
 void add_to(MeshResult& result, WrittenSurface written);
 
-/// Warns if the meshes of the chosen decider have holes by design.
-void warn_of_holes(const ExtractConfig& config, ScanSession& session);
-
 }  // namespace scanknit

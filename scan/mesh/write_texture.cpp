@@ -125,8 +125,9 @@ std::optional<Error> obstacle(const FrameArchive& archive, const ScanSession& se
 /// The result without a texture: the GLB stays as it is.
 TexturedMesh without_texture(TextureResult result, const Error& error, ScanSession& session) {
   result.refused = error.text();
-  session.warn(WarningCode::kNoTexture,
-               fmt::format("export.texture: there is none, the GLB has colours at its vertices: {}", error.text()));
+  session.warn(
+      WarningCode::kNoTexture,
+      fmt::format("export.texture: no texture was made ({}): the GLB has colours at its vertices", error.text()));
   return {.outcome = {}, .texture = std::move(result)};
 }
 

@@ -352,7 +352,7 @@ Result<bool> TurntableRefiner::find_pairs(TurntablePairs& pairs) {
   if (pairs.share_in_sequence() < kLeastInSequence) return give_up("successive frames share too little of the surface");
   const TurntableMotion start = along_pairs(nodes_.motion, pairs.edges());
   const TurntableSolution seen = solve_turntable(start, pairs.edges(), std::nullopt);
-  pairs.forget(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
+  pairs.remove(backward_jumps(seen.motion, pairs.edges(), nodes_.is_tracked));
   nodes_.motion = along_pairs(seen.motion, pairs.edges());
   return true;
 }

@@ -110,9 +110,8 @@ class VolumeExtraction {
 
  private:
   [[nodiscard]] Result<void> extract() {
-    warn_of_settings_without_effect(job_, session_);
+    warn_of_settings(job_, session_);
     if (auto writable = check_files(job_); !writable) return writable;
-    warn_of_holes(job_.config.extract, session_);
     return is_vdb(job_.input) ? extract_vdb() : extract_file();
   }
 

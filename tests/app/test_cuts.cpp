@@ -29,10 +29,6 @@ class Cuts : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
     config_.voxel_size_m = kVoxel_m;
     frames_ = test::small_scan(std::get<0>(GetParam()), kFrames, kFrames, config_.noise);
     ASSERT_EQ(frames_.size(), std::size_t{kFrames});
-    for (std::size_t i = 0; i < frames_.size() && !has_clock(); ++i) {
-      frames_[i].has_clock = false;
-      frames_[i].timestamp_ns = static_cast<std::int64_t>(i);
-    }
   }
 
   /// The first frame after a cut whose pose `tracker` believes to know, of six.

@@ -55,7 +55,7 @@ Attempt stopped_after(std::size_t yields, const Mesh& mesh) {
     EXPECT_TRUE(is_interrupted || (step.refused.empty() && attempt.refused.empty())) << step.name;  // the last ones
     if (is_interrupted) attempt.refused.push_back(step.name);
   }
-  EXPECT_EQ(session.warnings().size(), attempt.refused.size());
+  EXPECT_EQ(finished.warnings.size(), attempt.refused.size());
   return attempt;
 }
 
@@ -72,6 +72,26 @@ TEST(FinishStop, WhatIsLeftIsNotDoneAndTheMeshIsWhole) {
     EXPECT_TRUE(attempt.mesh.triangles == mesh.triangles);
     return;
   }
+}
+
+/// An observer that keeps what it is told.
+struct Listener : ScanObserver {
+  void on_warning(const ScanWarning& warning) override { heard.push_back(warning.text); }
+  std::vector<std::string> heard;
+};
+
+TEST(FinishedMesh, HasItsOwnWarningsAndItsObserverHearsEachOnce) {
+  ScanConfig config;
+  config.finish.triangles = 1;  // with as few, a closed mesh would be none
+  Listener listener;
+  ScanSession session(listener, {});
+  for (int i = 0; i < 2; ++i) {
+    const FinishedSurface finished = finished_mesh(surface_of(test::sphere()), {config, UpAxis::kZ}, session);
+    ASSERT_EQ(finished.warnings.size(), 1u);
+    EXPECT_EQ(finished.warnings.front().code, WarningCode::kFinishStep);
+  }
+  EXPECT_EQ(listener.heard.size(), 1u);
+  EXPECT_TRUE(session.warnings().empty());
 }
 
 /// A capture ends by Ctrl-C, and is finished then.

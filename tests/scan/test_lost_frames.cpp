@@ -111,7 +111,7 @@ TEST(LostFrames, ThatCannotBeReadAgainCostNothingElse) {
   EXPECT_GT(made.scan.mesh.check->triangles, 1000u);
   const auto warnings = session.warnings();
   ASSERT_FALSE(warnings.empty());
-  EXPECT_EQ(warnings.front().code, WarningCode::kTrackingLost);
+  EXPECT_EQ(warnings.front().code, WarningCode::kLostNotSearched);
   EXPECT_NE(warnings.front().text.find("walk.mcap"), std::string::npos) << warnings.front().text;
 }
 

@@ -14,7 +14,7 @@ using Texts = std::vector<std::string>;
 Texts warnings_of(const ScanJob& job) {
   ScanObserver observer;
   ScanSession session(observer, {});
-  warn_of_settings_without_effect(job, session);
+  warn_of_settings(job, session);
   Texts texts;
   for (const ScanWarning& warning : session.warnings()) {
     EXPECT_EQ(warning.code, WarningCode::kNoEffect);
