@@ -244,14 +244,14 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
                  recording->folder.string()};
   }
   if (!config.sensor) recording->sensor = sensor_by_name({recording->format, recording->folder, recording->device});
-  AcquireConfig settled = config;
+  AcquireConfig config_with_camera = config;
   if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
     const auto recognised = recording->sensor ? recording->sensor->model : SensorModel::kNone;
     const SensorProfile* sensor = find_sensor(config.sensor.value_or(recognised));
     if (sensor == nullptr || !sensor->camera) return missing_camera(recording->folder);
-    settled.intrinsics = sensor->camera;
+    config_with_camera.intrinsics = sensor->camera;
   }
-  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), settled));
+  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config_with_camera));
 }
 
 }  // namespace scanknit

@@ -111,9 +111,8 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   std::vector<std::string> warnings = notes.warnings;
   if (seams.guesses > 0) {
     warnings.push_back(fmt::format(
-        "{} edges of the texture's seams coincide with others, as where --quantize rounds small triangles to a point: "
-        "which edges are to be joined is a guess, so the true topology may be better than this; a file without "
-        "--quantize shows it",
+        "{} seam edges coincide, so the program guesses which belong together. Check a file that was written without "
+        "--quantize",
         seams.guesses));
   }
   Json json = {{"kind", "mesh"},

@@ -183,7 +183,7 @@ std::vector<ConfigKey> timing_keys() {
           {"acquire.readout", "s",
            "Rolling shutter: the time from the first row of a picture to the last. Tracking takes the camera's motion "
            "out of the frames. 0: all rows at once. auto: the sensor's; if its depth alone tells which sensor it is, "
-           "only where too many frames are lost without it."},
+           "only where frames fit badly in quick turns without it."},
           {0, 1}, [](auto& c) -> auto& { return c.acquire.readout_s; }),
       optional_number(
           {"acquire.colour_later", "s",

@@ -216,7 +216,7 @@ void ScanView::note_tracking(const TrackedFrame* newest) {
 
 /// Shows a well tracked camera as weak when it will soon be lost.
 void ScanView::note_caution(const Frame& frame, const std::optional<Pose>& T_world_camera, const TrackedFrame* newest) {
-  if (newest == nullptr || !T_world_camera) return watch_.forget();
+  if (newest == nullptr || !T_world_camera) return watch_.reset();
   const auto caution = watch_.look(frame, *T_world_camera, newest->points);
   if (!caution || newest->state != TrackState::kOk) return;
   state_.tracking = to_string(TrackState::kWeak);

@@ -24,7 +24,7 @@ class TrackingWatch {
   [[nodiscard]] std::optional<TrackingCaution> look(const Frame& frame, const Pose& T_world_camera, std::size_t points);
 
   /// The next frame does not continue the last one.
-  void forget() { last_.reset(); }
+  void reset() { last_.reset(); }
 
  private:
   struct Last {

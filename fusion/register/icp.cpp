@@ -192,12 +192,14 @@ void take_motion(const MovingCamera& moving, bool times_colour, Registration& re
   registration.colour_motion = matters ? motion : SteadyMotion{};
 }
 
+/// Moves the time of colour by a step, within what its standard deviation allows.
 void move_colour(double by, const IcpConfig& config, Registration& registration) {
   constexpr double kMostSigmas = 3;
   const double most = config.moving ? kMostSigmas * config.moving->colour_sigma : 0;
   registration.colour_later = std::clamp(registration.colour_later + by, -most, most);
 }
 
+/// The prior that colour was taken when it was read for.
 TimePrior time_prior(const IcpConfig& config, const Registration& registration, const PairSums& sums) {
   // Errors of neighbouring pixels are alike: all pairs say no more than so many independent ones.
   constexpr double kIndependent = 100;

@@ -42,7 +42,7 @@ struct IcpResult {
   double changed_share = 0;       ///< share of those in patches that have changed: changed_share(), unless coarse
   double rms_sigma = 0;           ///< of the weighted residuals, in standard deviations of the depth noise
   double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 without such pairs
-  /// Colour was taken so much later than it was read for; a share of the time since the frame before.
+  /// How much later colour was taken than the frame's intensities assume; a share of the time since the frame before.
   double colour_later = 0;
   double support = 0;  ///< weight of the pairs for each point, with colour: to compare starts
   /// How well the pairs determine each direction of motion, ascending: 1 if all points do. Translation in metres and

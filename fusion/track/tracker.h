@@ -59,8 +59,9 @@ struct TrackResult {
   double colour_agreement = 1;              ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   double rms_sigma = 0;                     ///< of the residuals, in standard deviations of the depth noise
   int weak_directions = 0;                  ///< how many of the six the scene does not determine
-  double colour_later = 0;  ///< than the timing says colour was taken; a share of the time since the frame before
-  FrameMotion motion = {};  ///< of the camera while it took the frame, as far as its timing is known
+  /// How much later colour was taken than the sensor's timing says; a share of the time since the frame before.
+  double colour_later = 0;
+  FrameMotion motion = {};                  ///< of the camera while it took the frame, as far as its timing is known
   std::chrono::nanoseconds raycast_time{};  ///< the part of the time that raycasting took
 
   [[nodiscard]] bool is_lost() const { return state == TrackState::kLost; }

@@ -72,7 +72,7 @@ TEST(TrackingWatch, DoesNotTakeAGapForAFastMove) {
   TrackingWatch watch;
   EXPECT_FALSE(watch.look(frame_of(0, 2), turned(0), kMany));
   EXPECT_FALSE(watch.look(frame_of(30, 2), turned(0.5), kMany));
-  watch.forget();
+  watch.reset();
   EXPECT_FALSE(watch.look(frame_of(31, 2), turned(1), kMany));
 }
 
@@ -113,7 +113,7 @@ class Listener final : public ScanObserver {
  public:
   void on_frame(const Frame& frame, const std::optional<Pose>& T_world_camera, const ScanState& scan) override {
     const bool warns = T_world_camera && watch_.look(frame, *T_world_camera, scan.newest->points);
-    if (!T_world_camera) watch_.forget();
+    if (!T_world_camera) watch_.reset();
     frames.push_back({!T_world_camera, warns});
   }
 
