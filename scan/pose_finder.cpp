@@ -59,4 +59,14 @@ void PoseFinder::note_found_later(const Frame& frame, const TrackResult& found) 
   ++tracking_->found_later;
 }
 
+void PoseFinder::note_recovered(const PosesBySequence& known) {
+  if (!tracking_) return;
+  for (TrackedFrame& frame : tracking_->frames) {
+    if (frame.state != TrackState::kLost || !known.contains(frame.sequence)) continue;
+    frame.state = TrackState::kRecovered;
+    frame.reason = TrackReason::kFoundLater;
+    ++tracking_->found_later;
+  }
+}
+
 }  // namespace scanknit

@@ -33,6 +33,9 @@ class PoseFinder {
   /// Notes in tracking() that the pose of a frame that was lost is known now.
   void note_found_later(const Frame& frame, const TrackResult& found);
 
+  /// Notes that the poses of these frames are known: some of them may have been lost.
+  void note_recovered(const PosesBySequence& known);
+
   /// How well each frame was tracked; nothing when poses are given, and before the first frame.
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }
 

@@ -134,6 +134,7 @@ Result<void> Reconstruction::start_over() {
 }
 
 void Reconstruction::replace(TsdfVolume volume, Trajectory trajectory) {
+  poses_.note_recovered(poses_of(trajectory));
   volume_ = std::move(volume);
   trajectory_ = std::move(trajectory);
 }

@@ -48,8 +48,8 @@ class Reconstruction {
   /// Empties the volume and the trajectory; the volume keeps its address. Errors: TsdfVolume::create().
   [[nodiscard]] Result<void> start_over();
 
-  /// Replaces volume and trajectory by those of the same frames, or some of them, fused at other poses; the volume
-  /// keeps its address.
+  /// Replaces volume and trajectory by those of the same frames, some of them, or also some that were lost, fused at
+  /// other poses; the volume keeps its address.
   void replace(TsdfVolume volume, Trajectory trajectory);
 
   [[nodiscard]] TsdfVolume& volume() { return volume_; }

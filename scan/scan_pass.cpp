@@ -92,9 +92,15 @@ void ScanPass::find_lost() {
   const bool has_lost = scan_->tracking() && intake_.counts().lost > 0 && intake_.counts().fused > 0;
   if (!has_lost || session_.is_stopped() || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return;
   enter(ScanPhase::kWriting);
-  const auto source = input_.archive.open();
-  const Result<void> found = source ? scan_->find_lost(**source) : source.error();
-  intake_.recount(scan_->trajectory().size());
+  constexpr std::size_t kWorthLookingAgain = 16;  // frames: of a long gap, one pass finds at most so many at each side
+  std::size_t fused = 0;
+  Result<void> found;
+  do {
+    fused = scan_->trajectory().size();
+    const auto source = input_.archive.open();
+    found = source ? scan_->find_lost(**source) : source.error();
+    intake_.recount(scan_->trajectory().size());
+  } while (found && intake_.counts().lost > 0 && scan_->trajectory().size() >= fused + kWorthLookingAgain);
   if (found) return;
   session_.warn(WarningCode::kLostNotSearched,
                 "frames that were lost could not be looked for again: " + found.error().text());
@@ -139,6 +145,7 @@ Result<void> ScanPass::refine() {
     const auto fused = *better ? fuse_again(**better) : Result<bool>(false);
     if (!fused) return fused.error();
     is_refined = *fused;
+    if (is_refined) find_lost();  // in a model that is straight, frames fit that did not fit before
   }
   if (is_lost && !is_refined && !session_.is_stopped()) return tracking_verdict_;
   const bool recovers_lost = is_refined && refiner_.recovers_lost_scans();

@@ -35,6 +35,32 @@ void LoopRefiner::note_fused(const Frame& frame, const Pose& T_world_camera, boo
 void LoopRefiner::start_over() {
   keys_ = KeyFrames(config_.fusion.noise);
   fused_.clear();
+  lost_end_.clear();
+}
+
+/// Frames may be lost at the end because the walk has drifted and meets its own beginning. Tracks them without it, on
+/// from the last frames that were fused, so that the loop is found. Frames that cannot be read again stay lost.
+void LoopRefiner::track_lost_end(const TrackedWalk& walk) {
+  constexpr std::size_t kBefore = 15;
+  if (!walk.tracking || !archive_.is_kept() || walk.trajectory.size() < kBefore) return;
+  std::vector<std::uint64_t> sequences;
+  for (const PosedFrame& frame : std::span(walk.trajectory).last(kBefore)) sequences.push_back(frame.sequence);
+  for (const TrackedFrame& frame : walk.tracking->frames) {
+    if (frame.sequence > walk.trajectory.back().sequence) sequences.push_back(frame.sequence);
+  }
+  if (sequences.size() == kBefore) return;
+  const auto source = archive_.open();
+  if (!source) return;
+  session_.info("the last frames were lost: they are tracked by themselves, to find where they join the scan");
+  const Pose T_world_first = walk.trajectory[walk.trajectory.size() - kBefore].T_world_camera;
+  std::size_t tracked = 0;
+  const auto note = [&](const Frame& frame, const TrackResult& found) {
+    if (++tracked <= kBefore) return;
+    const Pose T_world_camera = T_world_first * found.T_world_camera;
+    note_fused(frame, T_world_camera, false);
+    lost_end_.push_back({frame.sequence, stamp_of(frame), T_world_camera, found.motion});
+  };
+  (void)session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop(), note); });
 }
 
 LoopClosure LoopRefiner::find_loops() {
@@ -53,6 +79,7 @@ LoopResult LoopRefiner::described(const LoopClosure& closure) const {
 
 Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
   if (session_.is_stopped()) return std::optional<Trajectory>();
+  track_lost_end(walk);
   LoopClosure closure = find_loops();
   result_ = described(closure);
   auto closed = close(walk, std::move(closure));
@@ -72,6 +99,17 @@ Result<void> LoopRefiner::track_again(const FrameRange& frames) {
   if (!poses) return poses.error();
   keys_.replace(frames.first, *poses);
   return {};
+}
+
+/// The trajectory with the frames of the lost end up to the last one that a loop joins to the rest of the walk.
+Trajectory LoopRefiner::with_joined_end(Trajectory trajectory, const LoopClosure& closure) const {
+  std::size_t joined = 0;
+  for (const Loop& loop : closure.loops) {
+    if (loop.refused.empty()) joined = std::max(joined, loop.to + 1);
+  }
+  const std::size_t first = fused_.size() - lost_end_.size();
+  for (std::size_t i = first; i < joined; ++i) trajectory.push_back(lost_end_[i - first]);
+  return trajectory;
 }
 
 /// The trajectory with the corrected poses of the frames that were noted. A frame that was found later moves along with
@@ -108,8 +146,9 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   if (!archive_.is_kept()) {
     return Error{ErrorCode::kInput, "closing it needs the frames again, and no recording was made"};
   }
-  Trajectory corrected = moved(walk.trajectory, closure.T_world_cameras);
-  largest_correction_m_ = farthest_moved_m(walk.trajectory, corrected);
+  const Trajectory walked = with_joined_end(walk.trajectory, closure);
+  Trajectory corrected = moved(walked, closure.T_world_cameras);
+  largest_correction_m_ = farthest_moved_m(walked, corrected);
   wanted_ = corrected.size();
   return std::optional(std::move(corrected));
 }

@@ -29,8 +29,10 @@ class LoopRefiner final : public PoseRefiner {
   [[nodiscard]] RefinerResult result() const override { return {.loops = result_}; }
 
  private:
+  void track_lost_end(const TrackedWalk& walk);
   [[nodiscard]] LoopClosure find_loops();
   [[nodiscard]] Result<void> track_again(const FrameRange& frames);
+  [[nodiscard]] Trajectory with_joined_end(Trajectory trajectory, const LoopClosure& closure) const;
   [[nodiscard]] Trajectory moved(Trajectory trajectory, const std::vector<Pose>& T_world_noted) const;
   [[nodiscard]] Result<std::optional<Trajectory>> close(const TrackedWalk& walk, LoopClosure closure);
   [[nodiscard]] LoopResult described(const LoopClosure& closure) const;
@@ -40,7 +42,8 @@ class LoopRefiner final : public PoseRefiner {
   const FrameArchive& archive_;
   ScanSession& session_;
   KeyFrames keys_;
-  std::vector<std::uint64_t> fused_;  ///< sequence numbers
+  std::vector<std::uint64_t> fused_;  ///< sequence numbers; then those of lost_end_
+  Trajectory lost_end_;               ///< frames that were lost at the end, tracked by themselves
   std::optional<LoopResult> result_;
   double largest_correction_m_ = 0;
   std::size_t wanted_ = 0;  ///< number of frames to fuse again

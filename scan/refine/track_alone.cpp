@@ -11,7 +11,8 @@
 namespace scanknit {
 
 Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
-                                      const ScanConfig& config, const std::stop_token& stop) {
+                                      const ScanConfig& config, const std::stop_token& stop,
+                                      const OnTrackedAlone& on_tracked) {
   auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   Tracker tracker({.timing = config.acquire.timing()});
@@ -28,6 +29,7 @@ Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::
     deskew(tracked.motion, frame);
     if (const auto fused = integrate(frame, tracked.T_world_camera, *volume); !fused) return fused.error();
     poses.push_back(tracked.T_world_camera);
+    if (on_tracked) on_tracked(frame, tracked);
     return poses.size() < sequences.size() ? Reading::kContinue : Reading::kStop;
   });
   if (!read) return read.error();

@@ -107,5 +107,35 @@ TEST(Loops, ACornerThatLooksTheSameIsNotTakenForTheFirst) {
   EXPECT_LT(walk.error("out").rmse_m, 0.02);
 }
 
+/// A walk round a room with all faults of a phone's LiDAR: it meets its beginning 20 cm beside it, and frames that see
+/// both are lost.
+TEST(Loops, AnEndThatWasLostWhereItMeetsTheBeginningIsJoinedToIt) {
+  const TempFolder folder;
+  const Outcome synth =
+      scanknit_command({"synth", "room", "-o", folder / "recording", "--sensor", "phone_lidar", "--path", "hand",
+                        "--frames", "300", "--width", "192", "--height", "144", "--seed", "5", "--quiet"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  const auto run = [&](const std::string& name, const std::string& poses, const std::string& loops) {
+    const Outcome outcome = scanknit_command({"run", folder / "recording", "-o", folder / name, "--poses", poses,
+                                              "--set", "fusion.voxel_size=2cm", "--set", "fusion.loop_closure=" + loops,
+                                              "--trajectory", folder / (name + ".txt"), "--quiet"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(read_text(folder / (name + "/report.json")), nullptr, /*allow_exceptions=*/false);
+  };
+  run("true", "recording", "false");
+  const Json open = run("open", "track", "false");
+  const Json closed = run("closed", "track", "true");
+  EXPECT_GT(open["frames"]["lost"], 5);
+  EXPECT_EQ(closed["frames"]["lost"], 0);
+  EXPECT_EQ(closed["frames"]["fused"], 300);
+  EXPECT_EQ(closed["tracking"]["found_later"], open["frames"]["lost"]);
+  EXPECT_TRUE(closed["tracking"]["loops"]["is_corrected"]);
+  EXPECT_LT(closed["doubled"]["share"], 0.1 * open["doubled"]["share"].get<double>());
+  const auto rmse_m = [&](const char* name) {
+    return trajectory_error(folder / (std::string(name) + ".txt"), folder / "true.txt").rmse_m;
+  };
+  EXPECT_LT(rmse_m("closed"), 0.5 * rmse_m("open"));
+}
+
 }  // namespace
 }  // namespace scanknit
