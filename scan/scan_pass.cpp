@@ -92,7 +92,7 @@ void ScanPass::find_lost() {
   const bool has_lost = scan_->tracking() && intake_.counts().lost > 0 && intake_.counts().fused > 0;
   if (!has_lost || session_.is_stopped() || !input_.archive.is_kept() || refiner_.recovers_lost_scans()) return;
   enter(ScanPhase::kWriting);
-  constexpr std::size_t kWorthLookingAgain = 16;  // frames: of a long gap, one pass finds at most so many at each side
+  constexpr std::size_t kWorthLookingAgain = 16;  // frames: LostFrames keeps only some of a long gap at a time
   std::size_t fused = 0;
   Result<void> found;
   do {
@@ -138,7 +138,6 @@ Result<void> ScanPass::refine() {
   const bool is_lost = !tracking_verdict_;
   const bool may_refine = !is_lost || refiner_.recovers_lost_scans();
   bool is_refined = false;
-  const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), scan_->is_budget_reached()});
   if (may_refine) {
     const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking()});
     if (!better) return better.error();
@@ -149,6 +148,7 @@ Result<void> ScanPass::refine() {
   }
   if (is_lost && !is_refined && !session_.is_stopped()) return tracking_verdict_;
   const bool recovers_lost = is_refined && refiner_.recovers_lost_scans();
+  const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), scan_->is_budget_reached()});
   if (warning && input_.writes_tracked_mesh && !recovers_lost) session_.warn(WarningCode::kTrackingLost, *warning);
   if (is_refined) {
     session_.observer().on_refined(state());
