@@ -16,6 +16,8 @@ double milliseconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
 
+}  // namespace
+
 TrackedFrame described(const Frame& frame, const TrackResult& tracked) {
   return {.sequence = frame.sequence,
           .state = tracked.state,
@@ -26,8 +28,6 @@ TrackedFrame described(const Frame& frame, const TrackResult& tracked) {
           .points = tracked.points,
           .weak_directions = tracked.weak_directions};
 }
-
-}  // namespace
 
 PoseFinder::PoseFinder(PoseMode mode, const FrameTiming& timing) : mode_(mode), tracker_({prior_of(mode), timing}) {
   SCANKNIT_CHECK(mode != PoseMode::kAuto);
@@ -51,22 +51,14 @@ TrackResult PoseFinder::find_later(const Frame& frame, const TsdfVolume& volume,
   return session.timed("track_later", [&] { return tracker_.track_later(frame, volume, neighbour); });
 }
 
-void PoseFinder::note_found_later(const Frame& frame, const TrackResult& found) {
+void PoseFinder::note_found_later(const TrackedFrame& found) {
   const auto noted = std::find_if(tracking_->frames.begin(), tracking_->frames.end(),
-                                  [&](const TrackedFrame& other) { return other.sequence == frame.sequence; });
+                                  [&](const TrackedFrame& other) { return other.sequence == found.sequence; });
   SCANKNIT_CHECK(noted != tracking_->frames.end());
-  *noted = described(frame, found);
+  *noted = found;
+  noted->state = TrackState::kRecovered;
+  noted->reason = TrackReason::kFoundLater;
   ++tracking_->found_later;
-}
-
-void PoseFinder::note_recovered(const PosesBySequence& known) {
-  if (!tracking_) return;
-  for (TrackedFrame& frame : tracking_->frames) {
-    if (frame.state != TrackState::kLost || !known.contains(frame.sequence)) continue;
-    frame.state = TrackState::kRecovered;
-    frame.reason = TrackReason::kFoundLater;
-    ++tracking_->found_later;
-  }
 }
 
 }  // namespace scanknit

@@ -13,6 +13,9 @@
 
 namespace scanknit {
 
+/// How a frame was tracked, for TrackingResult.
+[[nodiscard]] TrackedFrame described(const Frame& frame, const TrackResult& tracked);
+
 class PoseFinder {
  public:
   /// `mode` is not kAuto.
@@ -31,10 +34,7 @@ class PoseFinder {
   [[nodiscard]] TrackResult find_later(const Frame& frame, const TsdfVolume& volume,
                                        const std::optional<KnownFrame>& neighbour, ScanSession& session);
   /// Notes in tracking() that the pose of a frame that was lost is known now.
-  void note_found_later(const Frame& frame, const TrackResult& found);
-
-  /// Notes that the poses of these frames are known: some of them may have been lost.
-  void note_recovered(const PosesBySequence& known);
+  void note_found_later(const TrackedFrame& found);
 
   /// How well each frame was tracked; nothing when poses are given, and before the first frame.
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return tracking_; }

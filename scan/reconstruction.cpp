@@ -55,20 +55,21 @@ Result<void> Reconstruction::begin_again(const FrameMotion& motion) {
 
 Result<IntegrateStats> Reconstruction::integrate_straightened(Frame& frame, const PoseFinder::Found& found) {
   if (!found.motion.is_still()) session_.timed("deskew", [&] { deskew(found.motion, frame); });
-  return session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
-}
-
-Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
   const bool was_full = is_budget_reached();
-  const auto fused = integrate_straightened(frame, found);
-  if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
-  if (!fused) return fused.error();
+  auto fused = session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
   if (is_budget_reached() && !was_full) {
     session_.warn(WarningCode::kBudgetReached,
                   fmt::format("frame {}: the volume has reached fusion.memory_budget and grows no further; what it "
                               "holds is still refined",
                               frame.sequence));
   }
+  return fused;
+}
+
+Result<Reconstruction::Added> Reconstruction::fuse(Frame& frame, const PoseFinder::Found& found) {
+  const auto fused = integrate_straightened(frame, found);
+  if (!fused && fused.error().code == ErrorCode::kInput) return Added{std::nullopt, fused.error()};
+  if (!fused) return fused.error();
   note_fused(frame, found);
   return Added{found.T_world_camera};
 }
@@ -116,7 +117,7 @@ Result<void> Reconstruction::fuse_later(Frame& frame, const TrackResult& found) 
       std::upper_bound(trajectory_.begin(), trajectory_.end(), posed.sequence,
                        [](std::uint64_t sequence, const PosedFrame& other) { return sequence < other.sequence; });
   trajectory_.insert(after, posed);
-  poses_.note_found_later(frame, found);
+  poses_.note_found_later(described(frame, found));
   return {};
 }
 
@@ -133,8 +134,8 @@ Result<void> Reconstruction::start_over() {
   return {};
 }
 
-void Reconstruction::replace(TsdfVolume volume, Trajectory trajectory) {
-  poses_.note_recovered(poses_of(trajectory));
+void Reconstruction::replace(TsdfVolume volume, Trajectory trajectory, std::span<const TrackedFrame> recovered) {
+  for (const TrackedFrame& frame : recovered) poses_.note_found_later(frame);
   volume_ = std::move(volume);
   trajectory_ = std::move(trajectory);
 }

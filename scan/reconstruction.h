@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -49,8 +50,8 @@ class Reconstruction {
   [[nodiscard]] Result<void> start_over();
 
   /// Replaces volume and trajectory by those of the same frames, some of them, or also some that were lost, fused at
-  /// other poses; the volume keeps its address.
-  void replace(TsdfVolume volume, Trajectory trajectory);
+  /// other poses; the volume keeps its address. `recovered`: those that were lost.
+  void replace(TsdfVolume volume, Trajectory trajectory, std::span<const TrackedFrame> recovered);
 
   [[nodiscard]] TsdfVolume& volume() { return volume_; }
   [[nodiscard]] const TsdfVolume& volume() const { return volume_; }

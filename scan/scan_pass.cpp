@@ -27,6 +27,12 @@ std::set<std::uint64_t> frames_in_quick_turns(const Trajectory& trajectory) {
   return frames;
 }
 
+/// False for a frame that no timing would save.
+bool has_seen_enough(const TrackedFrame& frame) {
+  return frame.reason != TrackReason::kNothingSeen && frame.reason != TrackReason::kTooClose &&
+         frame.reason != TrackReason::kTooFewPoints;
+}
+
 /// ScanPass::misfit().
 std::optional<double> misfit_in_quick_turns(const Trajectory& trajectory, const TrackingResult& tracking) {
   constexpr std::size_t kFewest = 5;
@@ -36,7 +42,7 @@ std::optional<double> misfit_in_quick_turns(const Trajectory& trajectory, const 
   std::size_t frames = 0;
   for (const TrackedFrame& frame : tracking.frames) {
     const bool is_lost = frame.state == TrackState::kLost;
-    if (!is_lost && !quick.contains(frame.sequence)) continue;
+    if (is_lost ? !has_seen_enough(frame) : !quick.contains(frame.sequence)) continue;
     misfit += is_lost ? 1 : 1 - frame.inlier_share;
     ++frames;
   }
@@ -84,6 +90,7 @@ Result<void> ScanPass::track_and_fuse() {
     }
     carry_out_commands();
   }
+  was_full_ = scan_->is_budget_reached();
   return {};
 }
 
@@ -121,7 +128,7 @@ Result<void> ScanPass::give_up() {
 /// Writes the mesh of the tracked frames first, so that it exists whatever happens later.
 Result<void> ScanPass::write_tracked() {
   if (!input_.writes_tracked_mesh) return {};
-  const TrackedScan tracked{scan_->tracking(), intake_.counts(), scan_->is_budget_reached()};
+  const TrackedScan tracked{scan_->tracking(), intake_.counts(), was_full_};
   tracking_verdict_ = check_tracking(tracked);
   if (auto usable = intake_.conclude(); !usable) return tracking_verdict_ ? usable : tracking_verdict_;
   enter(ScanPhase::kWriting);
@@ -148,7 +155,7 @@ Result<void> ScanPass::refine() {
   }
   if (is_lost && !is_refined && !session_.is_stopped()) return tracking_verdict_;
   const bool recovers_lost = is_refined && refiner_.recovers_lost_scans();
-  const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), scan_->is_budget_reached()});
+  const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), was_full_});
   if (warning && input_.writes_tracked_mesh && !recovers_lost) session_.warn(WarningCode::kTrackingLost, *warning);
   if (is_refined) {
     session_.observer().on_refined(state());
@@ -180,7 +187,11 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
     return false;
   }
   if (auto accepted = refiner_.accept(*volume); !accepted) return accepted.error();
-  scan_->replace(*std::move(volume), trajectory);
+  if (volume->is_budget_reached && !was_full_) {
+    session_.warn(WarningCode::kBudgetReached,
+                  "at the corrected poses the volume has reached fusion.memory_budget: the mesh is incomplete");
+  }
+  scan_->replace(*std::move(volume), trajectory, refiner_.result().recovered);
   intake_.recount(trajectory.size());
   if (refiner_.moves_the_world() && crop_) {
     session_.warn(WarningCode::kCropBoxDropped,

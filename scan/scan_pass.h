@@ -57,8 +57,8 @@ class ScanPass {
   [[nodiscard]] const CropBox& crop() const { return crop_; }
   /// True after run() when it gave up: PassInput::limits.
   [[nodiscard]] bool has_given_up() const { return has_given_up_; }
-  /// Of the frames in quick turns, the mean share that does not agree with the model; lost frames count as 1, wherever
-  /// they are. Nothing where the camera hardly turned quickly, or not tracked.
+  /// Of the frames in quick turns, the mean share that does not agree with the model. Lost frames that saw enough count
+  /// as 1, wherever they are. Nothing for fewer than five of both, without a quick turn, and where poses are given.
   [[nodiscard]] std::optional<double> misfit() const { return misfit_; }
 
   /// Everything that was made and measured, also after an error, which the result does not have.
@@ -99,6 +99,7 @@ class ScanPass {
   std::optional<double> misfit_;
   ScanPhase phase_ = ScanPhase::kWaiting;
   CropBox crop_;
+  bool was_full_ = false;  ///< the volume reached its budget while the frames came
   Result<void> tracking_verdict_;
   std::optional<WrittenMesh> written_;
   VolumeResult volume_;

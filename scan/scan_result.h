@@ -267,7 +267,7 @@ struct ScanResult {
   std::optional<TextureResult> texture;  ///< nothing unless the job asks for one
   Trajectory trajectory;                 ///< poses of the frames that are in the volume
   FilesByKind files;
-  std::vector<ScanWarning> warnings;  ///< in the order in which they came
+  std::vector<ScanWarning> warnings;  ///< in the order in which they came; those of the mesh at the end
   StageTimesByName stages;
 };
 

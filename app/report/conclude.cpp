@@ -34,19 +34,9 @@ void name_report(const Outputs& outputs, FilesByKind& files) {
   if (outputs.page) files["page"] = outputs.page->string();
 }
 
-/// The poses that the page draws: the camera's, or those of aligned scans.
-Trajectory drawn_poses(const ScanResult& scan) {
-  if (!scan.alignment) return scan.trajectory;
-  Trajectory poses;
-  for (const AlignmentResult::Scan& placed : scan.alignment->scans) {
-    poses.push_back({.sequence = poses.size(), .T_world_camera = placed.T_world_scan});
-  }
-  return poses;
-}
-
 Result<void> write_report(const std::string& json, const Outputs& outputs, const ScanResult& scan) {
   if (outputs.page) {
-    if (auto written = write_report_page(json, *outputs.page, tum_text(drawn_poses(scan))); !written) return written;
+    if (auto written = write_report_page(json, *outputs.page, tum_text(scan.trajectory)); !written) return written;
   }
   return write_file_atomically(*outputs.report, json);
 }

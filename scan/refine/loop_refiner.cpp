@@ -6,6 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "fusion/register/motion_vector.h"
+#include "scan/pose_finder.h"
 #include "scan/refine/track_alone.h"
 
 namespace scanknit {
@@ -22,6 +24,12 @@ double farthest_moved_m(const Trajectory& from, const Trajectory& to) {
   return farthest_m;
 }
 
+/// How far apart two poses are; a turn counts as the motion of what is a metre away.
+double apart(const PosedFrame& a, const PosedFrame& b) {
+  const Pose motion = a.T_world_camera.inverse() * b.T_world_camera;
+  return motion.translation().norm() + angle_of(motion);
+}
+
 }  // namespace
 
 LoopRefiner::LoopRefiner(const ScanConfig& config, const FrameArchive& archive, ScanSession& session)
@@ -36,6 +44,7 @@ void LoopRefiner::start_over() {
   keys_ = KeyFrames(config_.fusion.noise);
   fused_.clear();
   lost_end_.clear();
+  recovered_.clear();
 }
 
 /// Frames may be lost at the end because the walk has drifted and meets its own beginning. Tracks them without it, on
@@ -52,13 +61,18 @@ void LoopRefiner::track_lost_end(const TrackedWalk& walk) {
   const auto source = archive_.open();
   if (!source) return;
   session_.info("the last frames were lost: they are tracked by themselves, to find where they join the scan");
-  const Pose T_world_first = walk.trajectory[walk.trajectory.size() - kBefore].T_world_camera;
+  const Pose& T_world_last = walk.trajectory.back().T_world_camera;
+  Pose T_first_last = Pose::Identity();
   std::size_t tracked = 0;
   const auto note = [&](const Frame& frame, const TrackResult& found) {
-    if (++tracked <= kBefore) return;
-    const Pose T_world_camera = T_world_first * found.T_world_camera;
+    if (++tracked <= kBefore) {
+      T_first_last = found.T_world_camera;
+      return;
+    }
+    const Pose T_world_camera = T_world_last * T_first_last.inverse() * found.T_world_camera;
     note_fused(frame, T_world_camera, false);
-    lost_end_.push_back({frame.sequence, stamp_of(frame), T_world_camera, found.motion});
+    lost_end_.push_back(
+        {{frame.sequence, stamp_of(frame), T_world_camera, found.motion}, scanknit::described(frame, found)});
   };
   (void)session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop(), note); });
 }
@@ -102,31 +116,43 @@ Result<void> LoopRefiner::track_again(const FrameRange& frames) {
 }
 
 /// The trajectory with the frames of the lost end up to the last one that a loop joins to the rest of the walk.
-Trajectory LoopRefiner::with_joined_end(Trajectory trajectory, const LoopClosure& closure) const {
-  std::size_t joined = 0;
-  for (const Loop& loop : closure.loops) {
-    if (loop.refused.empty()) joined = std::max(joined, loop.to + 1);
-  }
+Trajectory LoopRefiner::with_joined_end(Trajectory trajectory, const LoopClosure& closure) {
   const std::size_t first = fused_.size() - lost_end_.size();
-  for (std::size_t i = first; i < joined; ++i) trajectory.push_back(lost_end_[i - first]);
+  std::size_t joined = first;
+  for (const Loop& loop : closure.loops) {
+    if (loop.refused.empty() && loop.from < first) joined = std::max(joined, loop.to + 1);
+  }
+  recovered_.clear();
+  for (const LostFrame& frame : std::span(lost_end_).first(joined - first)) {
+    trajectory.push_back(frame.posed);
+    recovered_.push_back(frame.tracked);
+  }
   return trajectory;
 }
 
 /// The trajectory with the corrected poses of the frames that were noted. A frame that was found later moves along with
-/// the one before it.
-Trajectory LoopRefiner::moved(Trajectory trajectory, const std::vector<Pose>& T_world_noted) const {
-  Pose T_corrected_tracked = Pose::Identity();
-  std::size_t noted = 0;
-  for (PosedFrame& frame : trajectory) {
-    if (noted < fused_.size() && fused_[noted] == frame.sequence) {
-      const Pose& T_corrected = T_world_noted[noted++];
-      T_corrected_tracked = T_corrected * frame.T_world_camera.inverse();
-      frame.T_world_camera = T_corrected;
-    } else {
-      frame.T_world_camera = T_corrected_tracked * frame.T_world_camera;
-    }
+/// the noted frame before or after it, whichever is nearer: across a gap, their corrections may differ.
+Trajectory LoopRefiner::moved(const Trajectory& trajectory, const std::vector<Pose>& T_world_noted) const {
+  std::vector<std::size_t> noted;  // indices of the trajectory
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (noted.size() < fused_.size() && fused_[noted.size()] == trajectory[i].sequence) noted.push_back(i);
   }
-  return trajectory;
+  Trajectory corrected = trajectory;
+  if (noted.empty()) return corrected;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    while (next < noted.size() && noted[next] < i) ++next;
+    if (next < noted.size() && noted[next] == i) {
+      corrected[i].T_world_camera = T_world_noted[next];
+      continue;
+    }
+    const auto apart_m = [&](std::size_t k) { return apart(trajectory[i], trajectory[noted[k]]); };
+    const bool is_after = next < noted.size() && (next == 0 || apart_m(next) <= apart_m(next - 1));
+    const std::size_t nearer = is_after ? next : next - 1;
+    const Pose T_corrected_tracked = T_world_noted[nearer] * trajectory[noted[nearer]].T_world_camera.inverse();
+    corrected[i].T_world_camera = T_corrected_tracked * trajectory[i].T_world_camera;
+  }
+  return corrected;
 }
 
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {

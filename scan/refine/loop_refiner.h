@@ -26,14 +26,19 @@ class LoopRefiner final : public PoseRefiner {
   [[nodiscard]] Result<std::optional<Trajectory>> refine(const TrackedWalk& walk) override;
   [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
-  [[nodiscard]] RefinerResult result() const override { return {.loops = result_}; }
+  [[nodiscard]] RefinerResult result() const override { return {.recovered = recovered_, .loops = result_}; }
 
  private:
+  struct LostFrame {
+    PosedFrame posed;
+    TrackedFrame tracked;
+  };
+
   void track_lost_end(const TrackedWalk& walk);
   [[nodiscard]] LoopClosure find_loops();
   [[nodiscard]] Result<void> track_again(const FrameRange& frames);
-  [[nodiscard]] Trajectory with_joined_end(Trajectory trajectory, const LoopClosure& closure) const;
-  [[nodiscard]] Trajectory moved(Trajectory trajectory, const std::vector<Pose>& T_world_noted) const;
+  [[nodiscard]] Trajectory with_joined_end(Trajectory trajectory, const LoopClosure& closure);
+  [[nodiscard]] Trajectory moved(const Trajectory& trajectory, const std::vector<Pose>& T_world_noted) const;
   [[nodiscard]] Result<std::optional<Trajectory>> close(const TrackedWalk& walk, LoopClosure closure);
   [[nodiscard]] LoopResult described(const LoopClosure& closure) const;
   void warn_not_closed(const Error& error);
@@ -42,8 +47,9 @@ class LoopRefiner final : public PoseRefiner {
   const FrameArchive& archive_;
   ScanSession& session_;
   KeyFrames keys_;
-  std::vector<std::uint64_t> fused_;  ///< sequence numbers; then those of lost_end_
-  Trajectory lost_end_;               ///< frames that were lost at the end, tracked by themselves
+  std::vector<std::uint64_t> fused_;     ///< sequence numbers; then those of lost_end_
+  std::vector<LostFrame> lost_end_;      ///< frames that were lost at the end, tracked by themselves
+  std::vector<TrackedFrame> recovered_;  ///< those of them that a loop joins to the walk
   std::optional<LoopResult> result_;
   double largest_correction_m_ = 0;
   std::size_t wanted_ = 0;  ///< number of frames to fuse again

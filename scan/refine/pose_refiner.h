@@ -19,6 +19,7 @@ struct TrackedWalk {
 
 /// What a refiner found, whether or not its poses were taken.
 struct RefinerResult {
+  std::vector<TrackedFrame> recovered = {};  ///< frames with a refined pose that tracking had lost
   std::optional<LoopResult> loops = {};
   std::optional<TurntableResult> turntable = {};
   FilesByKind files = {};
