@@ -50,7 +50,7 @@ void LoopRefiner::start_over() {
 /// Frames may be lost at the end because the walk has drifted and meets its own beginning. Tracks them without it, on
 /// from the last frames that were fused, so that the loop is found. Frames that cannot be read again stay lost.
 void LoopRefiner::track_lost_end(const TrackedWalk& walk) {
-  constexpr std::size_t kBefore = 15;
+  constexpr std::size_t kBefore = 15;  // frames, half a second: the model that the first lost frame is tracked against
   if (!walk.tracking || !archive_.is_kept() || walk.trajectory.size() < kBefore) return;
   std::vector<std::uint64_t> sequences;
   for (const PosedFrame& frame : std::span(walk.trajectory).last(kBefore)) sequences.push_back(frame.sequence);
