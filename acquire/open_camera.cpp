@@ -95,7 +95,7 @@ Result<std::unique_ptr<DeviceSource>> open_found(UsbContext& context, const Foun
 }
 
 std::string why_not_found(const std::vector<FoundCamera>& cameras) {
-  if (cameras.empty()) return "no depth camera is plugged in. scanknit doctor tells more";
+  if (cameras.empty()) return "no depth camera is plugged in";
   std::string why = "no such camera is plugged in, but";
   for (const FoundCamera& camera : cameras) why += (&camera == &cameras.front() ? " " : ", ") + camera.info.uri;
   return why + (cameras.size() > 1 ? " are" : " is");
@@ -140,8 +140,7 @@ Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const 
   if (!wanted) {
     return Error{ErrorCode::kUsage, "'" + uri +
                                         "' names no device; expected usb:, usb:8086:0b07, usb:8086:0b07/SERIAL, "
-                                        "kinect1:0, kinect1:SERIAL or openni2: "
-                                        "(scanknit devices lists them)"};
+                                        "kinect1:0, kinect1:SERIAL or openni2:"};
   }
   auto created = UsbContext::create();
   if (!created) return created.error();

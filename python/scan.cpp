@@ -77,7 +77,7 @@ py::dict run(const MeshCommand& command, const Callbacks& callbacks) {
   ScanResult result;
   {
     const py::gil_scoped_release others_run;
-    result = command.scan(job, observer, observer.stop());
+    result = command.scan(job, loaded, observer, observer.stop());
   }
   observer.rethrow();
   if (!result.outcome) throw Failure(result.outcome.error());

@@ -23,7 +23,7 @@ namespace scanknit {
 
 /// Which scanner to use, and when to stop.
 struct ScannerRequest {
-  std::string device = {};                 ///< as `scanknit devices` lists it; empty: the first
+  std::string device = {};                 ///< DeviceInfo::uri; empty: the first
   int width = 640, height = 480;           ///< of the depth picture, pixels; the camera's nearest size is used
   double frames_per_second = 30;           ///< the camera's nearest rate is used
   std::optional<std::size_t> frames = {};  ///< stop after so many depth pictures

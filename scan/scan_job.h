@@ -27,10 +27,7 @@ struct ScanFiles {
 struct ScanJob {
   std::filesystem::path input;  ///< a recording, a volume's file, or the name of a scanner
   ScanConfig config;
-  /// Keys that the user gave a value, "finish.max_hole".
-  std::set<std::string, std::less<>> given_keys = {};
-  /// Those of given_keys by which the user asks for something: the scan warns of one that has no effect. A file that
-  /// repeats all built-in values asks for nothing.
+  /// Keys of the configuration that the user asks for, "finish.max_hole": the scan warns of one that has no effect.
   std::set<std::string, std::less<>> asked_keys = {};
   ScanFiles files;
   std::vector<std::filesystem::path> files_of_caller = {};  ///< the caller writes them after the scan; see
@@ -41,8 +38,6 @@ struct ScanJob {
   std::optional<std::filesystem::path> angles = std::nullopt;  ///< of a turntable: degrees, a line for each frame
   std::optional<std::filesystem::path> cut_recording = std::nullopt;  ///< of a turntable: write its frames here
 
-  /// True even if the given value equals the built-in one.
-  [[nodiscard]] bool gives(std::string_view key) const { return given_keys.contains(key); }
   /// True even if the asked value equals the built-in one.
   [[nodiscard]] bool asks_for(std::string_view key) const { return asked_keys.contains(key); }
 };

@@ -119,7 +119,7 @@ Result<std::vector<TruthPoint>> read_points(const std::filesystem::path& path, c
   std::size_t count = 0;
   if (!header.skip(kPly) || !header.skip("element vertex ") || !header.number(count) || !header.skip(kPosition) ||
       !header.skip(kNormal) || !header.skip(kViews) || !header.skip(kEnd)) {
-    return malformed(path, "not a file of visible points as `scanknit synth` writes it");
+    return malformed(path, "not a file of visible points of the synthetic scanner");
   }
   const auto body = std::as_bytes(std::span(*text)).subspan(header.offset());
   if (count > limits.max_mesh_vertices || body.size() != count * kPointBytes) {
@@ -146,7 +146,7 @@ Result<Mesh> read_mesh_file(const std::filesystem::path& path, const Limits& lim
       header.skip(kPly) && header.skip("element vertex ") && header.number(vertices) && header.skip(kPosition);
   const bool has_colour = begins && header.skip(kColour);
   if (!begins || !header.skip("element face ") || !header.number(faces) || !header.skip(kFaces) || !header.skip(kEnd)) {
-    return malformed(path, "not a mesh as `scanknit synth` writes it");
+    return malformed(path, "not a mesh of the synthetic scanner");
   }
   const auto body = std::as_bytes(std::span(*text)).subspan(header.offset());
   const std::size_t stride = kVertexBytes + (has_colour ? kColourBytes : 0);

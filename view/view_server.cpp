@@ -357,7 +357,7 @@ class ViewServer::Network {
     if (!error) return {};
     const std::string where = fmt::format("{} port {}", address_.to_string(), port.value_or(kUsualPort));
     if (error == asio::error::address_in_use)
-      return Error{ErrorCode::kOutput, "another program listens there; --port 0 takes any free port", where};
+      return Error{ErrorCode::kOutput, "another program listens there; port 0 takes any free port", where};
     return Error{ErrorCode::kOutput, "the live view cannot listen there: " + error.message(), where};
   }
 
@@ -480,7 +480,7 @@ Result<std::unique_ptr<ViewServer>> ViewServer::start(const LiveViewOptions& opt
   if (error) {
     return Error{ErrorCode::kUsage,
                  "expected a numeric address of this computer, such as 192.168.0.7, or 0.0.0.0 for all of them",
-                 "--listen " + options.address};
+                 options.address};
   }
   std::string token = options.token;
   if (token.empty() && !address.is_loopback()) token = random_token();

@@ -22,9 +22,9 @@ CutRecording::~CutRecording() {
 
 Result<void> CutRecording::check(const fs::path& folder) {
   std::error_code code;
-  if (folder.empty()) return Error{ErrorCode::kOutput, "--cut-recording names no folder"};
+  if (folder.empty()) return Error{ErrorCode::kOutput, "the folder for the cut recording has no name"};
   if (fs::exists(folder, code) && (!fs::is_directory(folder, code) || !fs::is_empty(folder, code))) {
-    return Error{ErrorCode::kOutput, "is there already and not an empty folder; give another --cut-recording",
+    return Error{ErrorCode::kOutput, "is there already and not an empty folder; give the cut recording another one",
                  folder.string()};
   }
   fs::path first_new = folder;

@@ -379,8 +379,7 @@ Result<std::unique_ptr<DeviceSource>> open_kinect1(const UsbDeviceInfo& usb, Dev
   if (context->get() == nullptr) return Error{ErrorCode::kDevice, "libfreenect cannot use USB", info.name};
   freenect_device* device = context->open(usb);
   if (device == nullptr) {
-    return Error{ErrorCode::kDevice,
-                 "cannot open " + usb.place() + ". scanknit doctor tells why; a Kinect needs its power supply, too",
+    return Error{ErrorCode::kDevice, "cannot open " + usb.place() + "; a Kinect needs its power supply, too",
                  info.name};
   }
   return std::unique_ptr<DeviceSource>(

@@ -96,8 +96,8 @@ Result<std::optional<CameraIntrinsics>> find_camera(const fs::path& folder, cons
 
 Error missing_camera(const fs::path& folder) {
   return Error{ErrorCode::kInput,
-               "the recording does not say its camera's intrinsics; give them with "
-               "--set acquire.intrinsics=[525,525,319.5,239.5] (fx, fy, cx, cy in pixels of the depth picture), or put "
+               "the recording does not say its camera's intrinsics; give them as "
+               "acquire.intrinsics=[525,525,319.5,239.5] (fx, fy, cx, cy in pixels of the depth picture), or put "
                "a 3x3 matrix beside the frames as camera-intrinsics.txt",
                folder.string()};
 }

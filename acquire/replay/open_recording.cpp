@@ -49,7 +49,7 @@ struct FileLayout {
 
 // Recordings that are one file.
 constexpr std::array kFileLayouts = {
-    FileLayout{RecordingFormat::kMcap, "mcap", "a file made by `scanknit record`", fits_mcap, index_mcap},
+    FileLayout{RecordingFormat::kMcap, "mcap", "an .mcap file of ScanKnit", fits_mcap, index_mcap},
     FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
                index_realsense_bag},
     FileLayout{RecordingFormat::kOni, "oni", "an .oni file of OpenNI 1 or 2", fits_oni, index_oni},

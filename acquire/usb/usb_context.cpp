@@ -386,7 +386,7 @@ Result<void> refuse_if_used(const UsbDeviceInfo& device) {
   const auto holders = find_holders(device_nodes(device.node(), device.port));
   if (holders.empty()) return {};
   return Error{ErrorCode::kDevice, device.place() + " is in use by " + describe_holders(holders) +
-                                       ". Close that program, or take the camera from it with --force"};
+                                       ". Close that program, or take the camera from it by force"};
 }
 
 bool is_unplugged(const Error& error) {

@@ -457,8 +457,7 @@ Result<std::unique_ptr<DeviceSource>> open_uvc_camera(UsbContext& context, const
                                                       const DeviceOptions& options, std::stop_token stop) {
   auto functions = depth_functions_of(device);
   if (functions.empty()) {
-    return Error{ErrorCode::kDevice,
-                 device.place() + " offers no depth pictures; scanknit devices lists those that do"};
+    return Error{ErrorCode::kDevice, device.place() + " offers no depth pictures"};
   }
   if (!options.takes_from_others) {
     if (const auto free = refuse_if_used(device); !free) return free.error();

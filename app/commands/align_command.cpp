@@ -1,7 +1,6 @@
 #include "scan/align/align.h"
 
 #include "app/commands/mesh_command.h"
-#include "scan/mesh/write_texture.h"
 
 namespace scanknit {
 
@@ -9,9 +8,10 @@ MeshCommand mesh_command_of(const AlignArguments& arguments, const ConfigSources
   MeshCommand command{
       .input = arguments.request.inputs.front(), .config = with_run_defaults(config), .outputs = arguments.outputs};
   command.configure = [](const ScanConfig& scan) { return refuse_texture(scan, "align"); };
-  command.scan = [&](const ScanJob& job, ScanObserver& observer, const std::stop_token& stop) {
+  command.scan = [&](const ScanJob& job, const LoadedConfig& loaded, ScanObserver& observer,
+                     const std::stop_token& stop) {
     AlignRequest request = arguments.request;
-    request.has_voxel_size = job.gives("fusion.voxel_size");
+    request.has_voxel_size = loaded.gives("fusion.voxel_size");
     return align_and_mesh(job, request, observer, stop);
   };
   return command;

@@ -18,7 +18,7 @@ MeshCommand mesh_command_of(const CaptureArguments& arguments, const ConfigSourc
       .input = arguments.scanner.device, .config = with_run_defaults(config), .outputs = arguments.outputs};
   command.view = arguments.view;
   command.is_capture = true;
-  command.scan = [&](const ScanJob& job, ScanObserver& observer, const std::stop_token& stop) {
+  command.scan = [&](const ScanJob& job, const LoadedConfig&, ScanObserver& observer, const std::stop_token& stop) {
     LiveScanRequest request{arguments.scanner, std::nullopt};
     if (arguments.wants_recording) {
       request.recording = arguments.recording.value_or(default_recording(arguments.outputs.output, job.files));

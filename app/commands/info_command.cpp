@@ -110,10 +110,11 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   const StitchedSeams seams = notes.has_texture_coordinates ? stitch_seams(mesh) : StitchedSeams{};
   std::vector<std::string> warnings = notes.warnings;
   if (seams.guesses > 0) {
-    warnings.push_back(fmt::format(
-        "{} seam edges coincide, so the program guesses which belong together. Check a file that was written without "
-        "--quantize",
-        seams.guesses));
+    warnings.push_back(
+        fmt::format("{} edges of the texture's seams lie in the same place as others, so the program guesses which "
+                    "belong together. "
+                    "A file that was written without --quantize needs no guess",
+                    seams.guesses));
   }
   Json json = {{"kind", "mesh"},
                {"has_normals", !mesh.normals.empty()},

@@ -27,7 +27,7 @@ int run_mesh_command(const MeshCommand& command, const CommonArguments& common) 
   command.complete(job);
   Console console(common.verbosity);
   ScanView view(command.view, job, command.is_capture ? ScanView::Mode::kCapture : ScanView::Mode::kRun, stop, console);
-  ScanResult scan = command.scan(job, view, stop);
+  ScanResult scan = command.scan(job, *loaded, view, stop);
   add_times(view.times(), scan.stages);
   const bool was_interrupted = stop.stop_requested() && !command.is_capture;
   CommandRun run = close_run(std::move(scan), was_interrupted, begin);

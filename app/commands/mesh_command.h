@@ -29,7 +29,7 @@ struct MeshCommand {
   std::function<Result<void>(ScanConfig&)> configure = [](ScanConfig&) { return Result<void>(); };
   /// Adds to the job what configuration and outputs do not say.
   std::function<void(ScanJob&)> complete = [](ScanJob&) {};
-  std::function<ScanResult(const ScanJob&, ScanObserver&, std::stop_token)> scan = {};
+  std::function<ScanResult(const ScanJob&, const LoadedConfig&, ScanObserver&, const std::stop_token&)> scan = {};
 };
 
 /// The command of these arguments, which outlive it.

@@ -15,6 +15,7 @@ int fail(const Error& error, const CommonArguments& common) {
   } else {
     console.error(error.text());
   }
+  if (error.code == ErrorCode::kDevice) console.info("scanknit doctor finds what keeps a scanner from working");
   return exit_code_of(error.code);
 }
 

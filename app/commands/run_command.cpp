@@ -17,7 +17,9 @@ MeshCommand mesh_command_of(const RunArguments& arguments, const ConfigSources& 
     job.angles = arguments.angles;
     job.cut_recording = arguments.cut_recording;
   };
-  command.scan = scan_recording;
+  command.scan = [](const ScanJob& job, const LoadedConfig&, ScanObserver& observer, const std::stop_token& stop) {
+    return scan_recording(job, observer, stop);
+  };
   return command;
 }
 

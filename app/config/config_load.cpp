@@ -156,12 +156,13 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
   std::vector<ConfigProblem> problems;
   const AcquireConfig& acquire = config.acquire;
   if (acquire.max_depth_m.value_or(0) != 0 && *acquire.max_depth_m <= acquire.min_depth_m.value_or(0)) {
-    problems.push_back({"configuration", "acquire.max_depth: not beyond acquire.min_depth: no depth would be left"});
+    problems.push_back(
+        {"configuration", "acquire.max_depth: no depth would be left; expected more than acquire.min_depth"});
   }
   const FinishConfig& finish = config.finish;
   if (finish.ground == GroundMode::kCap && finish.watertight != Watertight::kFull) {
     problems.push_back(
-        {"configuration", "finish.ground: cap is drawn by finish.watertight: full; set that too, or take remove"});
+        {"configuration", "finish.ground: cap needs finish.watertight: full; set that too, or take remove"});
   }
   const bool needs_distances = finish.watertight != Watertight::kOff || finish.ground != GroundMode::kKeep;
   if (needs_distances && config.extract.inside == InsideSide::kHigh) {
@@ -176,7 +177,7 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
     const std::string name = {"xyz"[axis]};
     problems.push_back(
         {"configuration",
-         fmt::format("finish.crop.max_{}: not beyond finish.crop.min_{}: nothing would be left", name, name)});
+         fmt::format("finish.crop.max_{}: nothing would be left; expected more than finish.crop.min_{}", name, name)});
   }
   return problems;
 }

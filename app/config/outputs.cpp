@@ -80,6 +80,17 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   return outputs;
 }
 
+Result<void> refuse_texture(const ScanConfig& config, const char* command) {
+  if (config.output.texture == TextureFormat::kOff) return {};
+  return Error{
+      ErrorCode::kConfig,
+      fmt::format(
+          "a texture is baked from the colour frames of one recording, by `run` and `capture`; `{}` bakes none: "
+          "leave export.texture off, its meshes have colours at their vertices",
+          command),
+      "export.texture"};
+}
+
 void add_downloads(Outputs& outputs) {
   auto& meshes = outputs.scan.meshes;
   if (meshes.empty()) return;
@@ -91,11 +102,7 @@ void add_downloads(Outputs& outputs) {
 }
 
 ScanJob job_of(const Path& input, const LoadedConfig& loaded, const Outputs& outputs) {
-  ScanJob job{.input = input,
-              .config = loaded.config,
-              .given_keys = loaded.given,
-              .asked_keys = loaded.asked,
-              .files = outputs.scan};
+  ScanJob job{.input = input, .config = loaded.config, .asked_keys = loaded.asked, .files = outputs.scan};
   job.measures_fit = outputs.report.has_value();
   for (const auto& path : {outputs.report, outputs.page}) {
     if (path) job.files_of_caller.push_back(*path);

@@ -32,6 +32,9 @@ struct OutputRequest {
 /// the same path.
 [[nodiscard]] Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& config);
 
+/// kConfig if a texture is wanted of a `command` that has no colour frames.
+[[nodiscard]] Result<void> refuse_texture(const ScanConfig& config, const char* command);
+
 /// Adds the GLB and the STL that the live view offers for download, next to the first mesh, unless they are outputs
 /// already.
 void add_downloads(Outputs& outputs);

@@ -110,8 +110,12 @@ Result<void> ScanView::on_open(const RecordingInfo& info) {
 
 Result<void> ScanView::on_begin(const ScanState& scan) {
   is_second_pass_ = has_ended_;
+  const bool is_first = !std::exchange(has_begun_, true);
+  if (is_first && mode_ == Mode::kCapture) {
+    console_.info("Ctrl-C ends the scan and makes the mesh; a second one leaves at once");
+  }
   if (!shows_frames()) return {};
-  if (std::exchange(has_begun_, true)) {  // called after a reset
+  if (!is_first) {  // called after a reset
     drop_mesh();
     publish_crop(scan.crop);
     T_world_camera_.reset();

@@ -28,7 +28,7 @@ bool wants_report(const CommandRun& run) {
   }
 }
 
-/// The files of the report are among those that the report names.
+/// Adds the report and its page to the files that the report lists.
 void name_report(const Outputs& outputs, FilesByKind& files) {
   files["report"] = outputs.report->string();
   if (outputs.page) files["page"] = outputs.page->string();
@@ -41,7 +41,7 @@ Result<void> write_report(const std::string& json, const Outputs& outputs, const
   return write_file_atomically(*outputs.report, json);
 }
 
-/// To be called when the report could not be written: this ends a run that had no error.
+/// The report could not be written: prints that after an error of the scan; else it is the error of the run.
 void note_failure(const Error& error, CommandRun& run, const CommonArguments& common) {
   run.scan.files.erase("report");
   run.scan.files.erase("page");

@@ -1,12 +1,9 @@
-// From a recording of a turntable to a closed, coloured mesh: what `scanknit run RECORDING --preset turntable` does.
-//
-//   scan_a_turntable RECORDING FOLDER      Ctrl-C ends the frames; what has been fused becomes the mesh
+// What `scanknit run RECORDING --preset turntable` does: scan_a_turntable RECORDING FOLDER. It writes the same files,
+// but no report.json and report.html, which the program makes of the result. Ctrl-C only ends the frames.
 #include <csignal>
 #include <iostream>
 
 #include "scan/scan.h"
-
-volatile std::sig_atomic_t is_interrupted = 0;
 
 /// Prints progress and warnings; after Ctrl-C it stops the scan.
 struct Terminal final : scanknit::ScanObserver {
@@ -16,15 +13,17 @@ struct Terminal final : scanknit::ScanObserver {
   }
   void on_warning(const scanknit::ScanWarning& warning) override { std::cerr << '\n' << warning.text << '\n'; }
   std::stop_source stop;
+  static inline volatile std::sig_atomic_t is_interrupted = 0;
 };
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  std::signal(SIGINT, [](int) { is_interrupted = 1; });
-  scanknit::ScanJob job{.input = argv[1]};
-  job.files.meshes = {std::filesystem::path(argv[2]) / "model.glb"};
-  // The preset.
-  job.config.acquire.min_depth_m = 0.2;
+  std::signal(SIGINT, [](int) { Terminal::is_interrupted = 1; });
+  const std::filesystem::path out = argv[2];
+  scanknit::ScanJob job{.input = argv[1], .measures_fit = true};  // the fit is drawn in error.png and coverage.png
+  job.files = {{out / "model.glb", out / "model.ply"}, out / "preview.png", out / "error.png", out / "coverage.png"};
+  job.files.trajectory = out / "trajectory.txt";
+  job.config.acquire.min_depth_m = 0.2;  // this, and what follows, is the preset
   job.config.acquire.max_depth_m = 1;
   job.config.fusion.voxel_size_m = 0.001;
   job.config.fusion.truncation_voxels = 5;

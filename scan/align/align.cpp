@@ -150,9 +150,10 @@ class AlignRun {
                                        [](const AlignInput& input) { return input.is_fusable(); });
     auto points = request_.points;
     if (fusable == 0) {
-      session_.warn(WarningCode::kPointsOnly,
-                    "meshes and points alone hold nothing to fuse: their points are written, each scan in its place, "
-                    "and no mesh");
+      session_.warn(
+          WarningCode::kPointsOnly,
+          "meshes and point clouds cannot be fused, and no other scan was given: no mesh is made; the points of "
+          "each scan are written, in its place");
       if (!points) points = default_points();
     } else if (fusable < static_cast<std::ptrdiff_t>(inputs_.inputs.size())) {
       session_.warn(WarningCode::kPointsOnly,

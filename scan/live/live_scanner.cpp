@@ -56,7 +56,7 @@ Result<void> check_depth_camera(const LiveScanner& scanner, Calibration need, Sc
                  scanner.device->info().name};
   }
   session.warn(WarningCode::kScanner,
-               why + ". The pictures are recorded all the same; to use them, `run` needs acquire.intrinsics");
+               why + ". The pictures are recorded all the same; a scan of them needs acquire.intrinsics");
   return {};
 }
 
@@ -92,7 +92,7 @@ Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig
       choose_streams(scanner.device->profiles(), request.width, request.height, request.frames_per_second);
   const std::string& uri = scanner.device->info().uri;
   if (scanner.streams.empty()) {
-    return Error{ErrorCode::kDevice, "the camera offers no depth stream; `scanknit doctor` tells more", uri};
+    return Error{ErrorCode::kDevice, "the camera offers no depth stream", uri};
   }
   if (config.acquire.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
   auto calibration = scanner.device->calibration(scanner.streams);

@@ -159,15 +159,4 @@ TexturedMesh write_textured(const WrittenMesh& written, const ScanJob& job, cons
   return textured;
 }
 
-Result<void> refuse_texture(const ScanConfig& config, const char* command) {
-  if (config.output.texture == TextureFormat::kOff) return {};
-  return Error{
-      ErrorCode::kConfig,
-      fmt::format(
-          "a texture is baked from the colour frames of one recording, by `run` and `capture`; `{}` bakes none: "
-          "leave export.texture off, its meshes have colours at their vertices",
-          command),
-      "export.texture"};
-}
-
 }  // namespace scanknit

@@ -32,7 +32,4 @@ struct TexturedMesh {
 [[nodiscard]] TexturedMesh write_textured(const WrittenMesh& written, const ScanJob& job, const FrameArchive& archive,
                                           ScanSession& session);
 
-/// kConfig if a texture is wanted of a `command` that has no colour frames.
-[[nodiscard]] Result<void> refuse_texture(const ScanConfig& config, const char* command);
-
 }  // namespace scanknit

@@ -27,7 +27,7 @@ Result<std::vector<double>> read_angle_file(const std::filesystem::path& path) {
     if (line.empty() && first_blank == 0) first_blank = number;
     if (line.empty() || line.front() == '#') continue;
     if (first_blank > 0) {
-      return Error{ErrorCode::kConfig, "an empty line, where every frame has its angle; write one, or remove the line",
+      return Error{ErrorCode::kConfig, "an empty line; expected the angle of a frame on every line",
                    fmt::format("{}:{}", path.string(), first_blank)};
     }
     const auto value = parse_finite(line);

@@ -206,7 +206,8 @@ std::optional<AnglePrior> TurntableRefiner::checked_prior(AnglePrior prior, cons
     return part != 0 && std::count(parts.begin(), parts.end(), part) > 1;
   });
   if (has_several_parts && !known_.knows_gaps()) {
-    warn(fmt::format("{} is not used: it does not give the angles across frames that are missing", known_.option()));
+    warn(fmt::format("{} is not used: frames are missing, and it does not say how far the table turned meanwhile",
+                     known_.option()));
     return std::nullopt;
   }
   const double tolerance_rad = 3 * std::hypot(prior.sigma_rad, kSeen_rad);

@@ -89,9 +89,8 @@ bool needs_streaming(const SliceReader& reader, const ExtractConfig& config) {
 Error needs_whole_mesh(const std::filesystem::path& path, const VolumeHeader& header, const ExtractConfig& config) {
   const auto needed_mib = static_cast<std::int64_t>(std::ceil(2 * sample_bytes(header) / kMebibyte));
   return {ErrorCode::kBudget,
-          fmt::format("the volume and its mesh need about {} MiB, more than extract.memory_budget ({}); within it the "
-                      "mesh can be written as .ply or .stl only: name one with -o, or raise the budget: "
-                      "extract.memory_budget={}MiB",
+          fmt::format("the volume and its mesh need about {} MiB, more than extract.memory_budget ({}). A .ply or .stl "
+                      "file alone can be written within it; for other files set extract.memory_budget={}MiB",
                       needed_mib, format_memory_mib(config.memory_budget_mib), needed_mib),
           path.string()};
 }

@@ -106,7 +106,7 @@ TEST(OpenRecording, SaysHowToGiveMissingIntrinsics) {
   const TemporaryFolder folder;
   write_seven_scenes(folder.path(), 1);
   fs::remove(folder / "camera-intrinsics.txt");
-  EXPECT_TRUE(contains(open_error(folder.path()), "--set acquire.intrinsics=[525,525,319.5,239.5]"));
+  EXPECT_TRUE(contains(open_error(folder.path()), "acquire.intrinsics=[525,525,319.5,239.5]"));
 }
 
 TEST(OpenRecording, RefusesACameraFileThatIsNone) {

@@ -284,7 +284,7 @@ TEST(RecordCommand, WithoutACalibrationKeepsThePicturesForLater) {
     return Outcome{exit_code, "", testing::internal::GetCapturedStderr()};
   }();
   EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
-  EXPECT_NE(recorded.err.find("`run` needs acquire.intrinsics"), std::string::npos) << recorded.err;
+  EXPECT_NE(recorded.err.find("a scan of them needs acquire.intrinsics"), std::string::npos) << recorded.err;
   const auto mesh = [&](const std::vector<std::string>& more) {
     std::vector<std::string> run = {"run", file, "-o", (out / "desk.ply").string(), "--set", "fusion.voxel_size=8mm"};
     run.insert(run.end(), more.begin(), more.end());
