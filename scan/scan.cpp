@@ -10,6 +10,7 @@
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
 #include "scan/frames/apply_sensor.h"
+#include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/passes.h"
 
@@ -22,8 +23,9 @@ namespace fs = std::filesystem;
 Result<void> check_is_turntable(const ScanJob& job) {
   if (!job.cut_recording && !job.angles) return {};
   if (job.config.turntable.is_enabled && job.config.acquire.poses != PoseMode::kStill) return {};
-  return Error{ErrorCode::kUsage, fmt::format("{} for turntables: set turntable.enabled, and no acquire.poses=still",
-                                              job.cut_recording ? "a cut recording is" : "known angles are")};
+  return Error{ErrorCode::kUsage,
+               fmt::format("{} only of a turntable: set turntable.enabled, and do not set acquire.poses=still",
+                           job.cut_recording ? "a cut recording is made" : "angles are known")};
 }
 
 /// One spelling of a path, whether or not it exists.
@@ -88,7 +90,7 @@ class RecordingScan {
     if (!opened) return opened.error();
     for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
     possible_timing_ = apply_sensor((*opened)->info().sensor, job_.config, session_);
-    source_ = paced(*std::move(opened), job_.pace, job_.pace_control());
+    source_ = paced(read_ahead(*std::move(opened)), job_.pace, job_.pace_control());
     const PoseMode poses = source_->info().poses;
     if (auto fits = check_budget(job_.input, poses, job_.config, session_.stop()); !fits) return fits;
     return session_.observer().on_open(source_->info());

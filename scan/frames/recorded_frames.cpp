@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "scan/frames/only_frames.h"
+#include "scan/frames/read_ahead.h"
 
 namespace scanknit {
 
@@ -10,8 +11,9 @@ Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const Seque
   AcquireConfig config = job.config.acquire;
   config.every *= every;
   auto source = open_recording(job.input, config);
-  if (!source || only == nullptr) return source;
-  return std::unique_ptr<FrameSource>(std::make_unique<OnlyFrames>(*std::move(source), *only));
+  if (!source) return source;
+  if (only != nullptr) *source = std::make_unique<OnlyFrames>(*std::move(source), *only);
+  return read_ahead(*std::move(source));
 }
 
 FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only) {

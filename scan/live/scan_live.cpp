@@ -9,6 +9,7 @@
 #include "core/files/atomic_file.h"
 #include "scan/checks/settings_check.h"
 #include "scan/frames/apply_sensor.h"
+#include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/live/live_scanner.h"
 #include "scan/passes.h"
@@ -89,7 +90,7 @@ class LiveScan {
     apply_sensor(source_->info().sensor, job_.config, session_);
     is_recording_ = recorder_ != nullptr;
     has_recording_ = is_recording_;
-    session_.info("scanning; Ctrl-C ends the scan and makes the mesh");
+    session_.info("scanning");
     return {};
   }
 
@@ -103,13 +104,14 @@ class LiveScan {
     return {};
   }
 
-  /// Scans the frames as they come. Ctrl-C ends the frames; the steps after them still run.
+  /// Scans the frames as they come, until they end or are stopped; the steps after them always run.
   [[nodiscard]] PassResult scan_frames() {
     const FrameArchive archive = is_recording_ ? FrameArchive([this](std::size_t every) {
       finish_recording();
       AcquireConfig config = job_.config.acquire;
       config.every *= every;
-      return open_recording(*request_.recording, config);
+      auto source = open_recording(*request_.recording, config);
+      return source ? read_ahead(*std::move(source)) : std::move(source);
     })
                                                : FrameArchive();
     PassResult made = scan_walk(job_,
@@ -127,15 +129,15 @@ class LiveScan {
     return made;
   }
 
-  /// The mesh of the tracked frames is already on disk; the mesh of the refined turntable replaces it. A second Ctrl-C
-  /// keeps the first mesh.
+  /// The mesh of the tracked frames is already on disk; the mesh of the refined turntable replaces it.
   void refine_turntable(PassResult& made) {
     if (!job_.config.turntable.is_enabled || job_.config.acquire.poses == PoseMode::kStill) return;
     if (!has_recording_) {
-      session_.warn(WarningCode::kTurntableNotTried, "turntable: without a recording the mesh is the tracked one");
+      session_.warn(WarningCode::kTurntableNotTried,
+                    "turntable: it was not looked for, because no recording was made; the mesh is the tracked one");
       return;
     }
-    session_.info("finding the axis and the angles of the turntable; Ctrl-C leaves the mesh as it is");
+    session_.info("finding the axis and the angles of the turntable");
     if (const auto scanned = scan_recorded_turntable(made); !scanned) {
       session_.warn(WarningCode::kTurntableNotTried,
                     fmt::format("turntable: {}; the mesh is the tracked one", scanned.error().text()));
