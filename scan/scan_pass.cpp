@@ -125,7 +125,8 @@ Result<void> ScanPass::give_up() {
   return Error{ErrorCode::kTooLittle, "the frames fit worse than this pass allows"};
 }
 
-/// Writes the mesh of the tracked frames first, so that it exists whatever happens later.
+/// Writes the mesh of a scanner's tracked frames first, so that it exists whatever happens later. A recording's frames
+/// can be scanned again: their mesh is written when it is certain that no better one comes.
 Result<void> ScanPass::write_tracked() {
   if (!input_.writes_tracked_mesh) return {};
   const TrackedScan tracked{scan_->tracking(), intake_.counts(), was_full_};
@@ -135,10 +136,16 @@ Result<void> ScanPass::write_tracked() {
   if (auto saved = write_volume_and_trajectory(); !saved) return saved;
   const bool is_full = !tracking_verdict_ && tracking_verdict_.error().code == ErrorCode::kBudget;
   if (!tracking_verdict_ && !is_full) return {};
+  if (is_full || input_.is_paced) {
+    if (auto written = write_tracked_mesh(); !written) return written;
+  }
+  return tracking_verdict_;
+}
+
+Result<void> ScanPass::write_tracked_mesh() {
   auto written = write_mesh();
   session_.observer().on_tracked_mesh(state());
-  if (!written) return written;
-  return tracking_verdict_;
+  return written;
 }
 
 Result<void> ScanPass::refine() {
@@ -147,9 +154,9 @@ Result<void> ScanPass::refine() {
   bool is_refined = false;
   if (may_refine) {
     const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking()});
-    if (!better) return better.error();
+    if (!better) return after_tracked_mesh(better.error());
     const auto fused = *better ? fuse_again(**better) : Result<bool>(false);
-    if (!fused) return fused.error();
+    if (!fused) return after_tracked_mesh(fused.error());
     is_refined = *fused;
     if (is_refined) find_lost();  // in a model that is straight, frames fit that did not fit before
   }
@@ -163,9 +170,28 @@ Result<void> ScanPass::refine() {
     return write_mesh();
   }
   if (written_ || !input_.writes_tracked_mesh) return {};
-  auto written = write_mesh();  // also after an interruption: a mesh of the tracked frames is better than none
-  session_.observer().on_tracked_mesh(state());
-  return written;
+  return write_tracked_mesh();  // also after an interruption: a mesh of the tracked frames is better than none
+}
+
+/// The error that ended the refinement, once the mesh of the tracked frames is written.
+Error ScanPass::after_tracked_mesh(Error error) {
+  if (!written_ && input_.writes_tracked_mesh && tracking_verdict_) (void)write_tracked_mesh();
+  return error;
+}
+
+/// Makes room for a second volume: writes the first one's mesh and empties it, unless both fit into the budget.
+Result<void> ScanPass::make_room() {
+  constexpr std::size_t kMebibyte = 1024 * 1024;
+  const bool fit_both = 2 * scan_->volume().memory_bytes() <= job_.config.fusion.memory_budget_mib * kMebibyte;
+  const bool may_write = input_.writes_tracked_mesh && tracking_verdict_;
+  if (!written_) {
+    if (fit_both || !may_write) return {};
+    if (auto written = write_tracked_mesh(); !written) return written;
+  }
+  auto empty = TsdfVolume::create(job_.config.fusion);
+  if (!empty) return empty.error();
+  scan_->volume() = *std::move(empty);
+  return {};
 }
 
 /// True when the scan has changed.
@@ -174,11 +200,7 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
   if (!source) return source.error();
   auto volume = TsdfVolume::create(job_.config.fusion);
   if (!volume) return volume.error();
-  if (written_) {  // the old volume's mesh is on disk, and two volumes would need twice the memory
-    auto empty = TsdfVolume::create(job_.config.fusion);
-    if (!empty) return empty.error();
-    scan_->volume() = *std::move(empty);
-  }
+  if (auto made = make_room(); !made) return made.error();
   const FramesToFuse frames{trajectory, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};
   const auto fused = session_.timed(
       "fuse_again", [&] { return scanknit::fuse_again(**source, frames, job_.config, *volume, session_); });
@@ -194,9 +216,10 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
   scan_->replace(*std::move(volume), trajectory, refiner_.result().recovered);
   intake_.recount(trajectory.size());
   if (refiner_.moves_the_world() && crop_) {
-    session_.warn(WarningCode::kCropBoxDropped,
-                  "the crop box of the live view was drawn in the world of the tracked frames: the refined mesh is "
-                  "whole, and finish.crop cuts it");
+    session_.warn(
+        WarningCode::kCropBoxDropped,
+        "with better poses the scan lies elsewhere, so the crop box does not fit any more: the mesh is whole; "
+        "finish.crop crops it");
   }
   if (refiner_.moves_the_world()) crop_.reset();
   return true;
@@ -303,7 +326,7 @@ Result<void> ScanPass::start_over() {
   if (auto begun = scan_->start_over(); !begun) return begun;
   intake_.start_over();
   if (is_tracked(intake_.info().poses)) crop_.reset();  // the box does not apply to the refined world
-  session_.warn(WarningCode::kReset, "reset from the live view after frame " + std::to_string(intake_.counts().read));
+  session_.warn(WarningCode::kReset, "started over after frame " + std::to_string(intake_.counts().read));
   return session_.observer().on_begin(state());
 }
 

@@ -71,7 +71,10 @@ class ScanPass {
   [[nodiscard]] Result<void> check_misfit();
   [[nodiscard]] Result<void> give_up();
   [[nodiscard]] Result<void> write_tracked();
+  [[nodiscard]] Result<void> write_tracked_mesh();
   [[nodiscard]] Result<void> refine();
+  [[nodiscard]] Error after_tracked_mesh(Error error);
+  [[nodiscard]] Result<void> make_room();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);
   [[nodiscard]] Result<void> write_texture();
 
