@@ -1,9 +1,9 @@
 #include "export/measure/holes.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <utility>
 
 namespace scanknit {
 namespace {
@@ -11,25 +11,50 @@ namespace {
 struct DirectedEdge {
   std::uint32_t from, to;
 
-  [[nodiscard]] std::uint64_t undirected() const {
-    return static_cast<std::uint64_t>(std::min(from, to)) << 32 | std::max(from, to);
-  }
+  [[nodiscard]] std::uint32_t low() const { return std::min(from, to); }
+  [[nodiscard]] std::uint32_t high() const { return std::max(from, to); }
 };
 
-/// Sorted by where they begin.
-std::vector<DirectedEdge> boundary_edges(const Mesh& mesh) {
-  std::vector<DirectedEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) edges.push_back({t[i], t[(i + 1) % 3]});
+/// All edges of the triangles, sorted by the lower of their vertices, then by the higher one.
+class SortedEdges {
+ public:
+  explicit SortedEdges(const Mesh& mesh) : first_(mesh.positions_m.size() + 1, 0), edges_(3 * mesh.triangles.size()) {
+    for_each_edge(mesh, [&](const DirectedEdge& edge) { ++first_[edge.low() + 1]; });
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for_each_edge(mesh, [&](const DirectedEdge& edge) { edges_[next[edge.low()]++] = edge; });
+    for (std::size_t vertex = 0; vertex + 1 < first_.size(); ++vertex) {
+      std::sort(edges_.begin() + static_cast<std::ptrdiff_t>(first_[vertex]),
+                edges_.begin() + static_cast<std::ptrdiff_t>(first_[vertex + 1]),
+                [](const DirectedEdge& a, const DirectedEdge& b) { return a.high() < b.high(); });
+    }
   }
-  tbb::parallel_sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
-    return std::pair(a.undirected(), a.from) < std::pair(b.undirected(), b.from);
-  });
+
+  [[nodiscard]] const std::vector<DirectedEdge>& edges() const { return edges_; }
+
+ private:
+  template <typename Visit>
+  static void for_each_edge(const Mesh& mesh, const Visit& visit) {
+    for (const Triangle& t : mesh.triangles) {
+      for (std::size_t i = 0; i < 3; ++i) visit(DirectedEdge{t[i], t[(i + 1) % 3]});
+    }
+  }
+
+  std::vector<std::size_t> first_;
+  std::vector<DirectedEdge> edges_;
+};
+
+/// Those of one triangle only, sorted by where they begin.
+std::vector<DirectedEdge> boundary_edges(const Mesh& mesh) {
+  const SortedEdges all(mesh);
+  const std::vector<DirectedEdge>& edges = all.edges();
+  const auto is_same = [](const DirectedEdge& a, const DirectedEdge& b) {
+    return a.low() == b.low() && a.high() == b.high();
+  };
   std::vector<DirectedEdge> lonely;
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t next = i + 1;
-    while (next < edges.size() && edges[next].undirected() == edges[i].undirected()) ++next;
+    while (next < edges.size() && is_same(edges[next], edges[i])) ++next;
     if (next == i + 1) lonely.push_back(edges[i]);
     i = next;
   }

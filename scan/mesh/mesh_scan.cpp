@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/system/beside.h"
 #include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
@@ -39,15 +40,13 @@ FinishedSurface surface_of(const Reconstruction& scan, const MeshRequest& reques
   FinishedSurface cropped = extract(request.crop);
   if (!cropped.outcome || !request.crop || !cropped.surface.mesh.empty()) return cropped;
   if (request.empty_crop == EmptyCrop::kRefused) {
-    cropped.outcome =
-        Error{ErrorCode::kMesh, "nothing lies within the crop box of the live view: clear it, or make it larger"};
+    cropped.outcome = Error{ErrorCode::kMesh, "nothing lies within the crop box: clear it, or make it larger"};
     return cropped;
   }
   FinishedSurface whole = extract(std::nullopt);
   if (!whole.outcome || whole.surface.mesh.empty()) return whole;
-  whole.warnings.push_back(
-      session.warn_of_mesh(WarningCode::kCropBoxIgnored, "",
-                           "nothing lay within the crop box of the live view: the whole mesh was written"));
+  whole.warnings.push_back(session.warn_of_mesh(WarningCode::kCropBoxIgnored, "",
+                                                "nothing lies within the crop box: the whole mesh was written"));
   return whole;
 }
 
@@ -94,8 +93,9 @@ MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, Sca
   meshed.outcome = finished.outcome;
   if (!finished.outcome) return meshed;
   const Mesh& mesh = finished.surface.mesh;
-  meshed.result.doubled = session.timed("export", [&] { return doubled_surface(mesh, config); });
+  auto doubled = beside([&] { return doubled_surface(mesh, config); });
   WrittenSurface written = write_surface(mesh, frame_of(scan, request, finished.T_mesh_world()), request.job, session);
+  meshed.result.doubled = session.timed("export", [&] { return doubled.get(); });
   meshed.outcome = written.outcome;
   add_to(meshed.result, std::move(written));
   if (meshed.outcome) meshed.written = written_mesh(std::move(finished), scan.trajectory(), request);

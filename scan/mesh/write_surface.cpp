@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/files/quantity.h"
+#include "core/system/beside.h"
 #include "export/measure/holes.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/preview.h"
@@ -44,15 +45,25 @@ class SurfaceWriter {
   }
 
  private:
+  /// The mesh is checked while its files are written, which do not depend on what is found.
   [[nodiscard]] Result<void> check_and_write() {
+    if (mesh_.empty()) {
+      check();
+      return empty_mesh_error(job_);
+    }
+    auto checked = beside([this] { check(); });
+    auto written = write_meshes();
+    if (written) written = write_pictures();
+    session_.timed("export", [&] { checked.get(); });
+    return written;
+  }
+
+  void check() {
     const double unit_m = frame_.file_unit_m.value_or(1);
     written_.check = check_mesh(mesh_);
     written_.check.min_m *= static_cast<float>(unit_m);
     written_.check.max_m *= static_cast<float>(unit_m);
-    if (mesh_.empty()) return empty_mesh_error(job_);
-    written_.holes = describe_holes(mesh_, written_.check, unit_m);
-    if (auto written = write_meshes(); !written) return written;
-    return write_pictures();
+    if (!mesh_.empty()) written_.holes = describe_holes(mesh_, written_.check, unit_m);
   }
 
   [[nodiscard]] Result<void> write_meshes() {
