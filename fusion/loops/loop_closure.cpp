@@ -1,8 +1,11 @@
 #include "fusion/loops/loop_closure.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -59,6 +62,16 @@ constexpr double kCycle_rad = 0.03;
 
 constexpr double kLeastWeight = 0.1;  // in the pose graph, of a loop that is believed
 constexpr double kMostStretched = 8;  // sigmas of a step that tracking knew
+
+/// What `work`, which returns a list, finds for the numbers from `first` on: several at once, in their order.
+template <typename Found, typename Work>
+std::vector<Found> found_by_each(std::size_t first, std::size_t end, const Work& work) {
+  std::vector<std::vector<Found>> by_number(end);
+  tbb::parallel_for(first, end, [&](std::size_t number) { by_number[number] = work(number); });
+  std::vector<Found> all;
+  for (auto& found : by_number) std::move(found.begin(), found.end(), std::back_inserter(all));
+  return all;
+}
 
 /// How far two motions put a point at this depth from each other.
 double shift_m(const Pose& a, const Pose& b, double depth_m) {
@@ -125,13 +138,15 @@ class Closer {
 
   /// Registers each key frame with the few before it: together they constrain the walk better than single steps do.
   void join_neighbours() {
-    for (std::size_t b = 1; b < keys_.size(); ++b) {
+    neighbours_ = found_by_each<PoseEdge>(1, keys_.size(), [this](std::size_t b) {
+      std::vector<PoseEdge> edges;
       for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
         if (keys_[b].path.gaps > keys_[a].path.gaps) continue;
         const auto match = match_key_frames(keys_[a], keys_[b], {stepped(a, b)}, noise_);
-        if (match) neighbours_.push_back({a, b, match->T_a_b, match->information, true});
+        if (match) edges.push_back({a, b, match->T_a_b, match->information, true});
       }
-    }
+      return edges;
+    });
   }
 
   /// True when the registration of two frames contradicts the tracked step between them.
@@ -180,10 +195,13 @@ class Closer {
   }
 
   void find_candidates() {
-    found_.clear();
-    for (std::size_t b = kFewestSteps; b < keys_.size(); ++b) {
-      for (const std::size_t a : likely_partners(b)) try_pair(a, b);
-    }
+    found_ = found_by_each<Candidate>(kFewestSteps, keys_.size(), [this](std::size_t b) {
+      std::vector<Candidate> found;
+      for (const std::size_t a : likely_partners(b)) {
+        if (auto candidate = try_pair(a, b)) found.push_back(*std::move(candidate));
+      }
+      return found;
+    });
   }
 
   [[nodiscard]] bool is_long_walk(std::size_t a, std::size_t b) const {
@@ -211,15 +229,15 @@ class Closer {
     return partners;
   }
 
-  void try_pair(std::size_t a, std::size_t b) {
+  [[nodiscard]] std::optional<Candidate> try_pair(std::size_t a, std::size_t b) const {
     std::vector<Pose> guesses{now(a, b)};
     const auto by_looks = match_features(keys_[a].features, keys_[b].features, keys_[b].seen.levels.front().intrinsics);
     if (by_looks) guesses.push_back(*by_looks);
     auto match = match_key_frames(keys_[a], keys_[b], guesses, noise_);
-    if (!match) return;
+    if (!match) return std::nullopt;
     Candidate candidate{a, b, *std::move(match)};
     if (!could_drift(a, b, candidate.match.T_a_b)) candidate.refused = "farther than the walk can have drifted";
-    found_.push_back(std::move(candidate));
+    return candidate;
   }
 
   [[nodiscard]] bool could_drift(std::size_t a, std::size_t b, const Pose& T_a_b) const {

@@ -102,16 +102,18 @@ Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
   return std::optional<Trajectory>();
 }
 
-/// Tracks these frames again, in a volume that holds nothing but them, and moves the rest of the walk along with them.
-/// If tracking is lost, the frames after it keep their motion relative to each other.
-Result<void> LoopRefiner::track_again(const FrameRange& frames) {
+/// Tracks the frames of each range again, in a volume that holds nothing but them, and moves the rest of the walk along
+/// with them. If tracking is lost, the frames after it keep their motion relative to each other.
+Result<void> LoopRefiner::track_again(const std::vector<FrameRange>& ranges) {
   const auto source = archive_.open();
   if (!source) return source.error();
-  const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
-  const auto poses =
-      session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop()); });
-  if (!poses) return poses.error();
-  keys_.replace(frames.first, *poses);
+  for (const FrameRange& frames : ranges) {
+    const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
+    const auto poses =
+        session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop()); });
+    if (!poses) return poses.error();
+    keys_.replace(frames.first, *poses);
+  }
   return {};
 }
 
@@ -159,9 +161,7 @@ Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, Lo
   if (!closure.has_loops()) return std::optional<Trajectory>();
   if (!closure.mistracked.empty() && archive_.is_kept()) {
     session_.info("frames were wrongly aligned with older parts of the scan: they are tracked again");
-    for (const FrameRange& frames : closure.mistracked) {
-      if (const auto tracked = track_again(frames); !tracked) return tracked.error();
-    }
+    if (const auto tracked = track_again(closure.mistracked); !tracked) return tracked.error();
     closure = find_loops();
   }
   result_ = described(closure);

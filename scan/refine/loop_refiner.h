@@ -36,7 +36,7 @@ class LoopRefiner final : public PoseRefiner {
 
   void track_lost_end(const TrackedWalk& walk);
   [[nodiscard]] LoopClosure find_loops();
-  [[nodiscard]] Result<void> track_again(const FrameRange& frames);
+  [[nodiscard]] Result<void> track_again(const std::vector<FrameRange>& ranges);
   [[nodiscard]] Trajectory with_joined_end(Trajectory trajectory, const LoopClosure& closure);
   [[nodiscard]] Trajectory moved(const Trajectory& trajectory, const std::vector<Pose>& T_world_noted) const;
   [[nodiscard]] Result<std::optional<Trajectory>> close(const TrackedWalk& walk, LoopClosure closure);
