@@ -36,6 +36,31 @@ Image<SightLines::Sight> sights_of(const RangeScan& scan) {
   return sights;
 }
 
+struct Span {
+  double low, high;
+};
+
+/// From the least to the greatest value, but without strays: those that lie farther outside of 98 in 100 values than
+/// these are apart. One such point would spread the raster over nothing.
+Span span_without_strays(std::vector<double>& values) {
+  const auto quantile = [&](std::size_t percent) {
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * percent / 100);
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+  const Span all{*least, *greatest}, most{quantile(1), quantile(99)};
+  const double apart = most.high - most.low;
+  if (!(apart > 0)) return all;
+  return {std::max(all.low, most.low - apart), std::min(all.high, most.high + apart)};
+}
+
+/// The first and the last whole number from `low` to `high` that is in [begin, end).
+std::pair<int, int> whole_numbers(double low, double high, double begin, double end) {
+  return {static_cast<int>(std::clamp(std::ceil(low), begin, end)),
+          static_cast<int>(std::clamp(std::floor(high), begin - 1, end - 1))};
+}
+
 }  // namespace
 
 RangeView::RangeView(const RangeScan& scan, const RangeSurface& surface) : sight_(scan.sight) {
@@ -52,15 +77,13 @@ RangeView::RangeView(const RangeScan& scan, const RangeSurface& surface) : sight
 void RangeView::choose_raster(const Image<SightLines::Sight>& sights, const Image<Eigen::Vector3f>& points) {
   const double period = sight_.period_u();
   std::array<std::vector<double>, 4> steps;  // of u and v along rows, of u and v along columns
-  double low_u = HUGE_VAL, high_u = -HUGE_VAL, low_v = HUGE_VAL, high_v = -HUGE_VAL;
+  std::vector<double> all_u, all_v;
   for (int y = 0; y < points.height(); ++y) {
     for (int x = 0; x < points.width(); ++x) {
       const SightLines::Sight& own = sights.at(x, y);
       if (!is_somewhere(own)) continue;
-      low_u = std::min(low_u, own.u);
-      high_u = std::max(high_u, own.u);
-      low_v = std::min(low_v, own.v);
-      high_v = std::max(high_v, own.v);
+      all_u.push_back(own.u);
+      all_v.push_back(own.v);
       const auto note = [&](int nx, int ny, std::size_t first) {
         if (nx < 0 || ny < 0 || !is_somewhere(sights.at(nx, ny))) return;
         steps[first].push_back(std::abs(across(sights.at(nx, ny).u, own.u, period)));
@@ -70,7 +93,9 @@ void RangeView::choose_raster(const Image<SightLines::Sight>& sights, const Imag
       note(x, y - 1, 2);
     }
   }
-  if (!(low_u <= high_u)) return;
+  if (all_u.empty()) return;
+  const auto [low_u, high_u] = span_without_strays(all_u);
+  const auto [low_v, high_v] = span_without_strays(all_v);
   step_u_ = std::max(median(steps[0]), median(steps[2]));
   step_v_ = std::max(median(steps[1]), median(steps[3]));
   if (!(step_u_ > 0) || !(step_v_ > 0)) return;
@@ -169,8 +194,11 @@ void RangeView::draw(const RangeScan& scan, const RangeSurface& surface, const I
   const Eigen::Vector2d low = at[0].cwiseMin(at[1]).cwiseMin(at[2]);
   const Eigen::Vector2d high = at[0].cwiseMax(at[1]).cwiseMax(at[2]);
   constexpr double kOnEdge = -1e-9;  // pixels on a common edge belong to both triangles
-  for (int y = static_cast<int>(std::ceil(low.y())); y <= static_cast<int>(std::floor(high.y())); ++y) {
-    for (int x = static_cast<int>(std::ceil(low.x())); x <= static_cast<int>(std::floor(high.x())); ++x) {
+  const int turn = wraps_around_ ? pixels_.width() : 0;
+  const auto [first_y, last_y] = whole_numbers(low.y(), high.y(), 0, pixels_.height());
+  const auto [first_x, last_x] = whole_numbers(low.x(), high.x(), -turn, pixels_.width() + turn);
+  for (int y = first_y; y <= last_y; ++y) {
+    for (int x = first_x; x <= last_x; ++x) {
       const Eigen::Vector2d p(x, y);
       const double b = cross(p - at[0], at[2] - at[0]) / area;
       const double c = cross(at[1] - at[0], p - at[0]) / area;

@@ -7,6 +7,7 @@
 
 #include "fusion/range/range_integrate.h"
 #include "fusion/range/range_surface.h"
+#include "fusion/range/range_view.h"
 
 namespace scanknit {
 namespace {
@@ -76,6 +77,21 @@ TEST(RangeSurface, NormalsPointToTheScanner) {
   const Eigen::Vector3f p = scan.points_m.at(130, 100);
   EXPECT_GT(surface.normals.at(130, 100).dot(p.normalized()), 0.999f);
   EXPECT_EQ(surface.inset.at(100, 100), RangeSurface::kDeepest);
+}
+
+TEST(RangeView, StrayPointsNeitherStretchNorFillIt) {
+  RangeScan scan = parallel_scan();
+  const RangeView clean(scan, find_surface(scan));
+  scan.points_m.at(3, 4) = {1e30f, -1e30f, 0};
+  scan.points_m.at(9, 7) = {0, 1e30f, 1e30f};
+  scan.points_m.at(195, 190) = {500, -300, 0};
+  const RangeView stray(scan, find_surface(scan));
+  EXPECT_LE(stray.pixels().width(), 3 * clean.pixels().width());
+  EXPECT_LE(stray.pixels().height(), 3 * clean.pixels().height());
+  const Eigen::Vector3d before_ball(0.01, 0.01, 0.05);
+  const auto there = stray.front_of(before_ball), expected = clean.front_of(before_ball);
+  ASSERT_TRUE(there && expected);
+  EXPECT_NEAR(there->before_m, expected->before_m, 1e-4);
 }
 
 TEST(RangeIntegrate, ABallComesOutAtItsRadius) {
