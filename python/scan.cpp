@@ -135,7 +135,8 @@ Scans a recording as `scanknit run` does, and writes the same files, but for the
 output: a folder, or one mesh file. presets: names, as --preset takes them. settings: "key=value", as --set takes
 them. first, last (included), every: which frames. angles, cut_recording: files, of a turntable. trajectory,
 save_volume: files to write besides.
-progress(what, done, total): False ends the frames, and what has been fused becomes the mesh.
+progress(what, done, total): False ends the frames; what has been fused becomes the mesh, as it was tracked and without
+a texture.
 warning(ScanWarning). frame(number, pose): a frame was fused at this pose, (4, 4), or was lost: None.
 command(): asked between two frames. None, "pause", "start" (goes on), "reset", "export" (writes the mesh so far),
 "finish" (ends the frames), or ("crop", ((x, y, z), (x, y, z))), ("crop", None).

@@ -15,10 +15,11 @@ namespace scanknit {
 
 /// Makes a mesh of a recording: tracks its frames (or takes their poses from the recording), fuses them, extracts and
 /// finishes the surface, and writes all files of the job. If the walk comes back to a place, or the object turns on a
-/// turntable, finds better poses and fuses all frames again. `stop`, or the observer's command kFinish, ends the
-/// frames: what has been fused becomes the mesh. ScanResult::outcome: kOutput before any work; kInput without a usable
-/// frame; kTooLittle when tracking was lost; kBudget; kMesh for an empty mesh; kUsage and kConfig for settings that
-/// contradict each other.
+/// turntable, finds better poses and fuses all frames again. The observer's command kFinish ends the frames; all other
+/// steps follow. `stop` ends the frames, too, and leaves out what would take long: what has been fused becomes the
+/// mesh, at the tracked poses and without a texture. ScanResult::outcome: kOutput before any work; kInput without a
+/// usable frame; kTooLittle when tracking was lost; kBudget; kMesh for an empty mesh; kUsage and kConfig for settings
+/// that contradict each other.
 [[nodiscard]] ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop = {});
 
 /// Which scanner to use, and when to stop.

@@ -14,11 +14,12 @@ namespace scanknit {
   return global_control::active_value(global_control::max_allowed_parallelism) > 1;
 }
 
-/// Begins `work` on a thread of its own, if there may be one, or else does it in get(). The future's destructor waits
-/// for the thread.
+/// Begins `work` on a thread of its own; if there may be none, or the system has none left, get() does it. The future's
+/// destructor waits for the thread.
 template <typename Work>
 [[nodiscard]] auto beside(Work&& work) {
-  return std::async(may_work_beside() ? std::launch::async : std::launch::deferred, std::forward<Work>(work));
+  const auto where = may_work_beside() ? std::launch::async | std::launch::deferred : std::launch::deferred;
+  return std::async(where, std::forward<Work>(work));
 }
 
 }  // namespace scanknit

@@ -1,5 +1,5 @@
 // What `scanknit run RECORDING --preset turntable` does: scan_a_turntable RECORDING FOLDER. It writes the same files,
-// but no report.json and report.html, which the program makes of the result. Ctrl-C only ends the frames.
+// but no report. Ctrl-C ends the frames: what has been fused becomes the mesh, without looking for the turntable.
 #include <csignal>
 #include <iostream>
 

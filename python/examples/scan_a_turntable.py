@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What `scanknit run RECORDING --preset turntable` does: scan_a_turntable.py RECORDING FOLDER. Ctrl-C ends the frames;
-what has been fused becomes the mesh. The files are the same; the report is not written, but is scan["report"]."""
+"""What `scanknit run RECORDING --preset turntable` does: scan_a_turntable.py RECORDING FOLDER. Ctrl-C ends the frames:
+what has been fused becomes the mesh, without looking for the turntable. The report is scan["report"], and no file."""
 
 import signal
 import sys
