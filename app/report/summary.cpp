@@ -106,8 +106,9 @@ std::string texture_line(const ScanResult& scan) {
 
 std::string time_line(const CommandRun& run) {
   std::vector<std::string> parts;
-  for (const char* stage : {"read", "acquire", "filter", "track", "raycast", "deskew", "integrate", "refine",
-                            "fuse_again", "extract", "finish", "texture", "export", "write"}) {
+  for (const char* stage :
+       {"read", "acquire", "filter", "track", "raycast", "deskew", "integrate", "key_frames", "track_later", "loops",
+        "refine", "align", "fuse_again", "extract", "finish", "texture", "export", "write"}) {
     const auto found = run.scan.stages.find(stage);
     if (found == run.scan.stages.end() || found->second.samples_ms.empty()) continue;
     parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
