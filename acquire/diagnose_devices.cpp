@@ -70,7 +70,7 @@ Finding use_of(const UsbDeviceInfo& device) {
   const auto holders = find_holders(device_nodes(device.node(), device.port));
   if (holders.empty()) return {Grade::kGood, "use: no other program has it open (as far as we may see)", ""};
   return {Grade::kProblem, "use: it is open in " + describe_holders(holders),
-          "close that program, or take the camera from it by force"};
+          "close that program, or take the camera from it with --force"};
 }
 
 Finding link_of(const UsbDeviceInfo& device) {

@@ -90,7 +90,7 @@ Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::fi
   if (const auto& fault = file->reader.fault()) {
     raw.warnings.push_back(is_being_appended(path) ? "it is still being recorded: what is in it so far is read"
                                                    : "the recording is torn: " + *fault +
-                                                         ". What came before is read; the file can be repaired");
+                                                         ". What came before is read; `scanknit repair` mends it");
   }
   raw.read = [file](StreamKind kind, std::size_t index) { return read_picture(*file, kind, index); };
   return index_raw_recording(std::move(raw), config);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -49,7 +50,10 @@ class Witness final : public ScanObserver {
     return ScanCommand{ScanCommand::Kind::kFinish};
   }
 
-  std::size_t fused = 0;
+  void on_tracked_mesh(const ScanState&) override { ++tracked_meshes; }
+  void on_refined(const ScanState&) override { ++refined; }
+
+  std::size_t fused = 0, tracked_meshes = 0, refined = 0;
   std::vector<std::string> events, warnings;
 
  private:
@@ -76,6 +80,10 @@ class WholeScan : public ::testing::Test {
   }
   [[nodiscard]] fs::path recording() const { return folder_ / "recording"; }
   [[nodiscard]] fs::path mesh() const { return folder_ / "out" / "model.ply"; }
+  [[nodiscard]] std::string bytes_of_mesh() const {
+    std::ifstream file(mesh(), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
   void damage_frame_3() const { std::ofstream(recording() / "depth" / "000003.png") << "no picture"; }
 
   [[nodiscard]] ScanJob job() const {
@@ -157,6 +165,26 @@ TEST_F(WholeScan, SaysEachWarningOnceThoughTheFramesAreReadTwice) {
   std::vector<std::string> texts = texts_of(result.warnings);
   std::sort(texts.begin(), texts.end());
   EXPECT_EQ(std::adjacent_find(texts.begin(), texts.end()), texts.end());
+}
+
+TEST_F(WholeScan, WritesTheMeshOfAClosedWalkTwiceOnlyIfTwoVolumesDoNotFitIntoTheBudget) {
+  constexpr std::size_t kRound = 10 * kFrames;
+  ASSERT_NO_FATAL_FAILURE(record(kRound));
+  ScanJob walk = job();
+  walk.config.acquire.poses = PoseMode::kTrack;
+  Witness roomy(kRound + 1), tight(kRound + 1);
+  const ScanResult once = scan_recording(walk, roomy);
+  ASSERT_TRUE(once.outcome) << once.outcome.error().text();
+  ASSERT_EQ(roomy.refined, 1u) << "no loop was closed";
+  EXPECT_EQ(roomy.tracked_meshes, 0u);
+  const std::string mesh_of_once = bytes_of_mesh();
+
+  walk.config.fusion.memory_budget_mib = static_cast<std::size_t>(1.5 * once.volume.memory_mib);
+  const ScanResult twice = scan_recording(walk, tight);
+  ASSERT_TRUE(twice.outcome) << twice.outcome.error().text();
+  EXPECT_EQ(tight.refined, 1u);
+  EXPECT_EQ(tight.tracked_meshes, 1u);
+  EXPECT_EQ(bytes_of_mesh(), mesh_of_once);
 }
 
 TEST_F(WholeScan, OfSeveralRecordingsKeepsWhatEachSaysOfItsFrames) {
