@@ -1,5 +1,6 @@
 #include "scan/frames/read_ahead.h"
 
+#include <system_error>
 #include <utility>
 #include <variant>
 
@@ -7,10 +8,15 @@
 
 namespace scanknit {
 
-ReadAhead::ReadAhead(std::unique_ptr<FrameSource> source)
-    : source_(std::move(source)), reader_([this](const std::stop_token& stop) { read(stop); }) {}
+ReadAhead::ReadAhead(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {
+  try {
+    reader_ = std::jthread([this](const std::stop_token& reader_stop) { read(reader_stop); });
+  } catch (const std::system_error&) {  // the system has no thread left: next() reads
+  }
+}
 
 FrameEvent ReadAhead::next(std::stop_token stop) {
+  if (!reader_.joinable()) return source_->next(stop);
   std::unique_lock lock(mutex_);
   has_changed_.wait(lock, stop, [this] { return !events_.empty() || is_over_; });
   if (stop.stop_requested()) return EndOfStream{};
