@@ -112,8 +112,7 @@ Json mesh_json(Mesh mesh, const MeshNotes& notes) {
   if (seams.guesses > 0) {
     warnings.push_back(
         fmt::format("{} edges of the texture's seams lie in the same place as others, so the program guesses which "
-                    "belong together. "
-                    "A file that was written without --quantize needs no guess",
+                    "belong together. A file that was written without --quantize needs no guess",
                     seams.guesses));
   }
   Json json = {{"kind", "mesh"},

@@ -15,7 +15,9 @@ int fail(const Error& error, const CommonArguments& common) {
   } else {
     console.error(error.text());
   }
-  if (error.code == ErrorCode::kDevice) console.info("scanknit doctor finds what keeps a scanner from working");
+  if (error.code == ErrorCode::kDevice)
+    console.info(
+        "scanknit doctor finds what keeps a scanner from working; --force takes it from a program that uses it");
   return exit_code_of(error.code);
 }
 

@@ -63,11 +63,12 @@ constexpr double kCycle_rad = 0.03;
 constexpr double kLeastWeight = 0.1;  // in the pose graph, of a loop that is believed
 constexpr double kMostStretched = 8;  // sigmas of a step that tracking knew
 
-/// What `work`, which returns a list, finds for the numbers from `first` on: several at once, in their order.
-template <typename Found, typename Work>
-std::vector<Found> found_by_each(std::size_t first, std::size_t end, const Work& work) {
+/// Calls find(n), which returns a list, for each n from `first` to `end` - 1, several at once. Returns all lists as
+/// one, in the order of n.
+template <typename Found, typename Find>
+std::vector<Found> find_for_each(std::size_t first, std::size_t end, const Find& find) {
   std::vector<std::vector<Found>> by_number(end);
-  tbb::parallel_for(first, end, [&](std::size_t number) { by_number[number] = work(number); });
+  tbb::parallel_for(first, end, [&](std::size_t number) { by_number[number] = find(number); });
   std::vector<Found> all;
   for (auto& found : by_number) std::move(found.begin(), found.end(), std::back_inserter(all));
   return all;
@@ -138,7 +139,7 @@ class Closer {
 
   /// Registers each key frame with the few before it: together they constrain the walk better than single steps do.
   void join_neighbours() {
-    neighbours_ = found_by_each<PoseEdge>(1, keys_.size(), [this](std::size_t b) {
+    neighbours_ = find_for_each<PoseEdge>(1, keys_.size(), [this](std::size_t b) {
       std::vector<PoseEdge> edges;
       for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
         if (keys_[b].path.gaps > keys_[a].path.gaps) continue;
@@ -195,7 +196,7 @@ class Closer {
   }
 
   void find_candidates() {
-    found_ = found_by_each<Candidate>(kFewestSteps, keys_.size(), [this](std::size_t b) {
+    found_ = find_for_each<Candidate>(kFewestSteps, keys_.size(), [this](std::size_t b) {
       std::vector<Candidate> found;
       for (const std::size_t a : likely_partners(b)) {
         if (auto candidate = try_pair(a, b)) found.push_back(*std::move(candidate));

@@ -34,11 +34,11 @@ bool is_lost_at_the_end(const TrackedScan& scan) {
 Result<void> check_tracking(const TrackedScan& scan) {
   if (!is_mostly_lost(scan)) return {};
   if (scan.is_budget_reached) {
-    return Error{ErrorCode::kBudget,
-                 lost_text(scan) +
-                     ". The volume was full (fusion.memory_budget), and a frame that shows none of it cannot be "
-                     "tracked. The mesh "
-                     "has what the volume holds; for more, raise fusion.memory_budget or fusion.voxel_size"};
+    return Error{
+        ErrorCode::kBudget,
+        lost_text(scan) +
+            ". The volume was full (fusion.memory_budget), and a frame that shows none of it cannot be "
+            "tracked. The mesh has what the volume holds; for more, raise fusion.memory_budget or fusion.voxel_size"};
   }
   if (!is_lost_at_the_end(scan)) return {};
   std::string fused;
