@@ -97,6 +97,7 @@ class McapTarget final : public RecordingTarget {
 }  // namespace
 
 OpenedTarget open_mcap_target(const std::filesystem::path& path) {
+  if (auto writable = check_writable(path); !writable) return writable.error();
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   return std::unique_ptr<RecordingTarget>(std::make_unique<McapTarget>(*std::move(file)));

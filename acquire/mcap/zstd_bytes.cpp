@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <memory>
+#include <new>
 
 namespace scanknit {
 namespace {
@@ -15,7 +16,7 @@ std::vector<std::byte> zstd_pack(std::span<const std::byte> bytes) {
   const std::size_t bound = ZSTD_compressBound(bytes.size());
   const auto packed = std::make_unique_for_overwrite<std::byte[]>(bound);
   const std::size_t size = ZSTD_compress(packed.get(), bound, bytes.data(), bytes.size(), kLevel);
-  SCANKNIT_CHECK(ZSTD_isError(size) == 0);  // the bound is enough; only memory could be short
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the bound is enough; only memory can be short
   return {packed.get(), packed.get() + size};
 }
 

@@ -9,7 +9,7 @@
 
 namespace scanknit {
 
-/// One zstd frame that states its content's size.
+/// One zstd frame that states its content's size. Throws std::bad_alloc.
 [[nodiscard]] std::vector<std::byte> zstd_pack(std::span<const std::byte> bytes);
 
 /// Unpacks `size` bytes. Allocates nothing unless `packed` states the same size; the caller has checked it against the

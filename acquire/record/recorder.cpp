@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,16 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLongestWait{400};  // a frame's in memory; well below the second that is promised
 constexpr std::chrono::seconds kSyncPeriod{1};
 constexpr std::int64_t kLossesPeriod_ns = 1'000'000'000;
+
+/// Makes a lack of memory an error like a full disk, because the scan goes on without a recording.
+template <typename Work>
+Result<void> within_memory(const Work& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kBudget, "out of memory"};
+  }
+}
 
 }  // namespace
 
@@ -99,9 +110,9 @@ void Recorder::write(const RawFrame& frame) {
     return;
   }
   const std::uint64_t frames = writer_.frames_waiting() + 1;
-  const auto written = writer_.write(frame);
+  const auto written = within_memory([&] { return writer_.write(frame); });
   const bool is_flushed = writer_.frames_waiting() == 0;
-  if (is_flushed) {
+  if (is_flushed || !written) {
     settle(written, frames);
   } else if (!oldest_waiting_) {
     oldest_waiting_ = Clock::now();
@@ -119,7 +130,7 @@ void Recorder::write(const RawFrame& frame) {
 
 void Recorder::flush() {
   const std::uint64_t frames = writer_.frames_waiting();
-  settle(writer_.flush(), frames);
+  settle(within_memory([&] { return writer_.flush(); }), frames);
 }
 
 // A chunk with this many frames was written or lost.
@@ -144,7 +155,7 @@ void Recorder::close() {
   if (!has_failed_) flush();
   // After a failure too: what the last chunk did not find room for may be enough for the summary. Without one the file
   // is read as well.
-  const auto finished = writer_.finish();
+  const auto finished = within_memory([&] { return writer_.finish(); });
   if (!has_failed_) settle(finished, 0);
   if (const auto synced = file_.sync(); !synced && !has_failed_) settle(synced, 0);
 }

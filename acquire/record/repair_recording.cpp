@@ -12,7 +12,7 @@
 namespace scanknit {
 
 Result<RepairSummary> repair_recording(const std::filesystem::path& input, const std::filesystem::path& output,
-                                       const Limits& limits) {
+                                       const Limits& limits, std::stop_token stop) {
   std::error_code ignored;
   const bool is_in_place = input == output || std::filesystem::equivalent(input, output, ignored);
   if (is_in_place && is_being_appended(input)) {
@@ -26,7 +26,9 @@ Result<RepairSummary> repair_recording(const std::filesystem::path& input, const
   auto reader = McapReader::open(*std::move(access), limits);
   if (!reader) return Error{ErrorCode::kInput, reader.error().message, input.string()};
   // Where a link leads to, not in the link's place.
-  auto file = AtomicFile::create(is_in_place ? std::filesystem::canonical(input, ignored) : output);
+  const auto place = is_in_place ? std::filesystem::canonical(input, ignored) : output;
+  if (auto writable = check_writable(place); !writable) return writable.error();
+  auto file = AtomicFile::create(place);
   if (!file) return file.error();
 
   McapWriter writer([&](std::span<const std::byte> bytes) { return file->write(bytes); }, reader->schemas(),
@@ -34,21 +36,22 @@ Result<RepairSummary> repair_recording(const std::filesystem::path& input, const
   if (auto begun = writer.begin(); !begun) return begun.error();
   RepairSummary summary{.fault = reader->fault()};
   std::optional<std::uint32_t> chunk;  // the chunks stay as they were
-  for (const McapMessagePlace& place : reader->messages()) {
-    const auto data = reader->read(place);
+  for (const McapMessagePlace& message : reader->messages()) {
+    if (stop.stop_requested()) return Error{ErrorCode::kTooLittle, "interrupted: nothing was written", output.string()};
+    const auto data = reader->read(message);
     if (!data) {
       ++summary.lost;
       if (!summary.fault) summary.fault = data.error().message;
       continue;
     }
-    if (chunk && *chunk != place.chunk) {
+    if (chunk && *chunk != message.chunk) {
       if (auto flushed = writer.flush(); !flushed) return flushed.error();
     }
-    chunk = place.chunk;
-    writer.add({.channel = place.channel,
-                .sequence = place.sequence,
-                .log_ns = place.log_ns,
-                .publish_ns = place.publish_ns,
+    chunk = message.chunk;
+    writer.add({.channel = message.channel,
+                .sequence = message.sequence,
+                .log_ns = message.log_ns,
+                .publish_ns = message.publish_ns,
                 .data = *data});
     ++summary.messages;
   }

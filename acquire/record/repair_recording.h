@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "core/limits.h"
@@ -20,8 +21,10 @@ struct RepairSummary {
 /// Writes every message in an intact chunk of the MCAP file `input`, with index and summary, to `output`, which may be
 /// `input` itself: the old file stays until the new one is complete. Takes any MCAP file, but drops attachments and
 /// metadata (our recordings have none). Errors: kInput (no MCAP file, no intact message, or `output` is `input` and is
-/// still being recorded), kOutput (also when `output` is another file that exists already).
+/// still being recorded), kOutput (also when `output` is another file that exists already), kTooLittle when `stop` was
+/// requested: nothing is written.
 [[nodiscard]] Result<RepairSummary> repair_recording(const std::filesystem::path& input,
-                                                     const std::filesystem::path& output, const Limits& limits);
+                                                     const std::filesystem::path& output, const Limits& limits,
+                                                     std::stop_token stop = {});
 
 }  // namespace scanknit

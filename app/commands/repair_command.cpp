@@ -5,15 +5,20 @@
 #include "acquire/record/repair_recording.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/terminal/signals.h"
 
 namespace scanknit {
 
 int repair_command(const RepairArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(common.config);
   if (!loaded) return fail(loaded.error(), common);
   const std::filesystem::path output = arguments.output.empty() ? arguments.file : arguments.output;
-  const auto summary = repair_recording(arguments.file, output, loaded->config.acquire.limits);
-  if (!summary) return fail(summary.error(), common);
+  const auto summary = repair_recording(arguments.file, output, loaded->config.acquire.limits, stop_on_signal.token());
+  if (!summary) {
+    const int code = fail(summary.error(), common);
+    return stop_on_signal.token().stop_requested() ? kExitInterrupted : code;
+  }
   if (common.is_json) {
     using Json = nlohmann::ordered_json;
     const Json json = {{"file", output.string()},

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "app/exit_codes.h"
+#include "core/files/temporary_files.h"
 
 namespace scanknit {
 namespace {
@@ -30,9 +31,11 @@ sigset_t signals_to_wait_for() {
 void wait_for_signals(std::stop_source source) {
   const sigset_t signals = signals_to_wait_for();
   for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kWakeUp;) {
-    // No incomplete file has its final name (core/files/atomic_file.h), so exiting here is safe.
     const bool is_first = source.request_stop();
-    if (!is_first && signal != SIGHUP) ::_exit(kExitInterrupted);
+    if (is_first || signal == SIGHUP) continue;
+    // No incomplete file has its final name (core/files/atomic_file.h), so exiting here is safe.
+    remove_temporary_files();
+    ::_exit(kExitInterrupted);
   }
 }
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/files/temporary_files.h"
+
 namespace scanknit {
 namespace {
 
@@ -61,11 +63,10 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& destination) 
   std::filesystem::create_directories(folder, code);
   if (code) return Error{ErrorCode::kOutput, "its folder cannot be made: " + code.message(), destination.string()};
 
-  std::string pattern = (folder / ("." + destination.filename().string() + ".XXXXXX")).string();
-  const int descriptor = ::mkostemp(pattern.data(), O_CLOEXEC);
-  if (descriptor < 0) return output_error(destination, "cannot be written", errno);
-  AtomicFile file(destination, pattern, descriptor);
-  if (::fchmod(descriptor, file_mode()) != 0) return file.failure("cannot set its permissions", errno);
+  auto temporary = create_temporary_file(destination);
+  if (!temporary) return temporary.error();
+  AtomicFile file(destination, temporary->path, temporary->descriptor);
+  if (::fchmod(temporary->descriptor, file_mode()) != 0) return file.failure("cannot set its permissions", errno);
   return file;
 }
 
@@ -94,8 +95,9 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::discard() noexcept {
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
-  temporary_.clear();
+  if (temporary_.empty()) return;
+  ::unlink(temporary_.c_str());
+  forget_temporary_file(std::exchange(temporary_, {}));
 }
 
 Error AtomicFile::failure(std::string_view what, int error_number) const {
@@ -134,7 +136,7 @@ Result<void> AtomicFile::commit() {
   if (synced != 0) return failure("writing to the disk failed", synced);
   if (::close(std::exchange(descriptor_, -1)) != 0) return failure("closing failed", errno);
   if (::rename(temporary_.c_str(), destination_.c_str()) != 0) return failure("cannot be replaced", errno);
-  temporary_.clear();
+  forget_temporary_file(std::exchange(temporary_, {}));
   const int folder_synced = sync_folder(folder_of(destination_));
   if (folder_synced != 0) return failure("its folder cannot be synced", folder_synced);
   return {};
@@ -148,6 +150,7 @@ Result<void> write_file_atomically(const std::filesystem::path& destination, std
 }
 
 Result<void> check_writable(const std::filesystem::path& destination) {
+  remove_abandoned_files(destination);
   std::vector<std::filesystem::path> absent;  // the innermost first
   std::error_code ignored;
   for (std::filesystem::path folder = folder_of(destination);

@@ -12,8 +12,9 @@
 namespace scanknit {
 
 /// Writes to a hidden temporary file beside the destination; commit() does flush, fsync, rename and fsync of the
-/// folder. Destroyed without commit: the temporary file is removed. A destination that is a symbolic link is replaced
-/// by the file, not followed. Errors are ErrorCode::kOutput with the system's reason.
+/// folder. Destroyed without commit: the temporary file is removed. (Killed: by check_writable() of a later run.) A
+/// destination that is a symbolic link is replaced by the file, not followed. Errors are ErrorCode::kOutput with the
+/// system's reason.
 class AtomicFile {
  public:
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& destination);
@@ -49,7 +50,8 @@ class AtomicFile {
 [[nodiscard]] Result<void> write_file_atomically(const std::filesystem::path& destination, std::string_view text);
 
 /// Checks, before any long work, that `destination` can be written: its folder exists (or can be made) and is writable,
-/// and it is not a folder itself. Removes all folders that it had to make.
+/// and it is not a folder itself. Removes all folders that it had to make, and the temporary files that killed
+/// processes left there: those of `destination` that are older than a minute and that no process writes.
 [[nodiscard]] Result<void> check_writable(const std::filesystem::path& destination);
 
 }  // namespace scanknit

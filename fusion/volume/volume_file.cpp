@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/files/atomic_file.h"
+#include "core/system/try_in_child.h"
 #include "fusion/volume/tsdf_volume.h"
 
 namespace scanknit {
@@ -87,6 +88,36 @@ openvdb::Vec3s floats_of(ColourCode code) {
   return openvdb::Vec3s(colour.r, colour.g, colour.b) / 255.0f;
 }
 
+/// OpenVDB believes the counts in a file; these stop it at a damaged one. In a sound one, a leaf without a value is a
+/// mask of 64 bytes and takes up to 6.2 kB.
+ChildLimits limits_for(std::uintmax_t file_bytes) {
+  constexpr std::size_t kAnyFile = std::size_t{256} << 20;
+  return {.memory_bytes = kAnyFile + 128 * file_bytes, .seconds = 10 + static_cast<double>(file_bytes) / 2e6};
+}
+
+/// Believes every count in the file.
+Result<LoadedVolume> read_volume(const std::filesystem::path& path) {
+  try {
+    openvdb::initialize();
+    openvdb::io::File file(path.string());
+    file.open(/*delayLoad=*/false);
+    const openvdb::GridPtrVecPtr grids = file.getGrids();
+    LoadedVolume volume;
+    volume.field = find_grid<openvdb::FloatGrid>(*grids, "tsdf");
+    const bool is_ours = volume.field != nullptr;
+    if (!is_ours) volume.field = find_grid<openvdb::FloatGrid>(*grids, "");
+    if (!volume.field) {
+      return Error{ErrorCode::kInput, "holds no grid of floats; it holds: " + list_names(*grids), path.string()};
+    }
+    if (is_ours) volume.weight = find_grid<openvdb::FloatGrid>(*grids, "weight");
+    volume.colour = find_grid<openvdb::Vec3SGrid>(*grids, "colour");
+    volume.is_signed_distance = is_ours || volume.field->getGridClass() == openvdb::GRID_LEVEL_SET;
+    return volume;
+  } catch (const std::exception& e) {
+    return unreadable(path, e.what());
+  }
+}
+
 }  // namespace
 
 Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
@@ -123,25 +154,14 @@ FieldView LoadedVolume::field_view() const {
 Result<LoadedVolume> load_volume(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) return Error{ErrorCode::kInput, "no such file", path.string()};
-  try {
-    openvdb::initialize();
-    openvdb::io::File file(path.string());
-    file.open(/*delayLoad=*/false);
-    const openvdb::GridPtrVecPtr grids = file.getGrids();
-    LoadedVolume volume;
-    volume.field = find_grid<openvdb::FloatGrid>(*grids, "tsdf");
-    const bool is_ours = volume.field != nullptr;
-    if (!is_ours) volume.field = find_grid<openvdb::FloatGrid>(*grids, "");
-    if (!volume.field) {
-      return Error{ErrorCode::kInput, "holds no grid of floats; it holds: " + list_names(*grids), path.string()};
-    }
-    if (is_ours) volume.weight = find_grid<openvdb::FloatGrid>(*grids, "weight");
-    volume.colour = find_grid<openvdb::Vec3SGrid>(*grids, "colour");
-    volume.is_signed_distance = is_ours || volume.field->getGridClass() == openvdb::GRID_LEVEL_SET;
-    return volume;
-  } catch (const std::exception& e) {
-    return unreadable(path, e.what());
-  }
+  const auto tried = try_in_child(
+      [&] {
+        const auto volume = read_volume(path);
+        return volume ? Result<void>() : volume.error();
+      },
+      limits_for(std::filesystem::file_size(path, code)));
+  if (!tried) return Error{tried.error().code, tried.error().message, path.string()};
+  return read_volume(path);
 }
 
 }  // namespace scanknit

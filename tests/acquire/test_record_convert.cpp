@@ -329,6 +329,18 @@ TEST_F(OwnRecording, CutInItsIndexLosesNothing) {
   EXPECT_EQ(bytes_of(path_), whole);
 }
 
+TEST_F(OwnRecording, InterruptedMendingLeavesItAsItWas) {
+  cut(0.7);
+  const auto before = bytes_of(path_);
+  std::stop_source stop;
+  stop.request_stop();
+  const auto summary = repair_recording(path_, path_, {}, stop.get_token());
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kTooLittle);
+  EXPECT_EQ(bytes_of(path_), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
+}
+
 TEST_F(OwnRecording, WithoutAWholeChunkCannotBeMended) {
   cut(0.05);
   EXPECT_FALSE(repair_recording(path_, path_, {}));

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
 
 #include "core/files/atomic_file.h"
+#include "core/files/temporary_files.h"
 #include "tests/core/temporary_folder.h"
 
 namespace scanknit {
@@ -133,6 +137,55 @@ TEST(AtomicFile, PermissionsFollowTheUmask) {
   const auto permissions = std::filesystem::status(folder / "a.txt").permissions();
   EXPECT_NE(permissions & std::filesystem::perms::owner_write, std::filesystem::perms::none);
   EXPECT_EQ(permissions & std::filesystem::perms::owner_exec, std::filesystem::perms::none);
+}
+
+/// A file as a killed process leaves it, last written so long ago.
+std::filesystem::path left_behind(const TemporaryFolder& folder, const char* name, std::chrono::seconds age) {
+  write_text(folder / name, "half");
+  std::filesystem::last_write_time(folder / name, std::filesystem::file_time_type::clock::now() - age);
+  return folder / name;
+}
+
+TEST(CheckWritable, RemovesWhatAKilledProcessLeftOfThisFile) {
+  using std::chrono::minutes;
+  const TemporaryFolder folder;
+  const auto abandoned = left_behind(folder, ".a.txt.scanknit.Xy12Zz", minutes(2));
+  const auto of_another_file = left_behind(folder, ".b.txt.scanknit.Xy12Zz", minutes(2));
+  const auto no_temporary_file = left_behind(folder, ".a.txt.backup", minutes(2));
+  const auto young = left_behind(folder, ".a.txt.scanknit.Xy12Zy", minutes(0));
+  std::filesystem::create_directory(folder / ".a.txt.scanknit.folder");
+  ASSERT_TRUE(check_writable(folder / "a.txt"));
+  EXPECT_FALSE(std::filesystem::exists(abandoned));
+  EXPECT_TRUE(std::filesystem::exists(of_another_file));
+  EXPECT_TRUE(std::filesystem::exists(no_temporary_file));
+  EXPECT_TRUE(std::filesystem::exists(young));
+  EXPECT_TRUE(std::filesystem::exists(folder / ".a.txt.scanknit.folder"));
+}
+
+TEST(CheckWritable, LeavesAFileThatIsStillWritten) {
+  const TemporaryFolder folder;
+  auto file = AtomicFile::create(folder / "a.txt");
+  ASSERT_TRUE(file);
+  std::filesystem::last_write_time(file->temporary_path(),
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  ASSERT_TRUE(check_writable(folder / "a.txt"));
+  EXPECT_TRUE(file->commit());
+}
+
+TEST(TemporaryFiles, AllAreRemovedBeforeAnExitWithoutDestructors) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "old");
+  const auto write_and_exit = [&] {
+    const auto first = AtomicFile::create(folder / "a.txt");
+    auto second = AtomicFile::create(folder / "b.txt");
+    if (!first || !second || !second->commit()) ::_exit(1);
+    remove_temporary_files();
+    ::_exit(0);
+  };
+  EXPECT_EXIT(write_and_exit(), ::testing::ExitedWithCode(0), "");
+  EXPECT_EQ(read_text(folder / "a.txt"), "old");
+  EXPECT_TRUE(std::filesystem::exists(folder / "b.txt"));
+  EXPECT_EQ(folder.entries(), 2u);
 }
 
 TEST(CheckWritable, LeavesNoTrace) {

@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 #include <openvdb/io/File.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <random>
+#include <vector>
 
 #include "core/files/read_file.h"
 #include "fusion/integrate/integrate.h"
@@ -128,6 +131,41 @@ TEST_F(VolumeFile, RefusesATruncatedFile) {
     ASSERT_FALSE(loaded) << tenth;
     EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
   }
+}
+
+/// Peak resident memory so far of this process and of its children, bytes.
+std::size_t peak_memory_bytes() {
+  constexpr std::size_t kKibibyte = 1024;  // Linux counts these
+  rusage own{}, children{};
+  getrusage(RUSAGE_SELF, &own);
+  getrusage(RUSAGE_CHILDREN, &children);
+  return static_cast<std::size_t>(std::max(own.ru_maxrss, children.ru_maxrss)) * kKibibyte;
+}
+
+TEST_F(VolumeFile, DamagedAnywhereIsReadOrRefusedInLittleMemory) {
+  ASSERT_TRUE(small_volume().save(folder_ / "whole.vdb"));
+  const auto whole = read_file(folder_ / "whole.vdb", 1u << 24);
+  ASSERT_TRUE(whole);
+  const std::size_t before = peak_memory_bytes();
+  std::mt19937 random(34);
+  int refused = 0;
+  for (int copy = 0; copy < 300; ++copy) {
+    std::vector<std::byte> damaged = *whole;
+    const std::size_t part = copy % 2 == 0 ? damaged.size() : damaged.size() / 16;  // counts lie near the beginning
+    for (int flips = 1 + copy % 4; flips > 0; --flips) {
+      damaged[random() % part] ^= static_cast<std::byte>(1u << (random() % 8));
+    }
+    const fs::path path = folder_ / "damaged.vdb";
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(damaged.data()), static_cast<std::streamsize>(damaged.size()));
+    const auto loaded = load_volume(path);
+    if (loaded) continue;
+    ++refused;
+    EXPECT_EQ(loaded.error().code, ErrorCode::kInput) << loaded.error().text();
+    EXPECT_EQ(loaded.error().where, path.string());
+  }
+  EXPECT_GT(refused, 50);
+  EXPECT_LT(peak_memory_bytes() - before, std::size_t{512} << 20);
 }
 
 TEST_F(VolumeFile, KeepsTheOldFileWhenTheNewOneCannotBeWritten) {
