@@ -96,7 +96,10 @@ struct DeviceOptions {
   double wait_s = 0;                      ///< how long to wait for a scanner that is not plugged in yet
   double reconnect_s = 0;                 ///< how long to wait for one that was unplugged while streaming; 0: it fails
   bool takes_from_others = false;         ///< also a camera that another program uses
-  bool holds_automatics = true;           ///< fix colour exposure and white balance after the first second
+  /// A UVC camera without a good picture for this long, and for ten frames, is restarted. A busy computer may keep
+  /// pictures back for as long as the default.
+  double silence_s = 0.3;
+  bool holds_automatics = true;  ///< fix colour exposure and white balance after the first second
 };
 
 /// All supported scanners that are plugged in, by bus and address. Opens none of them. Error (kDevice): USB cannot be

@@ -24,8 +24,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kSilentFrames = 10;
-constexpr milliseconds kShortestSilence{300};  // a busy computer may be away for as long
-constexpr int kMostRestarts = 5;               // in a row, without a frame between them
+constexpr int kMostRestarts = 5;  // in a row, without a frame between them
 constexpr milliseconds kBeforeHolding{1000};
 constexpr std::size_t kUsbMemory = 12u << 20;  // of the 16 MB that Linux gives to all programs together
 
@@ -212,11 +211,10 @@ Result<void> UvcCamera::add_stream(const StreamProfile& profile, std::size_t bud
                            const std::lock_guard lock(mutex_);
                            ++clock_jumps_;
                          }};
-  const double frame_s = 1e-7 * found->interval_100ns;
-  const milliseconds silence(static_cast<int>(std::ceil(1000 * kSilentFrames * frame_s)));
+  const double silence_s = std::max(options_.silence_s, kSilentFrames * 1e-7 * found->interval_100ns);
   Watched watched;
   watched.stream = std::make_unique<UvcStream>(*handle_, *found, ticks, budget_bytes, std::move(sinks));
-  watched.silence = std::max(kShortestSilence, silence);
+  watched.silence = milliseconds(static_cast<int>(std::ceil(1000 * silence_s)));
   streams_.push_back(std::move(watched));
   return {};
 }
