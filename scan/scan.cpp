@@ -75,7 +75,7 @@ class RecordingScan {
     const bool stands_still = source_->info().poses == PoseMode::kStill;
     if (!job_.config.turntable.is_enabled) return walk();
     if (!stands_still) return turn();
-    session_.warn(WarningCode::kNotATurntable, "acquire.poses=still: nothing turns, so no turntable is looked for");
+    session_.warn(WarningCode::kNoTurntable, "acquire.poses is still: nothing turns, so no turntable is looked for");
     return walk();
   }
 

@@ -27,8 +27,8 @@ struct ScannerRequest {
   std::string device = {};                 ///< DeviceInfo::uri; empty: the first
   int width = 640, height = 480;           ///< of the depth picture, pixels; the camera's nearest size is used
   double frames_per_second = 30;           ///< the camera's nearest rate is used
-  std::optional<std::size_t> frames = {};  ///< stop after so many depth pictures
-  std::optional<double> seconds = {};      ///< stop so long after the first picture
+  std::optional<std::size_t> frames = {};  ///< stop after this many depth pictures
+  std::optional<double> seconds = {};      ///< stop this long after the first picture
   double wait_s = 0;                       ///< how long to wait for a scanner that is not plugged in yet
   double reconnect_s = 30;                 ///< how long to wait for a scanner that was unplugged
   bool takes_from_others = false;          ///< also a scanner that another program uses

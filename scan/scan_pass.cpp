@@ -66,6 +66,7 @@ Result<void> ScanPass::run() {
   if (auto fits = check_misfit(); !fits) return fits;
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
+  if (auto extracted = extract_and_write(); !extracted) return extracted;
   return write_texture();
 }
 
@@ -148,23 +149,26 @@ Result<void> ScanPass::write_tracked_mesh() {
   return written;
 }
 
+/// If the refiner finds better poses, fuses all frames again at these.
 Result<void> ScanPass::refine() {
-  const bool is_lost = !tracking_verdict_;
-  const bool may_refine = !is_lost || refiner_.recovers_lost_scans();
-  bool is_refined = false;
-  if (may_refine) {
+  if (tracking_verdict_ || refiner_.recovers_lost_scans()) {
     const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking()});
     if (!better) return after_tracked_mesh(better.error());
     const auto fused = *better ? fuse_again(**better) : Result<bool>(false);
     if (!fused) return after_tracked_mesh(fused.error());
-    is_refined = *fused;
-    if (is_refined) find_lost();  // in a model that is straight, frames fit that did not fit before
+    is_refined_ = *fused;
+    if (is_refined_) find_lost();  // in a model that is straight, frames fit that did not fit before
   }
-  if (is_lost && !is_refined && !session_.is_stopped()) return tracking_verdict_;
-  const bool recovers_lost = is_refined && refiner_.recovers_lost_scans();
+  if (!tracking_verdict_ && !is_refined_ && !session_.is_stopped()) return tracking_verdict_;
+  const bool recovers_lost = is_refined_ && refiner_.recovers_lost_scans();
   const auto warning = tracking_warning({scan_->tracking(), intake_.counts(), was_full_});
   if (warning && input_.writes_tracked_mesh && !recovers_lost) session_.warn(WarningCode::kTrackingLost, *warning);
-  if (is_refined) {
+  return {};
+}
+
+/// Extracts, finishes and writes the mesh, unless that of the tracked frames is written already and stays.
+Result<void> ScanPass::extract_and_write() {
+  if (is_refined_) {
     session_.observer().on_refined(state());
     if (auto saved = write_volume_and_trajectory(); !saved) return saved;
     return write_mesh();

@@ -73,6 +73,7 @@ class ScanPass {
   [[nodiscard]] Result<void> write_tracked();
   [[nodiscard]] Result<void> write_tracked_mesh();
   [[nodiscard]] Result<void> refine();
+  [[nodiscard]] Result<void> extract_and_write();
   [[nodiscard]] Error after_tracked_mesh(Error error);
   [[nodiscard]] Result<void> make_room();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);
@@ -102,7 +103,8 @@ class ScanPass {
   std::optional<double> misfit_;
   ScanPhase phase_ = ScanPhase::kWaiting;
   CropBox crop_;
-  bool was_full_ = false;  ///< the volume reached its budget while the frames came
+  bool is_refined_ = false;  ///< the volume holds the refined poses
+  bool was_full_ = false;    ///< the volume reached its budget while the frames came
   Result<void> tracking_verdict_;
   std::optional<WrittenMesh> written_;
   VolumeResult volume_;

@@ -16,7 +16,7 @@ const char* to_string(WarningCode code) {
     case WarningCode::kTrackingLost: return "tracking_lost";
     case WarningCode::kLostNotSearched: return "lost_not_searched";
     case WarningCode::kLoopNotClosed: return "loop_not_closed";
-    case WarningCode::kNotATurntable: return "not_a_turntable";
+    case WarningCode::kNoTurntable: return "no_turntable";
     case WarningCode::kTurntable: return "turntable";
     case WarningCode::kCropBoxIgnored: return "crop_box_ignored";
     case WarningCode::kCropBoxDropped: return "crop_box_dropped";
@@ -33,6 +33,30 @@ const char* to_string(WarningCode code) {
     case WarningCode::kMeshHasHoles: return "mesh_has_holes";
     case WarningCode::kVolumeFile: return "volume_file";
     case WarningCode::kPointsOnly: return "points_only";
+  }
+  return "";
+}
+
+const char* to_string(FinishStep step) {
+  switch (step) {
+    case FinishStep::kCrop: return "crop";
+    case FinishStep::kGround: return "ground";
+    case FinishStep::kWatertight: return "watertight";
+    case FinishStep::kPieces: return "pieces";
+    case FinishStep::kCrumbs: return "crumbs";
+    case FinishStep::kSmooth: return "smooth";
+    case FinishStep::kSimplify: return "simplify";
+    case FinishStep::kPlace: return "place";
+  }
+  return "";
+}
+
+const char* to_string(AlignKind kind) {
+  switch (kind) {
+    case AlignKind::kRange: return "range scan";
+    case AlignKind::kRecording: return "recording";
+    case AlignKind::kMesh: return "mesh";
+    case AlignKind::kCloud: return "point cloud";
   }
   return "";
 }

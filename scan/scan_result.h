@@ -16,6 +16,7 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "extract/cell/case_counts.h"
+#include "fusion/align/pair_verdict.h"
 #include "fusion/track/tracker.h"
 #include "scan/scan_config.h"
 
@@ -30,7 +31,7 @@ enum class WarningCode {
   kTrackingLost,      ///< in more than a tenth of the frames
   kLostNotSearched,   ///< frames that were lost could not be looked for again
   kLoopNotClosed,     ///< the walk came back to a place, but the mesh has the tracked poses
-  kNotATurntable,     ///< no turntable was found: the mesh has the tracked poses
+  kNoTurntable,       ///< no turntable was found, or none was looked for: the mesh has the tracked poses
   kTurntable,         ///< frames or known angles that were not used
   kCropBoxIgnored,    ///< nothing lay within the live view's box
   kCropBoxDropped,    ///< the live view's box does not apply to the world of a refined turntable
@@ -162,11 +163,16 @@ struct VolumeResult {
 /// Where the isovalue came from.
 enum class IsovalueSource { kConfig, kSignedDistance, kOtsu };
 
+enum class FinishStep { kCrop, kGround, kWatertight, kPieces, kCrumbs, kSmooth, kSimplify, kPlace };
+
+/// "crop" for kCrop, and so on.
+[[nodiscard]] const char* to_string(FinishStep step);
+
 /// The steps that were done between fusing and writing (`finish:`).
 struct FinishResult {
   struct Step {
-    std::string name;     ///< "crop", "ground", "watertight", "pieces", "crumbs", "smooth", "simplify", "place"
-    std::string refused;  ///< why the step was not done; empty when it was done
+    FinishStep step;
+    std::string refused;                    ///< why the step was not done; empty when it was done
     std::map<std::string, double> figures;  ///< how much it changed; units in the names
   };
   std::vector<Step> steps;  ///< in the order in which they were done
@@ -221,17 +227,25 @@ struct TextureResult {
   std::size_t bytes = 0;   ///< size of the picture's file
 };
 
+enum class AlignKind { kRange, kRecording, kMesh, kCloud };
+
+/// "range scan", "recording", "mesh", "point cloud".
+[[nodiscard]] const char* to_string(AlignKind kind);
+
 /// The result of aligning several scans.
 struct AlignmentResult {
   struct Scan {
-    std::string name, kind;  ///< "range scan", "recording", "mesh" or "point cloud"
+    std::string name;
+    AlignKind kind = AlignKind::kRange;
     std::size_t points = 0;
     bool is_placed = false;
     Pose T_world_scan = Pose::Identity();
   };
   struct Pair {
-    std::size_t from = 0, to = 0;        ///< numbers of scans, from 1
-    std::string verdict, reason, start;  ///< "good", "acceptable", "unacceptable"; why; how its pose was found
+    std::size_t from = 0, to = 0;  ///< numbers of scans, from 1
+    PairVerdict verdict = PairVerdict::kUnacceptable;
+    std::string reason;  ///< of the verdict; empty when good
+    PairStart start = PairStart::kSearch;
     double residual_m = 0, overlap = 0, off_m = 0, least_strength = 0;
     std::optional<double> contradicted, missing;  ///< nothing: the scanners' positions are unknown
     std::string picture;                          ///< path; empty: none

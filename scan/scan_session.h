@@ -36,8 +36,8 @@ class ScanSession {
   /// A warning that was given already is not given again.
   void warn(WarningCode code, std::string text);
   /// Tells the observer of a warning that belongs to one mesh, and returns it for MeshResult::warnings. If an earlier
-  /// mesh had a warning of the same code and step, the observer is not told again. `step`: FinishResult::Step::name, or
-  /// empty.
+  /// mesh had a warning of the same code and step, the observer is not told again. `step`: the word of a FinishStep,
+  /// or empty.
   [[nodiscard]] ScanWarning warn_of_mesh(WarningCode code, std::string_view step, std::string text);
 
   /// Without those of meshes, in the order in which they came.

@@ -102,7 +102,7 @@ void add_view(CLI::App& app, CommandLine& line) {
 }
 
 void add_report(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and what is beside it");
+  CLI::App* command = app.add_subcommand("report", "Draw report.html again, from report.json and the files beside it");
   command
       ->add_option("place", line.report.place,
                    "The folder that `run`, `capture`, `extract` or `align` wrote, or a report.json")

@@ -153,7 +153,7 @@ void add_scanner_options(CLI::App& app, ScannerRequest& scanner) {
   app.add_option("--device", scanner.device, "Which scanner, as `scanknit devices` lists it; default: the first")
       ->type_name("URI")
       ->group(group);
-  app.add_option("--width", scanner.width, "Width of the depth pictures, or the nearest there is")
+  app.add_option("--width", scanner.width, "Width of the depth pictures; the camera's nearest is used")
       ->check(CLI::Range(16, 8192))
       ->group(group);
   app.add_option("--height", scanner.height, "Height of the depth pictures")->check(CLI::Range(16, 8192))->group(group);
@@ -161,28 +161,28 @@ void add_scanner_options(CLI::App& app, ScannerRequest& scanner) {
       ->check(why_not_finite)
       ->check(CLI::Range(1.0, 1000.0))
       ->group(group);
-  auto* frames = app.add_option("--frames", scanner.frames, "End after so many depth pictures")
+  auto* frames = app.add_option("--frames", scanner.frames, "Stop after N depth pictures")
                      ->check(CLI::Range(1, 100'000'000))
                      ->type_name("N")
                      ->group(group);
-  app.add_option("--seconds", scanner.seconds, "End after so long")
+  app.add_option("--seconds", scanner.seconds, "Stop S seconds after the first picture")
       ->check(why_not_finite)
       ->check(CLI::Range(0.001, 1e9))
       ->excludes(frames)
       ->type_name("S")
       ->group(group);
-  app.add_option("--wait", scanner.wait_s, "Wait so many seconds for a scanner that is not plugged in yet")
+  app.add_option("--wait", scanner.wait_s, "Wait S seconds for a scanner that is not plugged in yet")
       ->check(why_not_finite)
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("S")
       ->group(group);
   app.add_option("--reconnect", scanner.reconnect_s,
-                 "Wait so many seconds for a scanner that was unplugged, default 30; 0: the scan ends")
+                 "Wait S seconds for a scanner that was unplugged, default 30; 0: the scan ends")
       ->check(why_not_finite)
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("S")
       ->group(group);
-  app.add_flag("--force", scanner.takes_from_others, "Also a scanner that another program uses")->group(group);
+  app.add_flag("--force", scanner.takes_from_others, "Use the scanner even if another program uses it")->group(group);
 }
 
 void add_export_options(CLI::App& app, ConfigSources& config) {

@@ -187,7 +187,7 @@ std::vector<ConfigKey> timing_keys() {
           {0, 1}, [](auto& c) -> auto& { return c.acquire.readout_s; }),
       optional_number(
           {"acquire.colour_later", "s",
-           "The colour picture of a frame is taken so long after its depth picture; less than 0: before it. auto: as "
+           "How long after its depth picture the colour picture of a frame is taken; less than 0: before it. auto: as "
            "for acquire.readout."},
           {-1, 1}, [](auto& c) -> auto& { return c.acquire.colour_later_s; }),
   };
@@ -224,12 +224,13 @@ std::vector<ConfigKey> band_keys() {
           {0.0002, 0.1}, [](auto& c) -> auto& { return c.fusion.voxel_size_m; }),
       number(
           {"fusion.truncation", "voxels",
-           "Half-width of the band around the surface in which distances are kept, at least so many voxels."},
+           "Least half-width, in voxels, of the band around the surface in which distances are kept."},
           {2, 64}, [](auto& c) -> auto& { return c.fusion.truncation_voxels; }),
       number(
           {"fusion.truncation_sigmas", "sigma",
-           "The band also is at least this many standard deviations of the noise wide, so that it grows with the "
-           "distance; 0: a band of fixed width."},
+           "Least half-width of the band in standard deviations of the noise: with it the band grows with the "
+           "distance; "
+           "0: a band of fixed width."},
           {0, 100}, [](auto& c) -> auto& { return c.fusion.truncation_sigmas; }),
   };
 }

@@ -23,7 +23,7 @@ ConfigKey crop_limit(const char* name, std::size_t axis, bool is_high) {
 std::vector<ConfigKey> closing_keys() {
   ConfigKey clearance = describe(
       ConfigType::kLength,
-      {"finish.ground_clearance", "m", "The table or the floor is cut so far above its plane. auto: two voxels."},
+      {"finish.ground_clearance", "m", "How far above its plane the table or the floor is cut. auto: two voxels."},
       {0, 1});
   bind_optional<double>(
       clearance, [](auto& c) -> auto& { return c.finish.ground_clearance_m; });
@@ -47,8 +47,8 @@ std::vector<ConfigKey> closing_keys() {
           {1e-4, 100}, [](auto& c) -> auto& { return c.finish.max_hole_m; }),
       optional_choice<Rgb8>(
           {"finish.mark_invented", "",
-           "Colour of what was closed and never seen, in the mesh files. auto: the colour of what is beside it, else "
-           "grey."},
+           "Colour, in the mesh files, of the surface that closes holes. auto: the colour of the surface beside it; "
+           "grey if that has none."},
           {{"magenta", Rgb8{255, 0, 255}},
            {"red", Rgb8{255, 0, 0}},
            {"green", Rgb8{0, 255, 0}},
@@ -61,7 +61,8 @@ std::vector<ConfigKey> closing_keys() {
 std::vector<ConfigKey> mesh_keys() {
   ConfigKey triangles = describe(
       ConfigType::kInteger,
-      {"finish.triangles", "triangles", "The mesh is simplified to about so many. auto: as many as it has."}, {4, 1e9});
+      {"finish.triangles", "triangles", "The mesh is simplified to about this many triangles. auto: it keeps all."},
+      {4, 1e9});
   bind_optional<std::int64_t>(
       triangles, [](auto& c) -> auto& { return c.finish.triangles; });
   ConfigKey error =
@@ -88,7 +89,7 @@ std::vector<ConfigKey> mesh_keys() {
           {0, 100}, [](auto& c) -> auto& { return c.finish.min_piece_size_m; }),
       integer(
           {"finish.smooth", "steps",
-           "Smooths the mesh so many times without shrinking it (Taubin 1995); 0: as it was scanned."},
+           "How many times the mesh is smoothed, without shrinking (Taubin 1995); 0: not at all."},
           {0, 1000}, [](auto& c) -> auto& { return c.finish.smooth_steps; }),
       std::move(triangles),
       std::move(error),

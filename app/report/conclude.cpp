@@ -28,10 +28,11 @@ bool wants_report(const CommandRun& run) {
   }
 }
 
-/// Adds the report and its page to the files that the report lists.
-void name_report(const Outputs& outputs, FilesByKind& files) {
-  files["report"] = outputs.report->string();
+/// The report and its page: the report lists itself, too.
+FilesByKind report_files(const Outputs& outputs) {
+  FilesByKind files{{"report", outputs.report->string()}};
   if (outputs.page) files["page"] = outputs.page->string();
+  return files;
 }
 
 Result<void> write_report(const std::string& json, const Outputs& outputs, const ScanResult& scan) {
@@ -43,8 +44,7 @@ Result<void> write_report(const std::string& json, const Outputs& outputs, const
 
 /// The report could not be written: prints that after an error of the scan; else it is the error of the run.
 void note_failure(const Error& error, CommandRun& run, const CommonArguments& common) {
-  run.scan.files.erase("report");
-  run.scan.files.erase("page");
+  run.report_files.clear();
   if (!run.scan.outcome) return (void)fail(error, common);
   run.scan.outcome = error;
   run.status = error.text();
@@ -71,7 +71,7 @@ void advise(const CommandRun& run, const Outputs& outputs, const CommonArguments
 
 int conclude(CommandRun& run, const Outputs& outputs, const CommonArguments& common, bool with_case_table) {
   const bool has_report = outputs.report && wants_report(run);
-  if (has_report) name_report(outputs, run.scan.files);
+  if (has_report) run.report_files = report_files(outputs);
   std::string json = has_report || common.is_json ? report_json(run) : "";
   if (has_report) {
     if (auto written = write_report(json, outputs, run.scan); !written) {

@@ -105,7 +105,7 @@ Json alignment_json(const std::optional<AlignmentResult>& aligned) {
   json["scans"] = Json::array();
   for (const auto& scan : aligned->scans) {
     json["scans"].push_back({{"name", scan.name},
-                             {"kind", scan.kind},
+                             {"kind", to_string(scan.kind)},
                              {"points", scan.points},
                              {"is_placed", scan.is_placed},
                              {"T_world_scan", scan.is_placed ? pose_json(scan.T_world_scan) : Json(nullptr)}});
@@ -114,9 +114,9 @@ Json alignment_json(const std::optional<AlignmentResult>& aligned) {
   for (const auto& pair : aligned->pairs) {
     json["pairs"].push_back({{"from", pair.from},
                              {"to", pair.to},
-                             {"verdict", pair.verdict},
+                             {"verdict", to_string(pair.verdict)},
                              {"reason", pair.reason},
-                             {"start", pair.start},
+                             {"start", to_string(pair.start)},
                              {"residual_mm", finite(pair.residual_m * 1000)},
                              {"overlap", finite(pair.overlap)},
                              {"contradicted", pair.contradicted ? Json(finite(*pair.contradicted)) : Json(nullptr)},
@@ -279,7 +279,8 @@ Json finish_json(const std::optional<FinishResult>& finish) {
   for (const auto& step : finish->steps) {
     Json figures = Json::object();
     for (const auto& [name, value] : step.figures) figures[name] = finite(value);
-    json["steps"].push_back({{"name", step.name}, {"refused", step.refused}, {"figures", std::move(figures)}});
+    json["steps"].push_back(
+        {{"name", to_string(step.step)}, {"refused", step.refused}, {"figures", std::move(figures)}});
   }
   json["T_mesh_world"] = pose_json(finish->T_mesh_world);
   return json;
@@ -364,7 +365,7 @@ std::string report_json(const CommandRun& run) {
   json["extract"] = extract_json(scan.mesh);
   json["finish"] = finish_json(scan.mesh.finish);
   json["texture"] = texture_json(scan.texture);
-  json["files"] = object_of(scan.files);
+  json["files"] = object_of(files_of(run));
   json["config"] = Json::parse(config_to_json(scan.config));
   // Paths and messages may have bytes that are not UTF-8: these become the replacement character.
   return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";

@@ -17,6 +17,12 @@ double peak_rss_mib() {
 
 }  // namespace
 
+FilesByKind files_of(const CommandRun& run) {
+  FilesByKind files = run.scan.files;
+  files.insert(run.report_files.begin(), run.report_files.end());
+  return files;
+}
+
 CommandRun close_run(ScanResult scan, bool was_interrupted, std::chrono::steady_clock::time_point begin) {
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
   CommandRun run{std::move(scan), "ok", kExitOk, spent.count(), peak_rss_mib()};

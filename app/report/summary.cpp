@@ -117,9 +117,9 @@ std::string time_line(const CommandRun& run) {
                      fmt::join(parts, ", "), run.peak_rss_mib);
 }
 
-std::string files_line(const ScanResult& scan) {
+std::string files_line(const CommandRun& run) {
   std::vector<std::string> paths;
-  for (const auto& [kind, path] : scan.files) paths.push_back(path);
+  for (const auto& [kind, path] : files_of(run)) paths.push_back(path);
   return fmt::format("Written  {}\n", fmt::join(paths, "\n         "));
 }
 
@@ -145,8 +145,8 @@ std::string alignment_text(const ScanResult& scan) {
     };
     text += fmt::format("         {:<7} {:>5.3f} mm {:>7.0f} % {:>11} {:>9}   {}{}{}\n",
                         fmt::format("{} {}", pair.from, pair.to), pair.residual_m * 1000, pair.overlap * 100,
-                        share(pair.contradicted), share(pair.missing), pair.verdict, pair.reason.empty() ? "" : ": ",
-                        pair.reason);
+                        share(pair.contradicted), share(pair.missing), to_string(pair.verdict),
+                        pair.reason.empty() ? "" : ": ", pair.reason);
   }
   return text;
 }
@@ -158,7 +158,7 @@ std::string finish_text(const ScanResult& scan) {
   for (const auto& step : scan.mesh.finish->steps) {
     std::vector<std::string> words;
     for (const auto& [name, value] : step.figures) words.push_back(figure_words(name, value));
-    text += fmt::format("{:8} {}: {}\n", text.empty() ? "Finish" : "", step.name,
+    text += fmt::format("{:8} {}: {}\n", text.empty() ? "Finish" : "", to_string(step.step),
                         step.refused.empty() ? fmt::format("{}", fmt::join(words, ", ")) : "not done: " + step.refused);
   }
   return text;
@@ -172,7 +172,7 @@ std::string summary_text(const CommandRun& run) {
                      volume_line(scan) + isovalue_line(scan);
   text += finish_text(scan);
   if (scan.mesh.check) text += mesh_line(scan);
-  return text + texture_line(scan) + time_line(run) + files_line(scan) + next_line(scan);
+  return text + texture_line(scan) + time_line(run) + files_line(run) + next_line(scan);
 }
 
 }  // namespace scanknit

@@ -137,7 +137,7 @@ class ScanAligner {
     return !priors_.may_fix_motion.empty() && priors_.may_fix_motion[from] && priors_.may_fix_motion[to];
   }
 
-  [[nodiscard]] AlignedPair pair_of(std::size_t from, std::size_t to, const FoundPose& found, const char* start) const {
+  [[nodiscard]] AlignedPair pair_of(std::size_t from, std::size_t to, const FoundPose& found, PairStart start) const {
     AlignedPair pair;
     pair.from = from;
     pair.to = to;
@@ -151,19 +151,19 @@ class ScanAligner {
   [[nodiscard]] Result<AlignedPair> measure_given(std::size_t from, std::size_t to) {
     FineMatch match = match_finely(prepared_[from].fine, prepared_[to].fine, *prior_of(from, to), 1);
     match.T_a_b = *prior_of(from, to);
-    return pair_of(from, to, measured(from, to, match, CheckLevel::kFine), "given");
+    return pair_of(from, to, measured(from, to, match, CheckLevel::kFine), PairStart::kGiven);
   }
 
   [[nodiscard]] Result<AlignedPair> find_pair(std::size_t from, std::size_t to) {
     matches_[{from, to}] = {};
     if (const auto prior = prior_of(from, to)) {
       const FoundPose found = refined(from, to, *prior, true);
-      const AlignedPair pair = pair_of(from, to, found, "prior");
+      const AlignedPair pair = pair_of(from, to, found, PairStart::kPrior);
       matches_[{from, to}] = found.match;
       if (counts(pair)) return pair;
       if (may_fix_motion(from, to)) {
         const FoundPose held = held_by(*prior, from, to);
-        const AlignedPair held_pair = pair_of(from, to, held, "prior");
+        const AlignedPair held_pair = pair_of(from, to, held, PairStart::kPrior);
         matches_[{from, to}] = held.match;
         if (counts(held_pair)) return held_pair;
       }
@@ -195,17 +195,17 @@ class ScanAligner {
     pair.from = from;
     pair.to = to;
     pair.judgement = {PairVerdict::kUnacceptable, "nothing alike was found"};
-    pair.start = "search";
+    pair.start = PairStart::kSearch;
     if (fine.empty()) return pair;
     // What can be refuted is no rival to what cannot.
-    const auto holds = [&](const FoundPose& found) { return counts(pair_of(from, to, found, "search")); };
+    const auto holds = [&](const FoundPose& found) { return counts(pair_of(from, to, found, PairStart::kSearch)); };
     std::stable_partition(fine.begin(), fine.end(), holds);
-    pair = pair_of(from, to, fine.front(), "search");
+    pair = pair_of(from, to, fine.front(), PairStart::kSearch);
     matches_[{from, to}] = fine.front().match;
     const bool is_ambiguous =
         counts(pair) && fine.size() > 1 && holds(fine[1]) && fine[1].score > kAmbiguous * fine[0].score;
     if (is_ambiguous) {
-      pair.judgement = {PairVerdict::kUnacceptable, "it fits as well in another place: give --initial or --markers"};
+      pair.judgement = {PairVerdict::kUnacceptable, "it fits as well in another place: give initial poses or markers"};
     }
     return pair;
   }
@@ -298,7 +298,7 @@ class ScanAligner {
     const double most = kConsistent * result_.scale.fine_m;
     if (distance(pair.T_from_to, by_others, pair.to) < most) return;
     const FoundPose found = refined(pair.from, pair.to, by_others, false);
-    AlignedPair again = pair_of(pair.from, pair.to, found, "others");
+    AlignedPair again = pair_of(pair.from, pair.to, found, PairStart::kOthers);
     if (counts(again) && distance(again.T_from_to, by_others, pair.to) < 2 * most) {
       matches_[{pair.from, pair.to}] = found.match;
       pair = again;
@@ -327,7 +327,7 @@ class ScanAligner {
       if (counts(pair) || !result_.is_placed[pair.from] || !result_.is_placed[pair.to]) continue;
       const Pose by_others = result_.T_world_scan[pair.from].inverse() * result_.T_world_scan[pair.to];
       const FoundPose found = refined(pair.from, pair.to, by_others, false);
-      AlignedPair again = pair_of(pair.from, pair.to, found, "others");
+      AlignedPair again = pair_of(pair.from, pair.to, found, PairStart::kOthers);
       const bool stays = distance(again.T_from_to, by_others, pair.to) < 2 * kConsistent * result_.scale.fine_m;
       if (counts(again) && stays) {
         matches_[{pair.from, pair.to}] = found.match;
@@ -337,7 +337,7 @@ class ScanAligner {
       FineMatch there = match_finely(prepared_[pair.from].fine, prepared_[pair.to].fine, by_others, 1);
       there.T_a_b = by_others;
       AlignedPair as_placed =
-          pair_of(pair.from, pair.to, measured(pair.from, pair.to, there, CheckLevel::kFine), "others");
+          pair_of(pair.from, pair.to, measured(pair.from, pair.to, there, CheckLevel::kFine), PairStart::kOthers);
       if (!counts(as_placed)) {
         pair = as_placed;
       } else {  // it fits where it is, but would slide

@@ -33,8 +33,8 @@ struct AlignedPair {
   Pose T_from_to = Pose::Identity();  ///< as measured; from the poses if the pair was rejected
   PairMeasure measure;                ///< at the final poses for a pair that counts, else at the best pose found
   PairJudgement judgement;
-  std::string start;  ///< how it was found: "search", "prior", "others", "given"
-  double off_m = 0;   ///< distance of the final poses from the pair's own, at the scan's middle
+  PairStart start = PairStart::kSearch;
+  double off_m = 0;  ///< distance of the final poses from the pair's own, at the scan's middle
 };
 
 struct Alignment {

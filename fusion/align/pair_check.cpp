@@ -129,15 +129,6 @@ PairMeasure measure_pair(const PreparedScan& a, const PreparedScan& b, const Pos
   return measure;
 }
 
-const char* to_string(PairVerdict verdict) {
-  switch (verdict) {
-    case PairVerdict::kGood: return "good";
-    case PairVerdict::kAcceptable: return "acceptable";
-    case PairVerdict::kUnacceptable: return "unacceptable";
-  }
-  return "unacceptable";
-}
-
 PairJudgement judge_pair(const PairMeasure& measure, double spacing_m) {
   const auto refused = [](std::string reason) { return PairJudgement{PairVerdict::kUnacceptable, std::move(reason)}; };
   const double residual = measure.residual_m / spacing_m;

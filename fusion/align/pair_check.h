@@ -5,6 +5,7 @@
 
 #include "core/pose.h"
 #include "fusion/align/fine_match.h"
+#include "fusion/align/pair_verdict.h"
 #include "fusion/align/scan_model.h"
 
 namespace scanknit {
@@ -33,11 +34,6 @@ enum class CheckLevel { kCoarse, kFine };
 
 /// Below this PairMeasure::least_strength, two scans could slide along each other.
 inline constexpr double kLeastStrength = 0.0015;
-
-enum class PairVerdict { kGood, kAcceptable, kUnacceptable };
-
-/// "good", "acceptable", "unacceptable".
-[[nodiscard]] const char* to_string(PairVerdict verdict);
 
 struct PairJudgement {
   PairVerdict verdict;

@@ -13,6 +13,8 @@
 Metres, radians; pose is camera to world; the camera looks along +z, x right, y down.
 """
 
+import numpy as _numpy  # fails here if it is missing, not after a scan whose result cannot be returned
+
 from ._core import (Error, Frame, Mesh, Recording, ScanWarning, Volume, __version__, align, capture, extract,
                     scan)
 

@@ -249,16 +249,6 @@ class InputLoader {
 
 }  // namespace
 
-const char* to_string(AlignKind kind) {
-  switch (kind) {
-    case AlignKind::kRange: return "range scan";
-    case AlignKind::kRecording: return "recording";
-    case AlignKind::kMesh: return "mesh";
-    case AlignKind::kCloud: return "point cloud";
-  }
-  return "";
-}
-
 AlignInputs load_align_inputs(const std::vector<fs::path>& paths, const ScanConfig& config, ScanSession& session) {
   return InputLoader(config, session).load_all(paths);
 }

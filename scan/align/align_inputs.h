@@ -17,11 +17,6 @@
 
 namespace scanknit {
 
-enum class AlignKind { kRange, kRecording, kMesh, kCloud };
-
-/// "range scan", "recording", "mesh", "point cloud".
-[[nodiscard]] const char* to_string(AlignKind kind);
-
 struct AlignInput {
   std::string name;            ///< of the file, for messages
   std::filesystem::path path;  ///< the file that was read

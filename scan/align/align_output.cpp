@@ -57,7 +57,7 @@ Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment
 AlignmentResult::Pair described_pair(const AlignedPair& pair) {
   AlignmentResult::Pair line{.from = pair.from + 1,
                              .to = pair.to + 1,
-                             .verdict = to_string(pair.judgement.verdict),
+                             .verdict = pair.judgement.verdict,
                              .reason = pair.judgement.reason,
                              .start = pair.start,
                              .residual_m = pair.measure.residual_m,
@@ -83,8 +83,8 @@ DescribedAlignment describe_alignment(const AlignedScans& scans,
   DescribedAlignment described;
   described.result.spacing_m = alignment.scale.fine_m;
   for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
-    described.result.scans.push_back({inputs.inputs[i].name, to_string(inputs.inputs[i].kind),
-                                      inputs.models[i].all.size(), alignment.is_placed[i], alignment.T_world_scan[i]});
+    described.result.scans.push_back({inputs.inputs[i].name, inputs.inputs[i].kind, inputs.models[i].all.size(),
+                                      alignment.is_placed[i], alignment.T_world_scan[i]});
   }
   for (const AlignedPair& pair : alignment.pairs) {
     AlignmentResult::Pair line = described_pair(pair);

@@ -122,22 +122,22 @@ class SurfaceFinisher {
     });
   }
 
-  void note(const char* step, Figures figures) {
+  void note(FinishStep step, Figures figures) {
     if (!made_.steps) made_.steps.emplace();
     made_.steps->steps.push_back({step, "", std::move(figures)});
   }
 
-  void warn(const char* step, std::string text) {
-    made_.warnings.push_back(session_.warn_of_mesh(WarningCode::kFinishStep, step, std::move(text)));
+  void warn(FinishStep step, std::string text) {
+    made_.warnings.push_back(session_.warn_of_mesh(WarningCode::kFinishStep, to_string(step), std::move(text)));
   }
 
-  void refuse(const char* step, const std::string& reason) {
+  void refuse(FinishStep step, const std::string& reason) {
     made_.steps->steps.push_back({step, reason, {}});
-    warn(step, fmt::format("finish: {} was not done: {}", step, reason));
+    warn(step, fmt::format("finish: {} was not done: {}", to_string(step), reason));
   }
 
   /// When a stop is requested, notes `step` as not done.
-  [[nodiscard]] bool is_stopped(const char* step) {
+  [[nodiscard]] bool is_stopped(FinishStep step) {
     if (!stop_.stop_requested()) return false;
     refuse(step, "interrupted");
     return true;
@@ -165,7 +165,8 @@ class SurfaceFinisher {
     const auto region_before = view.region;
     auto region = samples_within(crop_box(settings_.crop), *view.field);
     if (!region) {
-      refuse("crop", "finish.crop lies along the axes of the world, and those of this volume are turned against them");
+      refuse(FinishStep::kCrop,
+             "finish.crop lies along the axes of the world, and those of this volume are turned against them");
       return whole;
     }
     if (view.region) region->intersect(*view.region);
@@ -173,27 +174,28 @@ class SurfaceFinisher {
     auto part = extract(view);
     if (!part) return part;
     if (part->mesh.empty()) {
-      refuse("crop", "nothing of the scan lies within finish.crop, whose limits are metres in the recording's world");
+      refuse(FinishStep::kCrop,
+             "nothing of the scan lies within finish.crop, whose limits are metres in the recording's world");
       view.region = region_before;
       return whole;
     }
-    note("crop", {{"triangles_before", static_cast<double>(whole->mesh.triangles.size())},
-                  {"triangles", static_cast<double>(part->mesh.triangles.size())},
-                  {"area_removed_mm2", (area_m2(whole->mesh) - area_m2(part->mesh)) * kSquareMillimetres}});
+    note(FinishStep::kCrop, {{"triangles_before", static_cast<double>(whole->mesh.triangles.size())},
+                             {"triangles", static_cast<double>(part->mesh.triangles.size())},
+                             {"area_removed_mm2", (area_m2(whole->mesh) - area_m2(part->mesh)) * kSquareMillimetres}});
     return part;
   }
 
   void find_ground_of(const Mesh& mesh, double voxel_m) {
-    if (!settings_.needs_plane() || is_stopped("ground")) return;
+    if (!settings_.needs_plane() || is_stopped(FinishStep::kGround)) return;
     GroundSearch search;
     search.expected_up = direction(up_).cast<double>();
     search.tolerance_m = kGroundVoxels * voxel_m;
     const auto found = session_.timed("finish", [&] { return find_ground(mesh, search); });
-    if (!found) return refuse("ground", found.error().text());
+    if (!found) return refuse(FinishStep::kGround, found.error().text());
     ground_ = *found;
     clearance_m_ = settings_.ground_clearance_m.value_or(kGroundVoxels * voxel_m);
     if (!ground_) {
-      refuse("ground",
+      refuse(FinishStep::kGround,
              "no plane that could be a table or a floor was found: it must face the world's up within 45 "
              "degrees (export.world_up), be a twentieth of the surface, and reach beyond what stands on it");
     }
@@ -229,7 +231,7 @@ class SurfaceFinisher {
       auto above = extract(cut);
       if (!above) return above.error();
       if (above->mesh.empty()) {
-        refuse("ground", why_nothing_is_above());
+        refuse(FinishStep::kGround, why_nothing_is_above());
         ground_.reset();
         return {};
       }
@@ -237,7 +239,7 @@ class SurfaceFinisher {
       figures["area_removed_mm2"] = (area_m2(surface.mesh) - area_m2(above->mesh)) * kSquareMillimetres;
       surface = *std::move(above);
     }
-    note("ground", std::move(figures));
+    note(FinishStep::kGround, std::move(figures));
     return {};
   }
 
@@ -266,13 +268,13 @@ class SurfaceFinisher {
   }
 
   [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
-    if (settings_.watertight == Watertight::kOff || is_stopped("watertight")) return {};
+    if (settings_.watertight == Watertight::kOff || is_stopped(FinishStep::kWatertight)) return {};
     const bool is_full = settings_.watertight == Watertight::kFull;
     // The ground is cut by a plane. Extraction needs the distances below that plane.
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
     const auto closed = session_.timed("finish", [&] { return close_volume(source, request); });
-    if (!closed) return refuse("watertight", closed.error().message), Result<void>();
+    if (!closed) return refuse(FinishStep::kWatertight, closed.error().message), Result<void>();
     FieldView closed_view = view.with_field(*closed->field);
     if (is_full) closed_view.region.reset();
     auto meshed = extract(closed_view);
@@ -288,7 +290,8 @@ class SurfaceFinisher {
     }
     drop_invented_pieces(config_.extract.min_component_triangles, meshed->mesh, invented);
     if (meshed->mesh.empty()) {
-      refuse("watertight", "it would leave nothing that was seen; the mesh stays as it was");
+      refuse(FinishStep::kWatertight,
+             "the closed mesh would have no surface that a frame saw; the mesh stays as it was");
       return {};
     }
     const double invented_m2 = area_m2(meshed->mesh, invented);
@@ -296,14 +299,14 @@ class SurfaceFinisher {
     figures["invented_share"] = invented_m2 / std::max(area_m2(meshed->mesh), 1e-30);
     figures["boundary_edges_before"] = static_cast<double>(open_edges);
     figures["boundary_edges"] = static_cast<double>(check_mesh(meshed->mesh).boundary_edges);
-    note("watertight", std::move(figures));
+    note(FinishStep::kWatertight, std::move(figures));
     left_out_ = count_removed(surface.mesh, triangles_left_out(surface.mesh, meshed->mesh, *closed));
     if (settings_.invented_colour) paint_invented(invented, *settings_.invented_colour, meshed->mesh);
     surface = *std::move(meshed);
     return {};
   }
 
-  void note_removed(const char* step, const PiecesRemoved& removed) {
+  void note_removed(FinishStep step, const PiecesRemoved& removed) {
     note(step, {{"pieces_removed", static_cast<double>(removed.pieces)},
                 {"triangles_removed", static_cast<double>(removed.triangles)},
                 {"area_removed_mm2", removed.area_m2 * metres_per_unit_ * metres_per_unit_ * kSquareMillimetres}});
@@ -313,50 +316,51 @@ class SurfaceFinisher {
   void remove_crumbs(Mesh& mesh) {
     if (stop_.stop_requested()) return;
     const PiecesRemoved removed = drop_crumbs(frames_, fit_band_of(config_.fusion), mesh);
-    if (removed.pieces > 0) note_removed("crumbs", removed);
+    if (removed.pieces > 0) note_removed(FinishStep::kCrumbs, removed);
   }
 
   void drop_pieces(Mesh& mesh) {
     if (!(settings_.min_piece_share > 0) && !(settings_.min_piece_size_m > 0)) return;
-    if (is_stopped("pieces")) return;
+    if (is_stopped(FinishStep::kPieces)) return;
     PiecesRemoved removed =
         remove_small_pieces(settings_.min_piece_share, settings_.min_piece_size_m / metres_per_unit_, mesh);
     removed.pieces += left_out_.pieces;
     removed.triangles += left_out_.triangles;
     removed.area_m2 += left_out_.area_m2;
-    note_removed("pieces", removed);
+    note_removed(FinishStep::kPieces, removed);
   }
 
   void smooth(Mesh& mesh) {
-    if (settings_.smooth_steps == 0 || is_stopped("smooth")) return;
+    if (settings_.smooth_steps == 0 || is_stopped(FinishStep::kSmooth)) return;
     const double before = signed_volume_m3(mesh);
     const MeshMoved moved = smooth_mesh(settings_.smooth_steps, mesh, stop_);
-    if (moved.is_stopped && is_stopped("smooth")) return;
+    if (moved.is_stopped && is_stopped(FinishStep::kSmooth)) return;
     const double change = before == 0 ? 0 : signed_volume_m3(mesh) / before - 1;
-    note("smooth", {{"mean_moved_mm", moved.mean_m * metres_per_unit_ * kMillimetres},
-                    {"max_moved_mm", moved.max_m * metres_per_unit_ * kMillimetres},
-                    {"volume_change_share", change}});
+    note(FinishStep::kSmooth, {{"mean_moved_mm", moved.mean_m * metres_per_unit_ * kMillimetres},
+                               {"max_moved_mm", moved.max_m * metres_per_unit_ * kMillimetres},
+                               {"volume_change_share", change}});
   }
 
   void simplify(Mesh& mesh) {
-    if ((!settings_.triangles && !settings_.simplify_error_m) || is_stopped("simplify")) return;
+    if ((!settings_.triangles && !settings_.simplify_error_m) || is_stopped(FinishStep::kSimplify)) return;
     SimplifyTarget target{settings_.triangles, settings_.simplify_error_m};
     if (target.max_error_m) *target.max_error_m /= metres_per_unit_;
     const MeshSimplified done = simplify_mesh(target, mesh);
-    note("simplify", {{"triangles_before", static_cast<double>(done.triangles_before)},
-                      {"triangles", static_cast<double>(done.triangles)},
-                      {"pieces_lost", static_cast<double>(done.pieces_lost)},
-                      {"error_mm", done.error_m * metres_per_unit_ * kMillimetres}});
+    note(FinishStep::kSimplify, {{"triangles_before", static_cast<double>(done.triangles_before)},
+                                 {"triangles", static_cast<double>(done.triangles)},
+                                 {"pieces_lost", static_cast<double>(done.pieces_lost)},
+                                 {"error_mm", done.error_m * metres_per_unit_ * kMillimetres}});
     if (!done.is_held_back) return;
-    warn("simplify", fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer "
-                                 "be closed or manifold",
-                                 done.triangles));
+    warn(FinishStep::kSimplify,
+         fmt::format("finish: the mesh was simplified to {} triangles only: with fewer it would no longer "
+                     "be closed or manifold",
+                     done.triangles));
   }
 
   void place(Mesh& mesh) {
     const bool turns = settings_.up == UpMode::kGround && ground_;
     const bool moves = settings_.origin == OriginMode::kGround;
-    if ((!turns && !moves) || is_stopped("place")) return;
+    if ((!turns && !moves) || is_stopped(FinishStep::kPlace)) return;
     Pose T = Pose::Identity();
     const Eigen::Vector3d up = direction(up_).cast<double>();
     if (turns) T = turn_up(ground_->up, up);
@@ -367,8 +371,8 @@ class SurfaceFinisher {
       T = shift * T;
     }
     made_.steps->T_mesh_world = T;
-    note("place", {{"turned_degrees", Eigen::AngleAxisd(T.linear()).angle() * kDegrees},
-                   {"moved_mm", T.translation().norm() * metres_per_unit_ * kMillimetres}});
+    note(FinishStep::kPlace, {{"turned_degrees", Eigen::AngleAxisd(T.linear()).angle() * kDegrees},
+                              {"moved_mm", T.translation().norm() * metres_per_unit_ * kMillimetres}});
   }
 
   const ScanConfig& config_;

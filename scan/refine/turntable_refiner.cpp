@@ -58,7 +58,7 @@ TurntableRefiner::TurntableRefiner(const ScanJob& job, PoseMode poses, const Fra
 
 bool TurntableRefiner::give_up(const char* reason) {
   result_.reason = reason;
-  session_.warn(WarningCode::kNotATurntable,
+  session_.warn(WarningCode::kNoTurntable,
                 fmt::format("no turntable: {}; the mesh is {}{}", reason,
                             has_poses_ ? "as the recording's poses have it, and nothing was cut" : "the tracked one",
                             job_.cut_recording ? ", and no cut recording was written" : ""));

@@ -98,8 +98,8 @@ void print(const Alignment& alignment) {
     std::cout << pair.from << " " << pair.to << ": overlap " << pair.measure.overlap << ", residual "
               << 1000 * pair.measure.residual_m << " mm (spacing " << 1000 * alignment.scale.fine_m << "), in the way "
               << pair.measure.contradicted << ", missing " << pair.measure.missing << ", strength "
-              << pair.measure.least_strength << ", " << pair.start << ": " << to_string(pair.judgement.verdict) << " "
-              << pair.judgement.reason << "\n";
+              << pair.measure.least_strength << ", " << to_string(pair.start) << ": "
+              << to_string(pair.judgement.verdict) << " " << pair.judgement.reason << "\n";
   }
 }
 
@@ -215,7 +215,7 @@ TEST(AlignScans, PriorsAreRefinedAndTheWorldIsTheirs) {
   const Alignment found = align_scans(scans.models, priors).value();
   print(found);
   ASSERT_TRUE(found.is_placed[1]);
-  EXPECT_EQ(found.pairs.at(0).start, "prior");
+  EXPECT_EQ(found.pairs.at(0).start, PairStart::kPrior);
   EXPECT_LT((found.T_world_scan[0].translation() - scans.T_world_scan[0].translation()).norm(), 1e-9);
   EXPECT_LT(off_of(found, scans, 1).metres, 0.001);
 }

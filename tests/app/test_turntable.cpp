@@ -290,7 +290,7 @@ TEST_F(Tower, TakesForTheFrameOfAMistypedAngleWhatIsSeen) {
 
 TEST_F(Tower, WarnsThatStillPosesExcludeATurntable) {
   ASSERT_EQ(scan(recording(), place("still"), {"--poses", "still"}).exit_code, 0);
-  EXPECT_TRUE(has_warning(place("still"), "acquire.poses=still: nothing turns"));
+  EXPECT_TRUE(has_warning(place("still"), "acquire.poses is still: nothing turns"));
 }
 
 TEST_F(Tower, PutsItsCutRecordingOnlyWhereNothingIs) {

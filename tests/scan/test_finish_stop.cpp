@@ -52,8 +52,9 @@ Attempt stopped_after(std::size_t yields, const Mesh& mesh) {
   attempt.mesh = std::move(finished.surface.mesh);
   for (const auto& step : finished.steps->steps) {
     const bool is_interrupted = step.refused.find("interrupted") != std::string::npos;
-    EXPECT_TRUE(is_interrupted || (step.refused.empty() && attempt.refused.empty())) << step.name;  // the last ones
-    if (is_interrupted) attempt.refused.push_back(step.name);
+    EXPECT_TRUE(is_interrupted || (step.refused.empty() && attempt.refused.empty()))
+        << to_string(step.step);  // the last ones
+    if (is_interrupted) attempt.refused.push_back(to_string(step.step));
   }
   EXPECT_EQ(finished.warnings.size(), attempt.refused.size());
   return attempt;
@@ -106,7 +107,7 @@ TEST(FinishStop, AStopFromBeforeChangesNothing) {
       finished_mesh(surface_of(test::sphere()), {config, UpAxis::kZ, 1, source.get_token()}, session);
   ASSERT_TRUE(finished.outcome);
   EXPECT_LT(finished.surface.mesh.triangles.size(), 1000u);
-  for (const auto& step : finished.steps->steps) EXPECT_EQ(step.refused, "") << step.name;
+  for (const auto& step : finished.steps->steps) EXPECT_EQ(step.refused, "") << to_string(step.step);
   EXPECT_TRUE(session.warnings().empty());
 }
 

@@ -160,7 +160,7 @@ TEST_F(WholeScan, SaysEachWarningOnceThoughTheFramesAreReadTwice) {
   const ScanResult result = scan_recording(twice, witness);
   ASSERT_TRUE(result.outcome) << result.outcome.error().text();
   EXPECT_EQ(std::count(witness.events.begin(), witness.events.end(), "begin"), 2);
-  EXPECT_NE(find_warning(result, WarningCode::kNotATurntable), nullptr);
+  EXPECT_NE(find_warning(result, WarningCode::kNoTurntable), nullptr);
   EXPECT_NE(find_warning(result, WarningCode::kFramesDropped), nullptr);
   std::vector<std::string> texts = texts_of(result.warnings);
   std::sort(texts.begin(), texts.end());
