@@ -29,6 +29,11 @@ TrackedFrame described(const Frame& frame, const TrackResult& tracked) {
           .weak_directions = tracked.weak_directions};
 }
 
+bool has_seen_enough(const TrackedFrame& frame) {
+  return frame.reason != TrackReason::kNothingSeen && frame.reason != TrackReason::kTooClose &&
+         frame.reason != TrackReason::kTooFewPoints;
+}
+
 PoseFinder::PoseFinder(PoseMode mode, const FrameTiming& timing) : mode_(mode), tracker_({prior_of(mode), timing}) {
   SCANKNIT_CHECK(mode != PoseMode::kAuto);
 }
@@ -57,7 +62,6 @@ void PoseFinder::note_found_later(const TrackedFrame& found) {
   SCANKNIT_CHECK(noted != tracking_->frames.end());
   *noted = found;
   noted->state = TrackState::kRecovered;
-  noted->reason = TrackReason::kFoundLater;
   ++tracking_->found_later;
 }
 

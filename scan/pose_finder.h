@@ -16,6 +16,9 @@ namespace scanknit {
 /// How a frame was tracked, for TrackingResult.
 [[nodiscard]] TrackedFrame described(const Frame& frame, const TrackResult& tracked);
 
+/// False where the frame showed too little to be tracked.
+[[nodiscard]] bool has_seen_enough(const TrackedFrame& frame);
+
 class PoseFinder {
  public:
   /// `mode` is not kAuto.
@@ -33,7 +36,9 @@ class PoseFinder {
   /// Tracker::track_later().
   [[nodiscard]] TrackResult find_later(const Frame& frame, const TsdfVolume& volume,
                                        const std::optional<KnownFrame>& neighbour, ScanSession& session);
-  /// Notes in tracking() that the pose of a frame that was lost is known now.
+  /// Tracker::forget_views().
+  void forget_views() { tracker_.forget_views(); }
+  /// Notes in tracking() that the pose of a frame that was lost is known now; `found.reason` says how.
   void note_found_later(const TrackedFrame& found);
 
   /// How well each frame was tracked; nothing when poses are given, and before the first frame.

@@ -137,6 +137,7 @@ Result<void> Reconstruction::start_over() {
 void Reconstruction::replace(TsdfVolume volume, Trajectory trajectory, std::span<const TrackedFrame> recovered) {
   for (const TrackedFrame& frame : recovered) poses_.note_found_later(frame);
   volume_ = std::move(volume);
+  poses_.forget_views();
   trajectory_ = std::move(trajectory);
 }
 

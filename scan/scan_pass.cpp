@@ -9,6 +9,7 @@
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/write_surface.h"
+#include "scan/pose_finder.h"
 
 namespace scanknit {
 namespace {
@@ -25,12 +26,6 @@ std::set<std::uint64_t> frames_in_quick_turns(const Trajectory& trajectory) {
     if (angle_of(turn) / apart_s >= kQuick_rad_per_s) frames.insert(trajectory[i].sequence);
   }
   return frames;
-}
-
-/// False for a frame that no timing would save.
-bool has_seen_enough(const TrackedFrame& frame) {
-  return frame.reason != TrackReason::kNothingSeen && frame.reason != TrackReason::kTooClose &&
-         frame.reason != TrackReason::kTooFewPoints;
 }
 
 /// ScanPass::misfit().

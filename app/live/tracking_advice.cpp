@@ -5,7 +5,9 @@ namespace scanknit {
 std::string tracking_advice(TrackReason reason) {
   switch (reason) {
     case TrackReason::kNone:
-    case TrackReason::kFoundLater: return "";
+    case TrackReason::kFoundLater:
+    case TrackReason::kFoundFromBothSides:
+    case TrackReason::kFoundByLoop: return "";
     case TrackReason::kNothingSeen: return "uncover the lens, or move closer";
     case TrackReason::kTooClose: return "step back a little";
     case TrackReason::kTooFewPoints: return "show more of the object or the room";

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string>
 
 #include "acquire/live/loss_names.h"
 #include "app/config/config_print.h"
@@ -75,6 +77,12 @@ Json tracking_json(const ScanResult& scan) {
     json["states"][to_string(state)] = count_of(*scan.tracking, state);
   }
   json["found_later"] = scan.tracking->found_later;
+  std::map<std::string, std::size_t> found_later_by;
+  for (const TrackedFrame& frame : scan.tracking->frames) {
+    const bool is_found_later = frame.state == TrackState::kRecovered && frame.reason != TrackReason::kNone;
+    if (is_found_later) ++found_later_by[to_string(frame.reason)];
+  }
+  if (!found_later_by.empty()) json["found_later_by"] = object_of(found_later_by);
   json["frames"] = Json::array();
   for (const TrackedFrame& frame : scan.tracking->frames) {
     json["frames"].push_back({{"frame", frame.sequence},

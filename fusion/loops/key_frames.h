@@ -45,12 +45,31 @@ class KeyFrames {
   /// frames along with the last of them.
   void replace(std::size_t first, const std::vector<Pose>& T_first_frames);
 
+  /// Without frames; it chooses and describes key frames as this one does, so that insert() can take them.
+  [[nodiscard]] KeyFrames without_frames() const;
+
+  /// The last frame becomes the first.
+  void reverse();
+
+  /// Where tracking was lost: before the first inserted frame, and between the last one and the frame after it.
+  struct Gaps {
+    bool before = false, after = false;
+  };
+
+  /// Inserts the frames of `found`, which without_frames() began, before the frame of index `at`, or at the end; their
+  /// poses become `T_world_frames`, one for each.
+  void insert(std::size_t at, KeyFrames found, const std::vector<Pose>& T_world_frames, const Gaps& gaps);
+
+  /// Whether tracking was lost between this frame and the one before it. `frame` may be the number of frames: false.
+  [[nodiscard]] bool follows_gap(std::size_t frame) const { return frame < walk_.size() && follows_gap_[frame]; }
+
   /// Poses of all frames that were added.
   [[nodiscard]] const std::vector<Pose>& walk() const { return walk_; }
 
  private:
   [[nodiscard]] bool is_new_place(const Pose& T_world_camera) const;
   void thin_out();
+  void walk_on_to(std::size_t frame);
 
   NoiseModel noise_;
   std::size_t most_;
@@ -59,6 +78,7 @@ class KeyFrames {
   std::optional<Ferns> ferns_;
   std::vector<KeyFrame> kept_;
   std::vector<Pose> walk_;
+  std::vector<bool> follows_gap_;  ///< of each frame in walk_
 };
 
 }  // namespace scanknit

@@ -137,12 +137,13 @@ TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   noise_ = volume.config().noise.scaled(noise_scale_);
   const double since_last_s = seconds_since_last(frame);
   moving_.reset();
-  if (since_last_s > 0) moving_ = moving_since(last_->T_world_camera, since_last_s, frame);
+  if (since_last_s != 0) moving_ = moving_since(last_->T_world_camera, since_last_s, frame);
   SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
   if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
+  if (!result.is_lost()) forget_views();  // the frame will be fused
   if (!result.is_lost() && moving_) result.motion = motion_of(*moving_, since_last_s, result);
   remember(frame, seen, result);
   const bool has_moved = !last_moved_ || result.T_world_camera.matrix() != last_moved_->T_world_camera.matrix();
@@ -170,6 +171,7 @@ TrackResult ModelTracker::track_later(const Frame& frame, const TsdfVolume& volu
   if (!found) return describe(TrackState::kLost, TrackReason::kPlaceNotRecognised, Pose::Identity(), nothing);
   TrackResult result = describe(TrackState::kRecovered, TrackReason::kFoundLater, found->T_world_camera, found->icp);
   result.rms_sigma *= noise_scale_;
+  forget_views();  // the frame will be fused
   if (moving) result.motion = motion_of(*moving, apart_s, result);
   result.raycast_time = raycast_time_;
   return result;
@@ -321,6 +323,21 @@ ModelTracker::Model ModelTracker::raycast_model(const CameraIntrinsics& camera, 
   return {T_world_camera, pyramid_of(view, noise_)};
 }
 
+/// The same places are looked at for each frame of a camera that is lost.
+const ModelTracker::Model& ModelTracker::view_of_place(const CameraIntrinsics& camera, const Pose& T_world_place) {
+  constexpr std::size_t kMost = 8;  // one frame's; 3 MB each for a camera of 640 x 480
+  const auto seen = std::find_if(views_.begin(), views_.end(), [&](const View& view) {
+    return view.camera == camera && view.model.T_world_camera.matrix() == T_world_place.matrix();
+  });
+  if (seen != views_.end()) {
+    views_.splice(views_.begin(), views_, seen);
+  } else {
+    views_.push_front({camera, raycast_model(camera, T_world_place)});
+    if (views_.size() > kMost) views_.pop_back();
+  }
+  return views_.front().model;
+}
+
 ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& model,
                                     const std::vector<Pose>& T_world_guesses,
                                     const std::optional<MovingCamera>& moving) {
@@ -363,7 +380,7 @@ ModelTracker::Fit ModelTracker::fit_near(const SurfacePyramid& seen, const Pose&
 std::optional<ModelTracker::Fit> ModelTracker::sure_fit(const SurfacePyramid& seen, const Pose& T_world_place,
                                                         const std::optional<MovingCamera>& moving) {
   const CameraIntrinsics& camera = seen.levels.front().intrinsics;
-  const Model model = raycast_model(camera, T_world_place);
+  const Model& model = view_of_place(camera, T_world_place);
   const Fit first = fit(seen, model, {T_world_place, T_world_place * turn_by_shift(seen, model.pyramid)}, moving);
   if (!is_believable(first.icp)) return std::nullopt;
   const Fit second = fit(seen, raycast_model(camera, first.T_world_camera), {first.T_world_camera}, moving);
@@ -384,26 +401,27 @@ std::optional<ModelTracker::Fit> ModelTracker::find_again(const SurfacePyramid& 
 }
 
 bool ModelTracker::is_prompt(std::int64_t timestamp_ns) const {
-  return timestamp_ns - last_->timestamp_ns <= kPromptly_ns;
+  return std::abs(timestamp_ns - last_->timestamp_ns) <= kPromptly_ns;
 }
 
 double ModelTracker::intervals_since_last(std::int64_t timestamp_ns) const {
-  return interval_ns_ > 0 ? static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(interval_ns_)
-                          : 1;
+  return interval_ns_ != 0 ? static_cast<double>(timestamp_ns - last_->timestamp_ns) / static_cast<double>(interval_ns_)
+                           : 1;
 }
 
-/// 0 where the camera's motion since then is not known, or says nothing of the frame.
+/// Negative where frames come in reverse order; 0 where the camera's motion since then is not known, or says nothing of
+/// the frame.
 double ModelTracker::seconds_since_last(const Frame& frame) const {
   if (!last_ || is_lost_) return 0;
   const double since_s = seconds(frame.timestamp_ns - last_->timestamp_ns, frame);
-  return since_s <= kLongest_s ? since_s : 0;
+  return std::abs(since_s) <= kLongest_s ? since_s : 0;
 }
 
 /// As the camera moved between the last two frames.
 SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
-  if (!frame.colour || !T_before_last_ || !(seconds_since_last(frame) > 0)) return {};
+  if (!frame.colour || !T_before_last_ || seconds_since_last(frame) == 0) return {};
   const double interval_s = seconds(interval_ns_, frame);
-  if (!(interval_s > 0 && interval_s <= kLongest_s)) return {};
+  if (interval_s == 0 || std::abs(interval_s) > kLongest_s) return {};
   return SteadyMotion::from(*T_before_last_) * (timing_.colour_later_s / interval_s);
 }
 

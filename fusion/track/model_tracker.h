@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <list>
 #include <optional>
 #include <vector>
 
@@ -27,6 +28,8 @@ class ModelTracker {
   /// Tracker::track_later().
   [[nodiscard]] TrackResult track_later(const Frame& frame, const TsdfVolume& volume,
                                         const std::optional<KnownFrame>& neighbour);
+  /// Tracker::forget_views().
+  void forget_views() { views_.clear(); }
 
  private:
   /// The last frame whose pose is known, or good enough to continue from.
@@ -50,6 +53,12 @@ class ModelTracker {
     SurfacePyramid pyramid;
   };
 
+  /// What is seen from a place.
+  struct View {
+    CameraIntrinsics camera;
+    Model model;
+  };
+
   /// The last frame that was fused.
   struct Fused {
     Pose T_world_camera;
@@ -69,6 +78,7 @@ class ModelTracker {
   [[nodiscard]] TrackResult keep_pose(const SurfacePyramid& seen);
   [[nodiscard]] TrackResult refine(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] Model raycast_model(const CameraIntrinsics& camera, const Pose& T_world_camera);
+  [[nodiscard]] const Model& view_of_place(const CameraIntrinsics& camera, const Pose& T_world_place);
   [[nodiscard]] Fit fit(const SurfacePyramid& seen, const Model& model, const std::vector<Pose>& T_world_guesses,
                         const std::optional<MovingCamera>& moving);
   [[nodiscard]] double seconds_since_last(const Frame& frame) const;
@@ -109,6 +119,7 @@ class ModelTracker {
   int usual_frames_ = 0;    ///< ... the number of them
   double noise_scale_ = 1;  ///< the camera's noise, as a multiple of the configured one
   Relocaliser places_;
+  std::list<View> views_;  ///< from places at which a lost camera was looked for, the newest first
 
   // Set while a frame is tracked.
   const TsdfVolume* volume_ = nullptr;

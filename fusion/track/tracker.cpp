@@ -30,6 +30,8 @@ const char* to_string(TrackReason reason) {
     case TrackReason::kLittleOverlap: return "little overlap";
     case TrackReason::kRecordedPoseKept: return "recorded pose kept";
     case TrackReason::kFoundLater: return "found later";
+    case TrackReason::kFoundFromBothSides: return "found from both sides";
+    case TrackReason::kFoundByLoop: return "found by loop";
   }
   return "";
 }
@@ -46,6 +48,10 @@ TrackResult Tracker::track(const Frame& frame, const TsdfVolume& volume) {
 TrackResult Tracker::track_later(const Frame& frame, const TsdfVolume& volume,
                                  const std::optional<KnownFrame>& neighbour) {
   return tracker_->track_later(frame, volume, neighbour);
+}
+
+void Tracker::forget_views() {
+  tracker_->forget_views();
 }
 
 }  // namespace scanknit

@@ -41,7 +41,9 @@ enum class TrackReason {
   kSceneHasChanged,
   kLittleOverlap,
   kRecordedPoseKept,
-  kFoundLater,  ///< by track_later()
+  kFoundLater,          ///< by track_later()
+  kFoundFromBothSides,  ///< tracked apart from the scan, from the frames before and after it, which agree
+  kFoundByLoop,         ///< tracked apart from the scan, and joined to it by a loop
 };
 
 /// The same words as in docs/report.md: "nothing seen"; "" for kNone.
@@ -92,10 +94,10 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
   ~Tracker();
 
-  /// Finds the frame's pose in the world of `volume`, which holds the frames fused so far. Frames come in their order;
-  /// `frame` is filtered and has normals. The first frame's pose is the recording's, or the world's origin. A frame
-  /// whose pose is not accepted is lost: this is a state, not an error, and relocalisation finds the pose of later
-  /// frames.
+  /// Finds the frame's pose in the world of `volume`, which holds the frames fused so far. Frames come in their order,
+  /// or all in reverse order; `frame` is filtered and has normals. The first frame's pose is the recording's, or the
+  /// world's origin. A frame whose pose is not accepted is lost: this is a state, not an error, and relocalisation
+  /// finds the pose of later frames.
   [[nodiscard]] TrackResult track(const Frame& frame, const TsdfVolume& volume);
 
   /// Finds the pose of a frame that was lost, when `volume` holds what was seen before and after it: from `neighbour`,
@@ -103,6 +105,9 @@ class Tracker {
   /// kLost unless the frame fits as well as frames usually do. Does not change what track() does next.
   [[nodiscard]] TrackResult track_later(const Frame& frame, const TsdfVolume& volume,
                                         const std::optional<KnownFrame>& neighbour);
+
+  /// Must be called when `volume` has changed otherwise than by fusing frames whose poses were found.
+  void forget_views();
 
  private:
   std::unique_ptr<ModelTracker> tracker_;

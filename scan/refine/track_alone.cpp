@@ -5,31 +5,40 @@
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
-#include "fusion/track/tracker.h"
 #include "scan/frames/frame_archive.h"
 
 namespace scanknit {
 
-Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
-                                      const ScanConfig& config, const std::stop_token& stop,
-                                      const OnTrackedAlone& on_tracked) {
+Result<LoneTracker> LoneTracker::create(const ScanConfig& config) {
   auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
-  Tracker tracker({.timing = config.acquire.timing()});
+  return LoneTracker(config, *std::move(volume));
+}
+
+Result<TrackResult> LoneTracker::add(Frame& frame) {
+  frame.T_world_camera.reset();
+  if (auto filtered = filter_frame(frame, config_->acquire, config_->fusion.noise); !filtered) return filtered.error();
+  TrackResult tracked = tracker_.track(frame, volume_);
+  if (tracked.is_lost()) return tracked;
+  deskew(tracked.motion, frame);
+  if (const auto fused = integrate(frame, tracked.T_world_camera, volume_); !fused) return fused.error();
+  return tracked;
+}
+
+Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
+                                      const ScanConfig& config, const std::stop_token& stop) {
+  auto tracker = LoneTracker::create(config);
+  if (!tracker) return tracker.error();
   std::vector<Pose> poses;
   bool is_lost = false;
   if (sequences.empty()) return poses;
   const auto read = for_each_frame(source, stop, [&](Frame& frame) -> Result<Reading> {
     if (frame.sequence != sequences[poses.size()]) return Reading::kContinue;
-    frame.T_world_camera.reset();
-    if (auto filtered = filter_frame(frame, config.acquire, config.fusion.noise); !filtered) return filtered.error();
-    const TrackResult tracked = tracker.track(frame, *volume);
-    is_lost = tracked.is_lost();
+    const auto tracked = tracker->add(frame);
+    if (!tracked) return tracked.error();
+    is_lost = tracked->is_lost();
     if (is_lost) return Reading::kStop;
-    deskew(tracked.motion, frame);
-    if (const auto fused = integrate(frame, tracked.T_world_camera, *volume); !fused) return fused.error();
-    poses.push_back(tracked.T_world_camera);
-    if (on_tracked) on_tracked(frame, tracked);
+    poses.push_back(tracked->T_world_camera);
     return poses.size() < sequences.size() ? Reading::kContinue : Reading::kStop;
   });
   if (!read) return read.error();

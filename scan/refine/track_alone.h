@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "acquire/frame_source.h"
@@ -12,17 +12,33 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "fusion/track/tracker.h"
+#include "fusion/volume/tsdf_volume.h"
 #include "scan/scan_config.h"
 
 namespace scanknit {
 
-/// Told of each frame that was tracked, as it was fused; its pose is in the axes of the first.
-using OnTrackedAlone = std::function<void(const Frame& frame, const TrackResult& tracked)>;
+/// Tracks frames in a volume of its own. Frames come in their order, or all in reverse order.
+class LoneTracker {
+ public:
+  /// `config` outlives it. Errors: TsdfVolume::create().
+  [[nodiscard]] static Result<LoneTracker> create(const ScanConfig& config);
+
+  /// Filters the frame, finds its pose in the axes of the first one, and fuses it unless it is lost: then `frame` is as
+  /// it was fused. Errors: those of filter_frame() and integrate().
+  [[nodiscard]] Result<TrackResult> add(Frame& frame);
+
+ private:
+  LoneTracker(const ScanConfig& config, TsdfVolume volume)
+      : config_(&config), volume_(std::move(volume)), tracker_({.timing = config.acquire.timing()}) {}
+
+  const ScanConfig* config_;
+  TsdfVolume volume_;
+  Tracker tracker_;
+};
 
 /// The poses of the frames with these sequence numbers, in the axes of the first. Ends at the frame at which tracking
 /// is lost. Errors: those of the source and of integrate(); kInput when a frame is missing.
 [[nodiscard]] Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
-                                                    const ScanConfig& config, const std::stop_token& stop,
-                                                    const OnTrackedAlone& on_tracked = {});
+                                                    const ScanConfig& config, const std::stop_token& stop);
 
 }  // namespace scanknit
