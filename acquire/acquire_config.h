@@ -31,6 +31,7 @@ enum class RecordingFormat {
   kSevenScenes,
   kTum,
   kOpen3d,
+  kNerfstudio,
   kPhoneLidar,
   kPcd,
   kPclzf,

@@ -82,6 +82,7 @@ std::vector<ConfigKey> picture_keys() {
            {"7-scenes", RecordingFormat::kSevenScenes},
            {"tum", RecordingFormat::kTum},
            {"open3d", RecordingFormat::kOpen3d},
+           {"nerfstudio", RecordingFormat::kNerfstudio},
            {"phone-lidar", RecordingFormat::kPhoneLidar},
            {"pcd", RecordingFormat::kPcd},
            {"pclzf", RecordingFormat::kPclzf},
