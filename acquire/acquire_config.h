@@ -37,6 +37,7 @@ enum class RecordingFormat {
   kPclzf,
   kFakenect,
   kMcap,
+  kRos2,
   kRealsenseBag,
   kOni
 };

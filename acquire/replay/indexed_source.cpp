@@ -71,6 +71,7 @@ void IndexedSource::describe() {
   info_.frames = entries.size();
   info_.sensor = recording_.sensor;
   info_.world_up = recording_.world_up;
+  info_.topics = recording_.topics;
   info_.warnings = recording_.warnings;
   if (!recording_.has_metric_depth) {
     const auto of_entry = entries.empty() ? std::nullopt : entries.front().depth_scale;

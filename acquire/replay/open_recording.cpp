@@ -51,6 +51,7 @@ struct FileLayout {
 
 // Recordings that are one file.
 constexpr std::array kFileLayouts = {
+    FileLayout{RecordingFormat::kRos2, "ros2", "an .mcap file of ROS 2 with depth pictures", fits_ros2, index_ros2},
     FileLayout{RecordingFormat::kMcap, "mcap", "an .mcap file of ScanKnit", fits_mcap, index_mcap},
     FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
                index_realsense_bag},

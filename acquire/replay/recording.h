@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -82,6 +83,7 @@ struct Recording {
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
   UpAxis world_up = UpAxis::kMinusY;
+  std::map<std::string, std::string> topics = {};  ///< see RecordingInfo
   std::vector<std::string> warnings = {};
   DecodeFrame decode = {};
 };

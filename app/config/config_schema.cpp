@@ -88,6 +88,7 @@ std::vector<ConfigKey> picture_keys() {
            {"pclzf", RecordingFormat::kPclzf},
            {"fakenect", RecordingFormat::kFakenect},
            {"mcap", RecordingFormat::kMcap},
+           {"ros2", RecordingFormat::kRos2},
            {"realsense-bag", RecordingFormat::kRealsenseBag},
            {"oni", RecordingFormat::kOni}},
           [](auto& c) -> auto& { return c.acquire.format; }),
