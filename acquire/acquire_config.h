@@ -31,11 +31,13 @@ enum class RecordingFormat {
   kSevenScenes,
   kTum,
   kOpen3d,
+  kNerfstudio,
   kPhoneLidar,
   kPcd,
   kPclzf,
   kFakenect,
   kMcap,
+  kRos2,
   kRealsenseBag,
   kOni
 };

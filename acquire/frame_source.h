@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -26,11 +27,11 @@ struct RecognisedSensor {
 
 /// The properties of a recording that are known without decoding all frames.
 struct RecordingInfo {
-  std::string format;            ///< "7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap",
-                                 ///< "realsense-bag", "oni"
-  std::filesystem::path folder;  ///< where its files lie: the path that was opened, or a folder below it;
-                                 ///< or the file that is all of it
-  std::size_t frames = 0;        ///< all frames of the recording, also those that from/to/every do not select
+  std::string format;                     ///< "7-scenes", "tum", "open3d", "nerfstudio", "phone-lidar", "pcd", "pclzf",
+                                          ///< "fakenect", "mcap", "ros2", "realsense-bag", "oni"
+  std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
+                                          ///< or the file that is all of it
+  std::size_t frames = 0;                 ///< all frames of the recording, also those that from/to/every do not select
   std::size_t frames_with_pose = 0;       ///< those with a pose entry (not checked yet)
   PoseMode poses = PoseMode::kRecording;  ///< the mode in use, never kAuto
   bool has_colour = false;
@@ -40,6 +41,8 @@ struct RecordingInfo {
   std::optional<double> duration_s;                   ///< nothing when the recording has no clock
   std::optional<RecognisedSensor> sensor;             ///< nothing: not recognised, or config.sensor names it
   UpAxis world_up = UpAxis::kMinusY;                  ///< -y: the world is a camera's frame (y down)
+  std::map<std::string, std::string> topics;          ///< of recordings that have some: what each that is read is for
+                                                      ///< ("depth", "colour", "poses"), and "not_read"
   std::vector<std::string> warnings;                  ///< messages: faults of the recording as a whole
 };
 

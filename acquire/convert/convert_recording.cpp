@@ -9,6 +9,7 @@
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
 #include "acquire/new_recording.h"
+#include "core/picture/jpeg_structure.h"
 
 namespace scanknit {
 namespace {
@@ -40,7 +41,7 @@ class NewFolder {
   bool is_kept_ = false;
 };
 
-OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
+OpenedTarget open_target(ConvertTarget target, const fs::path& output, UpAxis world_up) {
   if (target == ConvertTarget::kMcap) {
     if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
     return open_mcap_target(output);
@@ -55,6 +56,7 @@ OpenedTarget open_target(ConvertTarget target, const fs::path& output) {
     case ConvertTarget::kTum: return open_tum_target(output);
     case ConvertTarget::kOpen3d: return open_open3d_target(output);
     case ConvertTarget::kSevenScenes: return open_seven_scenes_target(output);
+    case ConvertTarget::kNerfstudio: return open_nerfstudio_target(output, world_up);
     default: return open_fakenect_target(output);
   }
 }
@@ -73,6 +75,21 @@ void RecordingTarget::warn(const std::string& text) {
 ColourImage RecordingTarget::resample_colour(const Frame& frame) {
   warn("the layout has no colour camera of its own: colour is resampled into the depth pictures");
   return register_colour(frame);
+}
+
+Result<std::string> RecordingTarget::write_colour_file(const Frame& frame, const fs::path& folder,
+                                                       const std::string& stem) {
+  const ColourFrame& colour = *frame.colour;
+  if (!is_registered(frame)) {
+    const std::string name = stem + ".png";
+    auto done = write_colour_png(resample_colour(frame), folder / name);
+    return done ? Result<std::string>(name) : done.error();
+  }
+  const bool is_jpeg = colour.encoded && looks_like_jpeg(*colour.encoded);
+  const std::string name = stem + (is_jpeg ? ".jpg" : ".png");
+  auto done =
+      colour.encoded ? write_bytes(*colour.encoded, folder / name) : write_colour_png(colour.image, folder / name);
+  return done ? Result<std::string>(name) : done.error();
 }
 
 bool is_registered(const Frame& frame) {
@@ -108,7 +125,7 @@ Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget targ
                                          const ConvertProgress& progress, std::stop_token stop) {
   std::error_code code;
   const bool was_there = fs::exists(output, code);
-  const auto opened = open_target(target, output);
+  const auto opened = open_target(target, output, source.info().world_up);
   if (!opened) return opened.error();
   std::optional<NewFolder> folder;
   if (target != ConvertTarget::kMcap) folder.emplace(output, was_there);
@@ -116,16 +133,23 @@ Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget targ
   ConvertSummary summary;
   const double units = source.info().depth_scale.value_or(kUnitsWithoutRaw);
   std::optional<Error> first_drop;
+  const auto leave_out = [&](Error why) {
+    ++summary.dropped;
+    if (!first_drop) first_drop = std::move(why);
+  };
   for (;;) {
     FrameEvent event = source.next(stop);
     if (std::holds_alternative<EndOfStream>(event)) break;
     if (auto* error = std::get_if<Error>(&event)) return *std::move(error);
     if (auto* drop = std::get_if<FrameDropped>(&event)) {
-      ++summary.dropped;
-      if (!first_drop) first_drop = std::move(drop->error);
+      leave_out(std::move(drop->error));
       continue;
     }
     const Frame& frame = std::get<Frame>(event);
+    if (auto refused = recording.refuses(frame)) {
+      leave_out(*std::move(refused));
+      continue;
+    }
     const std::int64_t time_ns =
         frame.has_clock ? frame.timestamp_ns : static_cast<std::int64_t>(summary.frames) * kPeriod_ns;
     const auto raw = to_raw_depth(frame.depth_m, units);

@@ -13,7 +13,7 @@
 
 namespace scanknit {
 
-enum class ConvertTarget { kMcap, kTum, kOpen3d, kSevenScenes, kFakenect };
+enum class ConvertTarget { kMcap, kTum, kOpen3d, kSevenScenes, kFakenect, kNerfstudio };
 
 struct ConvertSummary {
   std::size_t frames = 0;   ///< frames written

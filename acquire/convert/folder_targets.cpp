@@ -9,7 +9,6 @@
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
 #include "core/files/atomic_file.h"
-#include "core/picture/jpeg_structure.h"
 
 namespace scanknit {
 namespace {
@@ -41,19 +40,8 @@ class FolderTarget : public RecordingTarget {
     return write_depth_png(converted.raw_depth, folder_ / name);
   }
 
-  /// The name that was written, with the extension that fits.
   [[nodiscard]] Result<std::string> write_colour(const ConvertedFrame& converted, const std::string& stem) {
-    const ColourFrame& colour = *converted.frame.colour;
-    if (!is_registered(converted.frame)) {
-      const std::string name = stem + ".png";
-      auto done = write_colour_png(resample_colour(converted.frame), folder_ / name);
-      return done ? Result<std::string>(name) : done.error();
-    }
-    const bool is_jpeg = colour.encoded && looks_like_jpeg(*colour.encoded);
-    const std::string name = stem + (is_jpeg ? ".jpg" : ".png");
-    auto done =
-        colour.encoded ? write_bytes(*colour.encoded, folder_ / name) : write_colour_png(colour.image, folder_ / name);
-    return done ? Result<std::string>(name) : done.error();
+    return write_colour_file(converted.frame, folder_, stem);
   }
 
   [[nodiscard]] Result<void> write_text(const char* name, const std::string& text) const {

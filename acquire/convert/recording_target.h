@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/axes.h"
 #include "core/frame.h"
 #include "core/image.h"
 #include "core/result.h"
@@ -25,6 +27,8 @@ struct ConvertedFrame {
 class RecordingTarget {
  public:
   virtual ~RecordingTarget() = default;
+  /// Why the layout has no place for this frame, which is then left out; nothing: write() takes it.
+  [[nodiscard]] virtual std::optional<Error> refuses([[maybe_unused]] const Frame& frame) const { return {}; }
   [[nodiscard]] virtual Result<void> write(const ConvertedFrame& converted) = 0;
   /// To be called after the last frame, when at least one was written.
   [[nodiscard]] virtual Result<void> finish() = 0;
@@ -38,6 +42,11 @@ class RecordingTarget {
   /// register_colour(), with a warning.
   [[nodiscard]] ColourImage resample_colour(const Frame& frame);
 
+  /// Writes the frame's colour as `folder`/`stem` with the extension that fits, and returns stem and extension: byte by
+  /// byte if it is registered to depth and came from a file, else as a PNG, resampled where it is not registered.
+  [[nodiscard]] Result<std::string> write_colour_file(const Frame& frame, const std::filesystem::path& folder,
+                                                      const std::string& stem);
+
  private:
   std::vector<std::string> warnings_;
 };
@@ -50,6 +59,8 @@ using OpenedTarget = Result<std::unique_ptr<RecordingTarget>>;
 [[nodiscard]] OpenedTarget open_open3d_target(const std::filesystem::path& folder);
 [[nodiscard]] OpenedTarget open_seven_scenes_target(const std::filesystem::path& folder);
 [[nodiscard]] OpenedTarget open_fakenect_target(const std::filesystem::path& folder);
+/// `world_up`: the axis of the recording's world that points up.
+[[nodiscard]] OpenedTarget open_nerfstudio_target(const std::filesystem::path& folder, UpAxis world_up);
 
 /// True when colour and depth have the same camera, except its resolution.
 [[nodiscard]] bool is_registered(const Frame& frame);

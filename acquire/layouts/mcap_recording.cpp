@@ -1,4 +1,5 @@
 // Recordings of our own (acquire/record/recorder.h).
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -78,6 +79,11 @@ Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::fi
   auto reader = McapReader::open(std::move(access), config.limits);
   if (!reader) return located(reader.error(), path);
   if (reader->find_channel(kDepthTopic) == nullptr) {
+    // Not every writer of ROS 2's messages states their profile.
+    const auto& channels = reader->channels();
+    const bool is_of_ros2 = std::any_of(channels.begin(), channels.end(),
+                                        [](const McapChannel& channel) { return channel.message_encoding == "cdr"; });
+    if (is_of_ros2) return index_ros2(*std::move(reader), path, config);
     return Error{ErrorCode::kInput,
                  std::string("an MCAP file, but not a recording of ours: it has no channel ") + kDepthTopic,
                  path.string()};

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "acquire/layouts/opengl_pose.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
@@ -24,9 +25,6 @@ constexpr double kDepthScale = 1000.0;  // millimetres
 constexpr double kSensorWidth = 1920;
 constexpr double kSensorHeight = 1440;
 
-// ARKit's camera looks along -z with y up; ours looks along z with y down. Both are right-handed: half a turn about x.
-const Eigen::Vector4d kArkitAxes(1, -1, -1, 1);
-
 std::optional<std::vector<double>> number_array(const nlohmann::json& json, const char* name, std::size_t count) {
   if (!json.contains(name) || !json[name].is_array() || json[name].size() != count) return std::nullopt;
   std::vector<double> numbers;
@@ -42,7 +40,7 @@ Result<Pose> arkit_pose(const nlohmann::json& json, const fs::path& path) {
   if (!numbers) return Error{ErrorCode::kInput, "cameraPoseARFrame: expected sixteen numbers", path.string()};
   const auto arkit = pose_from_numbers(*numbers);
   if (!arkit) return located(arkit.error(), path);
-  return pose_from_matrix(arkit->matrix() * kArkitAxes.asDiagonal());
+  return pose_from_opengl(arkit->matrix());
 }
 
 // Fills in what frame_NNNNN.json says: camera, pose, time.

@@ -1,13 +1,13 @@
 #include "acquire/layouts/ros_bag.h"
 
 #include <bzlib.h>
-#include <lz4frame.h>
 
 #include <algorithm>
 #include <map>
 #include <string_view>
 #include <utility>
 
+#include "acquire/mcap/lz4_bytes.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
 
@@ -53,23 +53,6 @@ std::optional<T> number_in(const Fields& fields, const char* name) {
 std::string text_in(const Fields& fields, const char* name) {
   const auto field = fields.find(name);
   return field == fields.end() ? std::string() : text_of(field->second);
-}
-
-bool unpack_lz4(std::span<const std::byte> packed, std::span<std::byte> bytes) {
-  LZ4F_dctx* context = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0) return false;
-  const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> owner(context,
-                                                                                   LZ4F_freeDecompressionContext);
-  for (;;) {
-    std::size_t read = packed.size();
-    std::size_t written = bytes.size();
-    const std::size_t left = LZ4F_decompress(context, bytes.data(), &written, packed.data(), &read, nullptr);
-    if (LZ4F_isError(left) != 0) return false;
-    packed = packed.subspan(read);
-    bytes = bytes.subspan(written);
-    if (left == 0) return bytes.empty();
-    if (read == 0 && written == 0) return false;  // truncated, or more than the header promised
-  }
 }
 
 bool unpack_bz2(std::span<const std::byte> packed, std::span<std::byte> bytes) {
@@ -207,11 +190,12 @@ std::optional<std::vector<std::byte>> RosBag::load(const Chunk& chunk) const {
     if (chunk.packed != chunk.unpacked) return std::nullopt;
     return packed;
   }
+  if (chunk.compression == "lz4") {
+    auto bytes = lz4_unpack(packed, chunk.unpacked);
+    return bytes ? std::optional(*std::move(bytes)) : std::nullopt;
+  }
   std::vector<std::byte> bytes(chunk.unpacked);
-  const bool is_whole = chunk.compression == "lz4"   ? unpack_lz4(packed, bytes)
-                        : chunk.compression == "bz2" ? unpack_bz2(packed, bytes)
-                                                     : false;
-  if (!is_whole) return std::nullopt;
+  if (chunk.compression != "bz2" || !unpack_bz2(packed, bytes)) return std::nullopt;
   return bytes;
 }
 

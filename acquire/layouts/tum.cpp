@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "acquire/layouts/timed_poses.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
@@ -19,10 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDepthList = "depth.txt";
 constexpr const char* kColourList = "rgb.txt";
 constexpr const char* kPoseList = "groundtruth.txt";
-constexpr double kDepthScale = 5000.0;                  // the layout's own: 0.2 mm
-constexpr std::int64_t kMaxDifference_ns = 20'000'000;  // what the benchmark's own association script allows
-constexpr std::int64_t kMaxPoseGap_ns =
-    100'000'000;  // a trajectory of 10 poses a second is dense enough to interpolate
+constexpr double kDepthScale = 5000.0;  // the layout's own: 0.2 mm
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 struct Stamp {
@@ -36,22 +34,8 @@ struct NamedFile {
   std::size_t line = 0;
 };
 
-struct TimedPose {
-  std::int64_t time_ns = 0;
-  Result<Pose> T_world_camera;
-};
-
 Error line_error(const fs::path& path, std::size_t line, std::string message) {
   return {ErrorCode::kInput, std::move(message), path.string() + ":" + std::to_string(line)};
-}
-
-// Distance in time; stamps lie within +-9e18 ns, so that the difference of two may not fit 64 bits.
-std::int64_t distance_ns(std::int64_t a, std::int64_t b) {
-  std::int64_t difference = 0;
-  if (__builtin_sub_overflow(std::max(a, b), std::min(a, b), &difference)) {
-    return std::numeric_limits<std::int64_t>::max();
-  }
-  return difference;
 }
 
 Result<std::vector<NamedFile>> read_list(const fs::path& path, const Limits& limits) {
@@ -77,8 +61,7 @@ Result<std::vector<TimedPose>> read_poses(const fs::path& path, const Limits& li
     if (!pose) pose = line_error(path, line.number, pose.error().message);
     poses.push_back({*time, std::move(pose)});
   }
-  std::stable_sort(poses.begin(), poses.end(),
-                   [](const TimedPose& a, const TimedPose& b) { return a.time_ns < b.time_ns; });
+  sort_by_time(poses);
   return poses;
 }
 
@@ -117,29 +100,6 @@ std::vector<std::size_t> associate(const std::vector<NamedFile>& depth, const st
     }
   }
   return partner;
-}
-
-// The pose at `time_ns`: interpolated between its neighbours, or the nearest one within 20 ms beyond an end.
-std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns) {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), time_ns,
-                                      [](const TimedPose& pose, std::int64_t time) { return pose.time_ns < time; });
-  if (after != poses.end() && after->time_ns == time_ns) return after->T_world_camera;
-  const bool has_after = after != poses.end();
-  const bool has_before = after != poses.begin();
-  if (!has_after && !has_before) return std::nullopt;
-  if (!has_after || !has_before) {
-    const TimedPose& end = has_after ? *after : *std::prev(after);
-    if (distance_ns(end.time_ns, time_ns) > kMaxDifference_ns) return std::nullopt;
-    return end.T_world_camera;
-  }
-  const TimedPose& before = *std::prev(after);
-  const std::int64_t gap = distance_ns(before.time_ns, after->time_ns);
-  const std::int64_t to_nearest = std::min(distance_ns(before.time_ns, time_ns), distance_ns(after->time_ns, time_ns));
-  if (gap > kMaxPoseGap_ns && to_nearest > kMaxDifference_ns) return std::nullopt;
-  if (!before.T_world_camera) return before.T_world_camera;
-  if (!after->T_world_camera) return after->T_world_camera;
-  const double fraction = static_cast<double>(distance_ns(before.time_ns, time_ns)) / static_cast<double>(gap);
-  return Result<Pose>(interpolate(*before.T_world_camera, *after->T_world_camera, fraction));
 }
 
 // The path of `file`, or the fault that drops its frame.

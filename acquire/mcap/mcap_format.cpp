@@ -1,12 +1,10 @@
 #include "acquire/mcap/mcap_format.h"
 
 #include "acquire/mcap/byte_appender.h"
-#include "core/files/byte_reader.h"
 
 namespace scanknit {
-namespace {
 
-std::optional<std::string> take_text(ByteReader& reader) {
+std::optional<std::string> take_mcap_text(ByteReader& reader) {
   const auto length = reader.little_endian<std::uint32_t>();
   if (!length) return std::nullopt;
   const auto bytes = reader.take(*length);
@@ -15,8 +13,6 @@ std::optional<std::string> take_text(ByteReader& reader) {
   for (std::size_t i = 0; i < text.size(); ++i) text[i] = static_cast<char>((*bytes)[i]);
   return text;
 }
-
-}  // namespace
 
 McapRecord::McapRecord(McapOp op, std::vector<std::byte>& bytes) : bytes_(bytes) {
   ByteAppender writer(bytes_);
@@ -53,9 +49,9 @@ void append_channel(const McapChannel& channel, std::vector<std::byte>& bytes) {
 std::optional<McapSchema> parse_schema(std::span<const std::byte> content) {
   ByteReader reader(content);
   const auto id = reader.little_endian<std::uint16_t>();
-  auto name = take_text(reader);
-  auto encoding = take_text(reader);
-  auto text = take_text(reader);
+  auto name = take_mcap_text(reader);
+  auto encoding = take_mcap_text(reader);
+  auto text = take_mcap_text(reader);
   if (!id || *id == 0 || !name || !encoding || !text) return std::nullopt;
   return McapSchema{*id, *std::move(name), *std::move(encoding), *std::move(text)};
 }
@@ -64,8 +60,8 @@ std::optional<McapChannel> parse_channel(std::span<const std::byte> content) {
   ByteReader reader(content);
   const auto id = reader.little_endian<std::uint16_t>();
   const auto schema_id = reader.little_endian<std::uint16_t>();
-  auto topic = take_text(reader);
-  auto encoding = take_text(reader);
+  auto topic = take_mcap_text(reader);
+  auto encoding = take_mcap_text(reader);
   if (!id || !schema_id || !topic || !encoding) return std::nullopt;
   return McapChannel{*id, *schema_id, *std::move(topic), *std::move(encoding)};
 }

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "core/files/byte_reader.h"
+
 namespace scanknit {
 
 inline constexpr std::array<std::byte, 8> kMcapMagic = {std::byte{0x89}, std::byte{'M'}, std::byte{'C'},
@@ -57,6 +59,9 @@ void append_channel(const McapChannel& channel, std::vector<std::byte>& bytes);
 /// Parses the content of a record. Nothing: it is truncated, or a schema with the id 0.
 [[nodiscard]] std::optional<McapSchema> parse_schema(std::span<const std::byte> content);
 [[nodiscard]] std::optional<McapChannel> parse_channel(std::span<const std::byte> content);
+
+/// A text after its length in 32 bits; nothing: it is truncated.
+[[nodiscard]] std::optional<std::string> take_mcap_text(ByteReader& reader);
 
 /// A record whose length is set when its content is complete.
 class McapRecord {

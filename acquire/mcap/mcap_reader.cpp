@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquire/mcap/lz4_bytes.h"
 #include "acquire/mcap/zstd_bytes.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
@@ -16,9 +17,9 @@ constexpr std::size_t kLongestCompression = 4;                // "zstd"
 constexpr std::uint64_t kMaxDefinitionBytes = 1u << 20;       // a schema or a channel
 constexpr std::size_t kMaxDefinitions = 1000;                 // ours have ten
 
-// Messages outside chunks have no CRC: never ours. What the specification does not know, we did not write either.
+// What the specification does not know, nobody wrote.
 bool is_expected(McapOp op) {
-  return op >= McapOp::kHeader && op <= McapOp::kDataEnd && op != McapOp::kMessage;
+  return op >= McapOp::kHeader && op <= McapOp::kDataEnd;
 }
 
 std::string at_byte(std::uint64_t offset) {
@@ -30,6 +31,19 @@ std::string at_byte(std::uint64_t offset) {
 bool is_mcap(const RandomAccess& file) {
   std::array<std::byte, kMcapMagic.size()> magic{};
   return file.read(0, magic) && magic == kMcapMagic;
+}
+
+std::string mcap_profile(const RandomAccess& file) {
+  constexpr std::size_t kLongest = 64;
+  std::array<std::byte, kMcapMagic.size() + kMcapRecordHeader + sizeof(std::uint32_t) + kLongest> front{};
+  const auto bytes = std::span(front).first(std::min<std::uint64_t>(front.size(), file.size()));
+  if (!is_mcap(file) || !file.read(0, bytes)) return {};
+  ByteReader reader(bytes);
+  (void)reader.take(kMcapMagic.size());
+  const auto op = reader.little_endian<std::uint8_t>();
+  const auto length = reader.little_endian<std::uint64_t>();
+  if (op != static_cast<std::uint8_t>(McapOp::kHeader) || !length) return {};
+  return take_mcap_text(reader).value_or(std::string());
 }
 
 Result<McapReader> McapReader::open(std::unique_ptr<RandomAccess> file, const Limits& limits) {
@@ -75,6 +89,10 @@ Result<void> McapReader::walk_file() {
       if (!walked) return walked.error();
       is_good = *walked;
       after_chunk = is_good ? record->end() : at + 1;
+    } else if (is_good && record->op == McapOp::kMessage) {
+      const auto walked = walk_message(*record);
+      if (!walked) return walked.error();
+      is_good = *walked;
     } else if (is_good) {
       note_definition(*file_, *record);
     }
@@ -125,10 +143,11 @@ Result<bool> McapReader::walk_chunk(const Record& record) {
     return false;
   }
   chunks_.push_back(*chunk);
+  has_chunks_ = true;
   const std::size_t known_schemas = schemas_.size();
   const std::size_t known_channels = channels_.size();
   bool is_whole = false;
-  if (chunk->is_zstd) {
+  if (chunk->packing != Packing::kNone) {
     const auto records = load(*chunk);
     is_whole = records && walk_records(MemoryAccess(*records), 0, records->size());
   } else {
@@ -142,10 +161,28 @@ Result<bool> McapReader::walk_chunk(const Record& record) {
     channels_.resize(known_channels);
   }
   if (!is_whole) note_fault("the chunk " + at_byte(record.begin) + " is damaged");
-  if (messages_.size() > limits_.max_frames) {
-    return Error{ErrorCode::kInput, "more messages than " + std::to_string(limits_.max_frames)};
-  }
+  if (const auto counted = check_count(); !counted) return counted.error();
   return is_whole;
+}
+
+// It has no checksum, and none of ours is written so: only a file without a single chunk has such messages, of channels
+// that came before.
+Result<bool> McapReader::walk_message(const Record& record) {
+  if (has_chunks_) return false;
+  chunks_.push_back({.begin = record.begin, .length = record.length, .unpacked = record.length});
+  const bool is_whole = note_message(*file_, record, record.begin);
+  const bool is_known = is_whole && std::any_of(channels_.begin(), channels_.end(), [&](const McapChannel& channel) {
+                          return channel.id == messages_.back().channel;
+                        });
+  if (is_whole && !is_known) messages_.pop_back();
+  if (!is_known) chunks_.pop_back();
+  if (const auto counted = check_count(); !counted) return counted.error();
+  return is_known;
+}
+
+Result<void> McapReader::check_count() const {
+  if (messages_.size() <= limits_.max_frames) return {};
+  return Error{ErrorCode::kInput, "more messages than " + std::to_string(limits_.max_frames)};
 }
 
 bool McapReader::walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end) {
@@ -211,12 +248,17 @@ std::optional<McapReader::Chunk> McapReader::parse_chunk(const Record& record) c
   ByteReader rest_reader(rest);
   std::string name;
   for (std::uint32_t i = 0; i < name_length; ++i) name += rest_reader.little_endian<char>().value_or('\0');
-  chunk.is_zstd = name == "zstd";
-  if (!name.empty() && !chunk.is_zstd) return std::nullopt;
+  if (name == "zstd") {
+    chunk.packing = Packing::kZstd;
+  } else if (name == "lz4") {
+    chunk.packing = Packing::kLz4;
+  } else if (!name.empty()) {
+    return std::nullopt;
+  }
   chunk.length = rest_reader.little_endian<std::uint64_t>().value_or(0);
   chunk.begin = record.begin + fixed.size() + rest.size();
   if (chunk.length > record.end() - chunk.begin) return std::nullopt;
-  if (!chunk.is_zstd && chunk.unpacked != chunk.length) return std::nullopt;
+  if (chunk.packing == Packing::kNone && chunk.unpacked != chunk.length) return std::nullopt;
   return chunk;
 }
 
@@ -229,8 +271,8 @@ Result<std::vector<std::byte>> McapReader::load(const Chunk& chunk) const {
   }
   std::vector<std::byte> records(*stored);
   if (!file_->read(chunk.begin, records)) return Error{ErrorCode::kInput, where + " cannot be read"};
-  if (chunk.is_zstd) {
-    auto plain = zstd_unpack(records, *unpacked);
+  if (chunk.packing != Packing::kNone) {
+    auto plain = chunk.packing == Packing::kZstd ? zstd_unpack(records, *unpacked) : lz4_unpack(records, *unpacked);
     if (!plain) return Error{ErrorCode::kInput, where + ": " + plain.error().message};
     records = *std::move(plain);
   }
@@ -267,6 +309,17 @@ Result<std::span<const std::byte>> McapReader::read(const McapMessagePlace& mess
   const auto data = reader.take(static_cast<std::size_t>(message.length));
   if (!data) return Error{ErrorCode::kInput, "the file has changed while it was read"};
   return *data;
+}
+
+bool McapReader::peek(const McapMessagePlace& message, std::span<std::byte> to) {
+  SCANKNIT_CHECK(message.chunk < chunks_.size());
+  if (to.size() > message.length) return false;
+  const Chunk& chunk = chunks_[message.chunk];
+  if (chunk.packing == Packing::kNone) return file_->read(chunk.begin + message.offset, to);
+  const auto data = read(message);
+  if (!data) return false;
+  std::copy_n(data->begin(), to.size(), to.begin());
+  return true;
 }
 
 void McapReader::note_fault(std::string text) {

@@ -47,6 +47,10 @@ class McapReader {
   /// limits, unreadable or damaged.
   [[nodiscard]] Result<std::span<const std::byte>> read(const McapMessagePlace& message);
 
+  /// The first bytes of a message's data, `to` of them, without the chunk's checksum; false: there are not so many.
+  /// Reads no more than these where the chunk is not compressed.
+  [[nodiscard]] bool peek(const McapMessagePlace& message, std::span<std::byte> to);
+
   /// The fault of the file as a whole, as text: it ends early, or some of its chunks cannot be read. Nothing if the
   /// file is complete.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
@@ -57,11 +61,12 @@ class McapReader {
     std::uint64_t begin = 0, length = 0;  // of the content
     [[nodiscard]] std::uint64_t end() const { return begin + length; }
   };
+  enum class Packing { kNone, kZstd, kLz4 };
   struct Chunk {
     std::uint64_t begin = 0, length = 0;  // of the records as stored
     std::uint64_t unpacked = 0;           // their size
     std::uint32_t crc = 0;                // 0: not known
-    bool is_zstd = false;
+    Packing packing = Packing::kNone;
   };
   struct LoadedChunk {
     std::uint32_t index = 0;
@@ -78,6 +83,9 @@ class McapReader {
   [[nodiscard]] bool is_whole_chunk(std::uint64_t at);
   /// False: damaged.
   [[nodiscard]] Result<bool> walk_chunk(const Record& record);
+  /// A message of a file that has no chunks.
+  [[nodiscard]] Result<bool> walk_message(const Record& record);
+  [[nodiscard]] Result<void> check_count() const;
   [[nodiscard]] bool walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end);
   [[nodiscard]] bool note_message(const RandomAccess& bytes, const Record& record, std::uint64_t base);
   void note_definition(const RandomAccess& bytes, const Record& record);
@@ -95,10 +103,14 @@ class McapReader {
   std::optional<std::string> fault_;
   std::array<LoadedChunk, 2> cache_;  // depth and its colour may be in two successive chunks
   std::uint64_t reads_ = 0;
+  bool has_chunks_ = false;
   int trials_ = 0;  // chunks unpacked in the search for the next intact one
 };
 
 /// True when the file begins as an MCAP file does.
 [[nodiscard]] bool is_mcap(const RandomAccess& file);
+
+/// The profile that the file's header states ("ros2"); empty: none, or no MCAP file.
+[[nodiscard]] std::string mcap_profile(const RandomAccess& file);
 
 }  // namespace scanknit

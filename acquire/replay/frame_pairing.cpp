@@ -1,8 +1,8 @@
 #include "acquire/replay/frame_pairing.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
-#include <vector>
 
 namespace scanknit {
 namespace {
@@ -35,6 +35,22 @@ std::optional<std::size_t> nearest_in_time(std::span<const std::int64_t> times_n
   }
   if (distance_ns(*best, time_ns) > static_cast<std::uint64_t>(reach_ns)) return std::nullopt;
   return static_cast<std::size_t>(best - times_ns.begin());
+}
+
+std::vector<std::optional<std::size_t>> pair_by_time(std::span<const std::int64_t> depth_ns,
+                                                     std::span<const std::int64_t> colour_ns, std::int64_t reach_ns) {
+  std::vector<std::size_t> order(colour_ns.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return colour_ns[a] < colour_ns[b]; });
+  std::vector<std::int64_t> sorted_ns;
+  for (const std::size_t i : order) sorted_ns.push_back(colour_ns[i]);
+  std::vector<std::optional<std::size_t>> partners;
+  for (const std::int64_t time_ns : depth_ns) {
+    const auto place = nearest_in_time(sorted_ns, time_ns, reach_ns);
+    partners.push_back(place ? std::optional(order[*place]) : std::nullopt);
+  }
+  return partners;
 }
 
 void FramePairing::add(RawFrame frame) {

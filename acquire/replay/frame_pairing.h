@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "acquire/raw_frame.h"
 
@@ -19,6 +20,12 @@ namespace scanknit {
 /// ascend.
 [[nodiscard]] std::optional<std::size_t> nearest_in_time(std::span<const std::int64_t> times_ns, std::int64_t time_ns,
                                                          std::int64_t reach_ns);
+
+/// For each time of depth the index of the colour picture that is nearest within `reach_ns`. The times of either stream
+/// may come in any order; of colour pictures of one time the first is taken.
+[[nodiscard]] std::vector<std::optional<std::size_t>> pair_by_time(std::span<const std::int64_t> depth_ns,
+                                                                   std::span<const std::int64_t> colour_ns,
+                                                                   std::int64_t reach_ns);
 
 struct RawPair {
   RawFrame depth;

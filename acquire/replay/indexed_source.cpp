@@ -55,6 +55,11 @@ IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
     : recording_(std::move(recording)), config_(config) {
   next_ = config_.from;
   last_ = std::min(config_.to, recording_.entries.size() - 1);
+  if (const std::size_t jumps = make_times_ascend(recording_.entries); jumps > 0) {
+    recording_.warnings.push_back("the time stamps step back or stand still " + std::to_string(jumps) +
+                                  " times: the frames are taken in the order in which they were recorded, and at each "
+                                  "of these times the clock goes on by the usual interval");
+  }
   describe();
   look_at_first_frames();
 }
@@ -66,6 +71,7 @@ void IndexedSource::describe() {
   info_.frames = entries.size();
   info_.sensor = recording_.sensor;
   info_.world_up = recording_.world_up;
+  info_.topics = recording_.topics;
   info_.warnings = recording_.warnings;
   if (!recording_.has_metric_depth) {
     const auto of_entry = entries.empty() ? std::nullopt : entries.front().depth_scale;
@@ -132,9 +138,7 @@ FrameEvent IndexedSource::next(std::stop_token stop) {
   if (auto* drop = std::get_if<Drop>(&loaded)) {
     return FrameDropped{recording_.entries[index].sequence, drop->reason, std::move(drop->error)};
   }
-  auto& frame = std::get<Frame>(loaded);
-  last_timestamp_ns_ = frame.timestamp_ns;
-  return std::move(frame);
+  return std::get<Frame>(std::move(loaded));
 }
 
 OrDrop<Frame> IndexedSource::load(std::size_t index) {
@@ -157,7 +161,8 @@ OrDrop<Frame> IndexedSource::load(std::size_t index) {
     return make_drop(DropReason::kNoDepth, "not one pixel has a depth", entry.depth);
   }
   if (auto drop = settle_pose(entry, pose, frame)) return *std::move(drop);
-  if (auto drop = settle_time(entry, index, frame)) return *std::move(drop);
+  frame.has_clock = has_clock_;
+  frame.timestamp_ns = has_clock_ ? *entry.timestamp_ns : static_cast<std::int64_t>(index);
   frame.sequence = entry.sequence;
   return loaded;
 }
@@ -205,15 +210,6 @@ std::optional<Drop> IndexedSource::settle_pose(const FrameEntry& entry, const st
   if (!pose) return make_drop(DropReason::kNoPose, "the frame has no pose", entry.depth);
   if (!*pose) return Drop{DropReason::kBadPose, pose->error()};
   frame.T_world_camera = **pose;
-  return std::nullopt;
-}
-
-std::optional<Drop> IndexedSource::settle_time(const FrameEntry& entry, std::size_t index, Frame& frame) const {
-  frame.has_clock = has_clock_;
-  frame.timestamp_ns = has_clock_ ? *entry.timestamp_ns : static_cast<std::int64_t>(index);
-  if (last_timestamp_ns_ && frame.timestamp_ns <= *last_timestamp_ns_) {
-    return make_drop(DropReason::kTimestamp, "its time is not after the frame's before it", entry.depth);
-  }
   return std::nullopt;
 }
 

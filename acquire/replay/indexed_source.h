@@ -24,7 +24,6 @@ class IndexedSource final : public FrameSource {
   [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;
   [[nodiscard]] std::optional<Drop> settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
                                                 Frame& frame) const;
-  [[nodiscard]] std::optional<Drop> settle_time(const FrameEntry& entry, std::size_t index, Frame& frame) const;
   void describe();
   void look_at_first_frames();
 
@@ -35,7 +34,6 @@ class IndexedSource final : public FrameSource {
   std::size_t next_ = 0;
   std::size_t last_ = 0;  // inclusive
   bool is_at_end_ = false;
-  std::optional<std::int64_t> last_timestamp_ns_;
 };
 
 }  // namespace scanknit

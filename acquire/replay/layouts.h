@@ -17,6 +17,9 @@ namespace scanknit {
 [[nodiscard]] bool fits_tum(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_tum(const Folder& folder, const AcquireConfig& config);
 
+[[nodiscard]] bool fits_nerfstudio(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_nerfstudio(const Folder& folder, const AcquireConfig& config);
+
 [[nodiscard]] bool fits_open3d(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_open3d(const Folder& folder, const AcquireConfig& config);
 

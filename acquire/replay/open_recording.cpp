@@ -32,6 +32,8 @@ constexpr std::array kLayouts = {
     Layout{RecordingFormat::kPhoneLidar, "phone-lidar", "depth_00000.png with frame_00000.json", fits_phone_lidar,
            index_phone_lidar},
     Layout{RecordingFormat::kTum, "tum", "depth.txt with rgb.txt and groundtruth.txt", fits_tum, index_tum},
+    Layout{RecordingFormat::kNerfstudio, "nerfstudio", "transforms.json whose frames have a depth_file_path",
+           fits_nerfstudio, index_nerfstudio},
     Layout{RecordingFormat::kOpen3d, "open3d", "depth/ with color/ or image/, camera_intrinsic.json, trajectory.log",
            fits_open3d, index_open3d},
     Layout{RecordingFormat::kFakenect, "fakenect", "INDEX.txt with d-*.pgm and r-*.ppm", fits_fakenect, index_fakenect},
@@ -49,6 +51,7 @@ struct FileLayout {
 
 // Recordings that are one file.
 constexpr std::array kFileLayouts = {
+    FileLayout{RecordingFormat::kRos2, "ros2", "an .mcap file of ROS 2 with depth pictures", fits_ros2, index_ros2},
     FileLayout{RecordingFormat::kMcap, "mcap", "an .mcap file of ScanKnit", fits_mcap, index_mcap},
     FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
                index_realsense_bag},

@@ -37,20 +37,10 @@ OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const
   return decoded;
 }
 
-// The pictures that are later than all before them: only those have a place in time.
-struct ColourTimes {
-  std::vector<std::int64_t> device_ns;
-  std::vector<std::size_t> index;
-};
-
-ColourTimes ascending(const std::vector<RawStamp>& stamps) {
-  ColourTimes times;
-  for (std::size_t i = 0; i < stamps.size(); ++i) {
-    if (!times.device_ns.empty() && stamps[i].device_ns <= times.device_ns.back()) continue;
-    times.device_ns.push_back(stamps[i].device_ns);
-    times.index.push_back(i);
-  }
-  return times;
+std::vector<std::int64_t> times_of(const std::vector<RawStamp>& stamps) {
+  std::vector<std::int64_t> times_ns;
+  for (const RawStamp& stamp : stamps) times_ns.push_back(stamp.device_ns);
+  return times_ns;
 }
 
 std::int64_t reach_ns(const RawRecording& raw) {
@@ -76,15 +66,14 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
   recording.warnings = std::move(raw.warnings);
   const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };
   const bool is_numbered = std::adjacent_find(raw.depth.begin(), raw.depth.end(), is_later) == raw.depth.end();
-  const ColourTimes colour = ascending(raw.colour);
-  const std::int64_t reach = reach_ns(raw);
+  const auto partners = pair_by_time(times_of(raw.depth), times_of(raw.colour), reach_ns(raw));
   for (std::size_t i = 0; i < raw.depth.size(); ++i) {
     FrameEntry entry{.sequence = is_numbered ? raw.depth[i].sequence : i, .timestamp_ns = raw.depth[i].device_ns};
     entry.depth = raw.file;
     entry.depth_index = i;
-    if (const auto nearest = nearest_in_time(colour.device_ns, raw.depth[i].device_ns, reach)) {
+    if (partners[i]) {
       entry.colour = raw.file;
-      entry.colour_index = colour.index[*nearest];
+      entry.colour_index = *partners[i];
     }
     const auto pose = raw.T_world_camera.find(raw.depth[i].sequence);
     if (pose != raw.T_world_camera.end()) entry.T_world_camera = pose->second;

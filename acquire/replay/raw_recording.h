@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
+#include "acquire/mcap/mcap_reader.h"
 #include "acquire/mcap/random_access.h"
 #include "acquire/raw_frame.h"
 #include "acquire/replay/recording.h"
@@ -46,6 +47,12 @@ struct RawRecording {
 
 [[nodiscard]] bool fits_mcap(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_mcap(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                           const AcquireConfig& config);
+
+[[nodiscard]] bool fits_ros2(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_ros2(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                           const AcquireConfig& config);
+[[nodiscard]] Result<Recording> index_ros2(McapReader reader, const std::filesystem::path& path,
                                            const AcquireConfig& config);
 
 [[nodiscard]] bool fits_oni(const RandomAccess& file);

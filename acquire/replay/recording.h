@@ -1,9 +1,11 @@
 // Recording: the index that every layout builds, and what its decoders return. Private to the room.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -81,8 +83,14 @@ struct Recording {
   bool frames_bring_camera = false;             ///< the decoder gives each frame's camera
   bool frames_bring_pose = false;               ///< the decoder gives each frame's pose
   UpAxis world_up = UpAxis::kMinusY;
+  std::map<std::string, std::string> topics = {};  ///< see RecordingInfo
   std::vector<std::string> warnings = {};
   DecodeFrame decode = {};
 };
+
+/// Makes the times of `entries` ascend strictly, in the order in which they stand: where a stamp is not after the one
+/// before it, the clock goes on by the recording's usual interval (the median), and all later times are moved along.
+/// Returns how often that was; 0: nothing is changed. Removes all times if the moved ones do not fit 64 bits.
+std::size_t make_times_ascend(std::vector<FrameEntry>& entries);
 
 }  // namespace scanknit

@@ -8,7 +8,8 @@ namespace scanknit {
 namespace {
 
 template <typename T, typename Sample>
-Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const Distortion& distortion, Sample sample) {
+Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const RationalDistortion& distortion,
+                  Sample sample) {
   Image<T> straight(image.width(), image.height());
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
@@ -45,22 +46,23 @@ Rgb8 bilinear(const ColourImage& image, const Eigen::Vector2d& at) {
 
 }  // namespace
 
-Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera, const Distortion& distortion) {
-  const auto [k1, k2, p1, p2, k3] = distortion;
+Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera,
+                              const RationalDistortion& distortion) {
+  const auto [k1, k2, p1, p2, k3, k4, k5, k6] = distortion;
   const double x = (u - camera.cx) / camera.fx;
   const double y = (v - camera.cy) / camera.fy;
   const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
   const double bent_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
   const double bent_y = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
   return {camera.fx * bent_x + camera.cx, camera.fy * bent_y + camera.cy};
 }
 
-DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const Distortion& distortion) {
+DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
   return resample(depth_m, camera, distortion, nearest);
 }
 
-ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const Distortion& distortion) {
+ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
   return resample(colour, camera, distortion, bilinear);
 }
 

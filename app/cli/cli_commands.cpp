@@ -198,11 +198,12 @@ void add_convert(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("RECORDING");
   command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
-  add_choice(*command, line, {"--to", "mcap, tum, open3d, 7-scenes, fakenect"}, convert.target,
+  add_choice(*command, line, {"--to", "mcap, tum, open3d, 7-scenes, nerfstudio, fakenect"}, convert.target,
              {{"mcap", ConvertTarget::kMcap},
               {"tum", ConvertTarget::kTum},
               {"open3d", ConvertTarget::kOpen3d},
               {"7-scenes", ConvertTarget::kSevenScenes},
+              {"nerfstudio", ConvertTarget::kNerfstudio},
               {"fakenect", ConvertTarget::kFakenect}})
       ->required()
       ->type_name("LAYOUT");

@@ -51,6 +51,7 @@ Json recording_json(const RecordingInfo& info) {
                {"has_colour", info.has_colour},
                {"colour_intrinsics", intrinsics_json(info.colour_intrinsics)},
                {"warnings", info.warnings}};
+  if (!info.topics.empty()) json["topics"] = info.topics;
   return json;
 }
 

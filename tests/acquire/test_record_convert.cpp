@@ -210,6 +210,7 @@ TEST_P(Convert, WarnsWhereColourHasToBeResampled) {
                          raw_calibration(640, 480));
   ASSERT_TRUE(writer.begin());
   ASSERT_TRUE(writer.write(depth_frame(0, 640, 480)));
+  writer.write_pose(depth_frame(0, 640, 480), Pose::Identity());
   ASSERT_TRUE(writer.write(colour_frame(0)));
   ASSERT_TRUE(writer.finish());
   fs::remove_all(output());
@@ -222,6 +223,7 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, Convert,
                          ::testing::Values(Named{ConvertTarget::kMcap, "mcap"}, Named{ConvertTarget::kTum, "tum"},
                                            Named{ConvertTarget::kOpen3d, "open3d"},
                                            Named{ConvertTarget::kSevenScenes, "seven_scenes"},
+                                           Named{ConvertTarget::kNerfstudio, "nerfstudio"},
                                            Named{ConvertTarget::kFakenect, "fakenect"}),
                          [](const auto& named) { return std::string(named.param.name); });
 

@@ -27,8 +27,8 @@ TEST(NaturalOrder, ComparesDigitsAsNumbers) {
 TEST(OpenRecording, SaysWhatItLooksForInAnEmptyFolder) {
   const TemporaryFolder folder;
   const std::string error = open_error(folder.path());
-  for (const char* layout :
-       {"7-scenes", "tum", "open3d", "phone-lidar", "pcd", "pclzf", "fakenect", "mcap", "realsense-bag", "oni"}) {
+  for (const char* layout : {"7-scenes", "tum", "open3d", "nerfstudio", "phone-lidar", "pcd", "pclzf", "fakenect",
+                             "mcap", "ros2", "realsense-bag", "oni"}) {
     EXPECT_TRUE(contains(error, layout)) << error;
   }
 }

@@ -110,11 +110,38 @@ TEST_F(TumRecording, DoesNotPairColourBeyond20Milliseconds) {
   EXPECT_FALSE(played(config).frames.at(0).colour.has_value());
 }
 
-TEST_F(TumRecording, DropsFramesWhoseTimeDoesNotIncrease) {
-  write_text(folder_ / "depth.txt", "2 depth/1.png\n2 depth/2.png\n");
+AcquireConfig still() {
   AcquireConfig config;
   config.poses = PoseMode::kStill;
-  EXPECT_EQ(played(config).reasons(), Reasons{"timestamp"});
+  return config;
+}
+
+TEST_F(TumRecording, WhoseTimeStepsBackIsReadInItsOrderAndLosesNoFrame) {
+  std::string list;
+  for (const char* time : {"10.0", "10.1", "10.2", "5.0", "5.1", "5.1", "7.1"}) {
+    list += time + std::string(" depth/1.png\n");
+  }
+  write_text(folder_ / "depth.txt", list);
+  auto source = open_recording(folder_.path(), still());
+  ASSERT_TRUE(source) << source.error().text();
+  ASSERT_EQ((*source)->info().warnings.size(), 1u);
+  EXPECT_NE((*source)->info().warnings[0].find("step back or stand still 2 times"), std::string::npos);
+  EXPECT_DOUBLE_EQ((*source)->info().duration_s.value(), 2.5);
+  std::vector<std::int64_t> times_ms;
+  const Played p = play(**source);
+  EXPECT_TRUE(p.dropped.empty());
+  for (const Frame& frame : p.frames) times_ms.push_back(frame.timestamp_ns / 1'000'000);
+  EXPECT_EQ(times_ms, (std::vector<std::int64_t>{10000, 10100, 10200, 10300, 10400, 10500, 12500}))
+      << "the usual interval where the clock jumps, its own where it runs";
+}
+
+TEST_F(TumRecording, WhoseTimesLeadBeyondWhatFitsCountsItsFrames) {
+  write_text(folder_ / "depth.txt",
+             "9000000000 depth/1.png\n1 depth/1.png\n9000000000 depth/1.png\n9000000000 depth/1.png\n");
+  const Played p = played(still());
+  ASSERT_EQ(p.frames.size(), 4u);
+  EXPECT_FALSE(p.frames[3].has_clock);
+  EXPECT_EQ(p.frames[3].timestamp_ns, 3);
 }
 
 TEST_F(TumRecording, NamesTheLineWithoutATime) {

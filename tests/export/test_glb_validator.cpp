@@ -1,4 +1,4 @@
-// Khronos' own validator on what we write. Needs node, and `npm ci` of tests/export/package.json into build/npm.
+// Khronos' own validator on what we write. Needs node, and `npm ci` of tests/package.json into build/npm.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,12 +1,14 @@
 """The commands that are run. Each function is a suite that makes its own inputs. Pictures are small and voxels coarse,
 so that a command takes a second or less."""
 
+import json
 import pathlib
 import re
 import shutil
 
 import inputs
 from recorder import Missing, data_folder, sha256
+from ros2_bag import write_ros2_bag
 
 CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
 SMALL, FULL = "--width 160 --height 120 --quiet", "--width 640 --height 480 --quiet"  # pixels
@@ -284,13 +286,18 @@ def convert(r):
     coarse = f"--set fusion.voxel_size=3cm {BARE} --quiet"
     camera = "--set acquire.intrinsics=[131.25,131.25,79.5,59.5]"
     scan(r, "full", "room --frames 2", size=FULL)
-    for layout in ("mcap", "tum", "open3d", "7-scenes", "fakenect"):
+    for layout in ("mcap", "tum", "open3d", "7-scenes", "nerfstudio", "fakenect"):
         place, stated = ("desk.mcap", "") if layout == "mcap" else (f"as_{layout}", camera)
         # A dump of a Kinect has its size, and no poses.
         scanned, still = ("full", "--poses still") if layout == "fakenect" else ("desk", "")
         r.run(layout, f"convert {scanned} -o {place} --to {layout} --json --quiet", said="json")
         r.run(f"{layout}_info", f"info {place} --json {stated}", said="json")
         r.run(f"{layout}_run", f"run {place} -o of_{layout} {still} {stated} {coarse}")
+    write_ros2_bag(r.path("desk"), r.path("desk_ros2.mcap"))
+    units = "--set acquire.depth_scale=" + str(json.loads(r.path("desk/camera_intrinsic.json").read_text())["depth_scale"])
+    r.run("ros2_info", "info desk_ros2.mcap --json", said="json")
+    r.run("ros2_run", f"run desk_ros2.mcap -o of_ros2 {units} {coarse}")
+    r.run("ros2_convert", f"convert desk_ros2.mcap -o of_ros2.mcap --to mcap {units} --quiet")
     r.run("too_small", "convert desk -o too_small --to fakenect", said="error")
     r.run("back", "convert desk.mcap -o back --to open3d --quiet")
     r.run("twice", "convert desk -o desk.mcap --to mcap", said="error")

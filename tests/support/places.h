@@ -9,7 +9,7 @@ namespace scanknit::test {
 
 extern const std::string kSourceDir;    ///< the checkout
 extern const std::string kProgram;      ///< scanknit as it was built
-extern const std::string kNpmDir;       ///< where `npm ci` puts tests/export/package.json's one package
+extern const std::string kNpmDir;       ///< where `npm ci` puts the packages of tests/package.json
 extern const std::string kHeadersFile;  ///< names the headers that are installed, a line each
 
 /// Recordings and reference sets that are not part of the project: $SCANKNIT_TEST_DATA, or ../shared/data beside the

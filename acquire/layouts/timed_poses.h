@@ -1,0 +1,32 @@
+// The pose of a camera at any time of a trajectory.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// What lies within so much of a time is of that time: what the TUM benchmark's own association script allows.
+inline constexpr std::int64_t kMaxDifference_ns = 20'000'000;
+
+/// The distance of two times, 2^63 - 1 where it does not fit 64 bits.
+[[nodiscard]] std::int64_t distance_ns(std::int64_t a, std::int64_t b);
+
+struct TimedPose {
+  std::int64_t time_ns = 0;
+  Result<Pose> pose;  ///< an Error: why the recorded one is invalid
+};
+
+/// Poses of one time keep their order.
+void sort_by_time(std::vector<TimedPose>& poses);
+
+/// The pose at `time_ns`, of `poses` sorted by time: interpolated between its neighbours where these are at most 100 ms
+/// apart or one of them is within kMaxDifference_ns; beyond an end the last one, within kMaxDifference_ns. Nothing
+/// where there is none.
+[[nodiscard]] std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns);
+
+}  // namespace scanknit

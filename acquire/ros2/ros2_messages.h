@@ -1,0 +1,71 @@
+// The messages of ROS 2 that tell of depth, colour, cameras and poses (common_interfaces, tf2_msgs).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "acquire/replay/undistort.h"
+#include "core/camera.h"
+#include "core/pose.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// std_msgs/Header. `frame` has no slash in front.
+struct Ros2Header {
+  std::int64_t stamp_ns = 0;
+  std::string frame;
+};
+
+/// sensor_msgs/Image. `data` points into the message.
+struct Ros2Image {
+  Ros2Header header;
+  std::uint32_t width = 0, height = 0;
+  std::string encoding;  ///< "16UC1", "rgb8"
+  bool is_big_endian = false;
+  std::uint32_t step = 0;  ///< bytes of a row
+  std::span<const std::byte> data;
+};
+
+/// sensor_msgs/CompressedImage. `data` points into the message.
+struct Ros2CompressedImage {
+  Ros2Header header;
+  std::string format;  ///< "jpeg", "rgb8; jpeg compressed bgr8", "16UC1; compressedDepth png"
+  std::span<const std::byte> data;
+};
+
+/// sensor_msgs/CameraInfo.
+struct Ros2Camera {
+  CameraIntrinsics raw, rectified;  ///< by the matrices K and P
+  RationalDistortion distortion{};  ///< of the raw picture
+  bool has_other_lens = false;      ///< its distortion is of another kind, or has more coefficients, and is left out
+};
+
+struct Ros2Transform {
+  std::int64_t stamp_ns = 0;
+  std::string parent, child;
+  Result<Pose> T_parent_child;  ///< an Error: why it is not rigid
+};
+
+// Each reads one message. Errors (kInput, without `where`): truncated, no plain CDR, or as stated.
+
+[[nodiscard]] Result<Ros2Image> parse_image(std::span<const std::byte> message);
+[[nodiscard]] Result<Ros2CompressedImage> parse_compressed_image(std::span<const std::byte> message);
+
+/// Errors also: no valid camera; binning or a region of interest, which change the camera.
+[[nodiscard]] Result<Ros2Camera> parse_camera_info(std::span<const std::byte> message);
+
+/// tf2_msgs/TFMessage. Errors also: more than 1000 transforms.
+[[nodiscard]] Result<std::vector<Ros2Transform>> parse_transforms(std::span<const std::byte> message);
+
+/// nav_msgs/Odometry as the transform from its header's frame to its child.
+[[nodiscard]] Result<Ros2Transform> parse_odometry(std::span<const std::byte> message);
+
+/// geometry_msgs/PoseStamped and PoseWithCovarianceStamped, with an empty child.
+[[nodiscard]] Result<Ros2Transform> parse_pose_stamped(std::span<const std::byte> message);
+
+}  // namespace scanknit
