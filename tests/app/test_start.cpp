@@ -96,7 +96,7 @@ TEST(Start, ARunOfPicturesAndInfoLoadFewLibraries) {
     EXPECT_TRUE(has(libraries, "libscanknit_commands.so"));
     EXPECT_LE(libraries.size(), kMostOfARun) << listed(libraries);
     for (const char* heavy : {"libpcl_io", "libpcl_features", "libpcl_filters", "libvtk", "libITK", "libgdcm",
-                              "libgdal", "libcurl", "libOpenNI2"}) {
+                              "libopencv_aruco", "libgdal", "libcurl", "libOpenNI2"}) {
       EXPECT_FALSE(has(libraries, heavy)) << heavy;
     }
   }
