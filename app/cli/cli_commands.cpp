@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/cli/cli_align.h"
+#include "app/cli/cli_calibrate.h"
 #include "app/cli/cli_options.h"
 #include "app/cli/command_tree.h"
 #include "app/cli/rig_options.h"
@@ -247,6 +248,23 @@ void add_distance(CLI::App& app, CommandLine& line) {
   command->final_callback([&line] { line.command = from_module(line, &CommandsModule::distance, line.distance); });
 }
 
+void add_calibrate(CLI::App& app, CommandLine& line) {
+  CLI::App* calibrate = app.add_subcommand("calibrate", "Measure a camera's lens with a printed board");
+  calibrate->require_subcommand(1);
+  CLI::App* target = calibrate->add_subcommand("target", "Draw a board in true size, to print");
+  add_calibrate_target_options(*target, line);
+  add_common(*target, line);
+  target->final_callback(
+      [&line] { line.command = from_module(line, &CommandsModule::calibrate_target, line.calibrate_target); });
+
+  CLI::App* camera = calibrate->add_subcommand("camera", "Find focal lengths, centre and distortion from its pictures");
+  add_calibrate_camera_options(*camera, line.calibrate_camera);
+  add_shorthand(*camera, line, "--format", "acquire.format", "Layout of the recording");
+  add_common(*camera, line);
+  camera->final_callback(
+      [&line] { line.command = from_module(line, &CommandsModule::calibrate_camera, line.calibrate_camera); });
+}
+
 void add_config(CLI::App& app, CommandLine& line) {
   CLI::App* config = app.add_subcommand("config", "Print, check and document the configuration");
   config->require_subcommand(1);
@@ -319,6 +337,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_repair(app, line);
   add_info(app, line);
   add_distance(app, line);
+  add_calibrate(app, line);
   add_devices(app, line);
   add_config(app, line);
   add_completion(app, line);

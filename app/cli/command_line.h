@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/calibrate/calibrate_arguments.h"
 #include "app/commands.h"
 
 namespace scanknit {
@@ -27,6 +28,8 @@ struct CommandLine {
   ConvertArguments convert;
   RepairArguments repair;
   DistanceArguments distance;
+  CalibrateTargetArguments calibrate_target;
+  CalibrateCameraArguments calibrate_camera;
   CompletionArguments completion;
   ManArguments man;
   std::string rules_device;

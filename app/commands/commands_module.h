@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "app/calibrate/calibrate_arguments.h"
 #include "app/commands.h"
 
 namespace scanknit {
@@ -19,6 +20,8 @@ struct CommandsModule {
   int (*synth)(const SynthArguments&, const CommonArguments&);
   int (*convert)(const ConvertArguments&, const CommonArguments&);
   int (*repair)(const RepairArguments&, const CommonArguments&);
+  int (*calibrate_target)(const CalibrateTargetArguments&, const CommonArguments&);
+  int (*calibrate_camera)(const CalibrateCameraArguments&, const CommonArguments&);
   int (*info)(const InfoArguments&, const CommonArguments&);
   int (*distance)(const DistanceArguments&, const CommonArguments&);
   int (*devices)(const CommonArguments&);

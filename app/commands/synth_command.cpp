@@ -9,13 +9,16 @@
 #include <string_view>
 #include <vector>
 
+#include "app/calibrate/target_file.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/terminal/signals.h"
+#include "core/files/atomic_file.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/write_mesh.h"
 #include "synth/path/path_names.h"
 #include "synth/path/recorded_motion.h"
+#include "synth/scene/board_scene.h"
 #include "synth/scene/person_names.h"
 #include "synth/scene/scene.h"
 #include "synth/scene/scene_names.h"
@@ -27,6 +30,8 @@ namespace scanknit {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kTargetFile = "target.yaml";
 
 Result<std::unique_ptr<SyntheticScene>> open_scene(const SynthArguments& arguments, Console& console) {
   if (!is_mesh_path(arguments.scene)) return make_scene(arguments.scene);
@@ -133,6 +138,21 @@ int list_everything(const CommonArguments& common) {
                       common);
 }
 
+/// Beside the pictures of a board: what `calibrate camera` must know of it.
+Result<void> describe_board(const SynthArguments& arguments) {
+  if (arguments.scene != kBoardSceneName) return {};
+  return write_file_atomically(arguments.output / kTargetFile, target_file_text(kSceneBoard));
+}
+
+std::string next_step(const SynthArguments& arguments) {
+  const std::string folder = arguments.output.string();
+  if (arguments.scene == kBoardSceneName) {
+    return fmt::format("scanknit calibrate camera {0} --target {0}/{1} -o CAMERA.yaml", folder, kTargetFile);
+  }
+  if (arguments.is_on_turntable) return fmt::format("scanknit run {} --preset turntable -o OUT", folder);
+  return fmt::format("scanknit run {0} -o OUT && scanknit distance OUT/model.ply {0}", folder);
+}
+
 int print_summary(const SynthSummary& summary, const SynthArguments& arguments, const CommonArguments& common) {
   const std::string folder = arguments.output.string();
   if (common.is_json) {
@@ -143,13 +163,11 @@ int print_summary(const SynthSummary& summary, const SynthArguments& arguments, 
     return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
   if (common.verbosity == Verbosity::kQuiet) return kExitOk;
-  const std::string next = arguments.is_on_turntable
-                               ? fmt::format("scanknit run {} --preset turntable -o OUT", folder)
-                               : fmt::format("scanknit run {0} -o OUT && scanknit distance OUT/model.ply {0}", folder);
-  return print_result(fmt::format("Written  {0}: {1} frames; {2} of {3} truth points are seen\n"
-                                  "Next     {4}\n",
-                                  folder, summary.frames, summary.visible_points, summary.truth_points, next),
-                      common);
+  return print_result(
+      fmt::format("Written  {0}: {1} frames; {2} of {3} truth points are seen\n"
+                  "Next     {4}\n",
+                  folder, summary.frames, summary.visible_points, summary.truth_points, next_step(arguments)),
+      common);
 }
 
 }  // namespace
@@ -165,6 +183,7 @@ int synth_command(const SynthArguments& arguments, const CommonArguments& common
   const auto progress = [&](std::size_t done, std::size_t total) { console.progress("rendering", done, total); };
   const auto summary = write_synthetic_recording(**scene, *config, arguments.output, progress, stop_on_signal.token());
   if (!summary) return fail(summary.error(), common);
+  if (auto done = describe_board(arguments); !done) return fail(done.error(), common);
   const int printed = print_summary(*summary, arguments, common);
   return summary->was_stopped ? kExitInterrupted : printed;
 }

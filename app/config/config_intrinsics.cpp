@@ -139,6 +139,35 @@ std::optional<std::vector<double>> matrix_text(std::string text) {
   return numbers;
 }
 
+/// What `scanknit calibrate camera` writes: a map for each camera.
+bool is_calibration(const YamlNode& root) {
+  return !root.children.empty() && (root.children.front().text == "colour" || root.children.front().text == "depth");
+}
+
+std::optional<CameraModel> from_calibration(const YamlNode& root, const YamlComplaint& complain) {
+  std::optional<CameraModel> depth;
+  for (std::size_t i = 0; i + 1 < root.children.size(); i += 2) {
+    const YamlNode& key = root.children[i];
+    const YamlNode& value = root.children[i + 1];
+    const bool is_depth = key.text == "depth";
+    if (!is_depth && key.text != "colour") {
+      complain(key, fmt::format("unknown key '{}'; known are colour, depth", key.text));
+      return std::nullopt;
+    }
+    if (value.kind != YamlNode::Kind::kMap || (is_depth && depth)) {
+      complain(key, fmt::format("{}: expected one map of width, height, fx, fy, cx, cy, distortion", key.text));
+      return std::nullopt;
+    }
+    const auto camera = from_map(value, complain);
+    if (!camera) return std::nullopt;
+    if (is_depth) depth = camera;
+  }
+  if (!depth) {
+    complain(root, "only the colour camera is calibrated, expected depth: too; calibrate pictures of the depth camera");
+  }
+  return depth;
+}
+
 std::optional<CameraModel> from_file(const YamlNode& node, const std::filesystem::path& folder,
                                      const YamlComplaint& complain) {
   const std::filesystem::path path = folder / node.text;  // an absolute path stays absolute
@@ -156,9 +185,10 @@ std::optional<CameraModel> from_file(const YamlNode& node, const std::filesystem
     complain(node, path.string() + ": neither nine numbers, nor an Open3D camera_intrinsic.json, nor a YAML map");
     return std::nullopt;
   }
-  return from_map(*root, [&](const YamlNode& at, const std::string& what) {
+  const auto complain_of_file = [&](const YamlNode& at, const std::string& what) {
     complain(node, fmt::format("{}:{}:{}: {}", path.string(), at.line, at.column, what));
-  });
+  };
+  return is_calibration(*root) ? from_calibration(*root, complain_of_file) : from_map(*root, complain_of_file);
 }
 
 }  // namespace

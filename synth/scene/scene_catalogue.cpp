@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "synth/scene/board_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/drawing.h"
 #include "synth/scene/real_rooms.h"
@@ -174,10 +175,17 @@ std::unique_ptr<SyntheticScene> twins() {
   return std::move(drawing).scene("twins", crossing_path({2.0, 1.4, 125 * kDegree}), 300);
 }
 
+template <std::unique_ptr<SyntheticScene> (*kDraw)()>
+Result<std::unique_ptr<SyntheticScene>> drawn() {
+  return kDraw();
+}
+
 // In the order of kSceneNames.
-constexpr std::array<std::unique_ptr<SyntheticScene> (*)(), kSceneNames.size()> kScenes = {
-    sphere,  turntable, tower,         desk,           plates,          room,
-    gallery, twins,     clutter_scene, corridor_scene, bare_wall_scene, hall_scene};
+constexpr std::array<Result<std::unique_ptr<SyntheticScene>> (*)(), kSceneNames.size()> kScenes = {
+    drawn<sphere>,        drawn<turntable>,      drawn<tower>,           drawn<desk>,
+    drawn<plates>,        drawn<room>,           drawn<gallery>,         drawn<twins>,
+    drawn<clutter_scene>, drawn<corridor_scene>, drawn<bare_wall_scene>, drawn<hall_scene>,
+    board_scene};
 
 }  // namespace
 

@@ -6,6 +6,8 @@
 
 namespace scanknit {
 
+inline constexpr std::string_view kBoardSceneName = "calibration_board";
+
 /// The analytic scenes:
 ///   sphere     radius 0.1 m, alone. Euler characteristic 2.
 ///   turntable  a figurine of 24 cm with one handle, alone: a closed surface of genus 1, Euler characteristic 0.
@@ -20,8 +22,9 @@ namespace scanknit {
 ///   corridor   18 m long and 1.8 m wide, bare but for doors; the camera walks along it.
 ///   bare_wall  a wall with one poster at its end; the camera goes along it at 1.2 m.
 ///   hall       a table with things on it before an open hall: depth from 0.4 to 30 m.
-inline constexpr std::array<std::string_view, 12> kSceneNames = {"sphere",  "turntable", "tower",     "desk",
-                                                                 "plates",  "room",      "gallery",   "twins",
-                                                                 "clutter", "corridor",  "bare_wall", "hall"};
+///   calibration_board  a board of 36 x 25 cm for `calibrate camera`, which the camera sees from all sides.
+inline constexpr std::array<std::string_view, 13> kSceneNames = {
+    "sphere", "turntable", "tower",    "desk",      "plates", "room",         "gallery",
+    "twins",  "clutter",   "corridor", "bare_wall", "hall",   kBoardSceneName};
 
 }  // namespace scanknit

@@ -54,6 +54,11 @@ TEST_F(MissingModule, OfVolumeFilesIsTold) {
               "libopencv-imgcodecs406");
 }
 
+TEST_F(MissingModule, OfBoardsIsTold) {
+  expect_told(modules_.run({"calibrate", "target", "-o", path("board.pdf")}), "libscanknit_calibrate_opencv.so",
+              "libopencv-contrib406");
+}
+
 TEST_F(MissingModule, IsNotAskedForByRawSamples) {
   const Ball ball;
   write_raw(ball, folder_ / "ball.raw");

@@ -1,0 +1,13 @@
+// The options of `calibrate target` and `calibrate camera`.
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include "app/cli/command_line.h"
+
+namespace scanknit {
+
+void add_calibrate_target_options(CLI::App& command, CommandLine& line);
+void add_calibrate_camera_options(CLI::App& command, CalibrateCameraArguments& camera);
+
+}  // namespace scanknit

@@ -1,0 +1,203 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "app/calibrate/board_pictures.h"
+#include "app/calibrate/calibrate_arguments.h"
+#include "app/calibrate/camera_file.h"
+#include "app/calibrate/target_file.h"
+#include "app/exit_codes.h"
+#include "app/terminal/signals.h"
+#include "calibrate/calibrate_camera.h"
+#include "core/files/atomic_file.h"
+
+namespace scanknit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The views of the board in the pictures so far.
+struct FoundViews {
+  std::vector<BoardView> views;
+  PictureSize size;
+  std::array<std::size_t, 5> by_sight{};  ///< pictures, by BoardSight
+
+  [[nodiscard]] std::size_t count(BoardSight sight) const { return by_sight[static_cast<std::size_t>(sight)]; }
+};
+
+Result<void> look_at(const ColourImage& picture, const std::string& name, const CalibrationTarget& target,
+                     FoundViews& found) {
+  if (found.size.width == 0) found.size = {picture.width(), picture.height()};
+  if (picture.width() != found.size.width || picture.height() != found.size.height) {
+    return Error{ErrorCode::kInput,
+                 fmt::format("is {} x {}, the pictures before it are {} x {}; expected pictures of one camera and one "
+                             "size",
+                             picture.width(), picture.height(), found.size.width, found.size.height),
+                 name};
+  }
+  auto sighting = find_board(picture, target);
+  if (!sighting) return sighting.error();
+  ++found.by_sight[static_cast<std::size_t>(sighting->sight)];
+  if (sighting->sight == BoardSight::kSeen) {
+    found.views.push_back({name, std::move(sighting->corners), sighting->sharpness});
+  }
+  return {};
+}
+
+/// Why too few pictures show the board; nothing if enough do.
+std::optional<Error> why_unseen(const FoundViews& found, std::size_t pictures, const std::string& where) {
+  const auto refuse = [&](ErrorCode code, std::string message) { return Error{code, std::move(message), where}; };
+  const std::size_t other = found.count(BoardSight::kOther);
+  const std::size_t mirrored = found.count(BoardSight::kMirrored);
+  const std::size_t parts = found.count(BoardSight::kTooLittle);
+  if (other > found.views.size()) {
+    return refuse(ErrorCode::kInput,
+                  fmt::format("{} of {} pictures show another board than target.yaml describes: other "
+                              "tags, or in another arrangement; give the board's own file",
+                              other, pictures));
+  }
+  if (found.views.size() >= kFewestViews) return std::nullopt;
+  if (mirrored > found.views.size()) {
+    return refuse(ErrorCode::kInput, fmt::format("the board is mirrored in {} of {} pictures; expected pictures as the "
+                                                 "camera takes them, of a board that is not printed mirrored",
+                                                 mirrored, pictures));
+  }
+  if (parts > found.views.size()) {
+    return refuse(
+        ErrorCode::kTooLittle,
+        fmt::format("{} of {} pictures show fewer than {} corners of the board: it is too far away, covered or "
+                    "out of the picture; expected at least {} pictures that show more",
+                    parts, pictures, kFewestCorners, kFewestViews));
+  }
+  if (!found.views.empty()) return std::nullopt;
+  return refuse(ErrorCode::kInput,
+                fmt::format("no board is found in {} pictures; expected the board of target.yaml, in "
+                            "focus, its tags at least 20 pixels wide",
+                            pictures));
+}
+
+ScannerCameras cameras_of(const CameraCalibration& calibration, const BoardPictures& pictures, bool is_depth) {
+  if (is_depth) return {.colour = std::nullopt, .depth = calibration.camera};
+  ScannerCameras cameras{.colour = calibration.camera, .depth = std::nullopt};
+  if (const auto& depth = pictures.registered_depth) {
+    cameras.depth =
+        CameraModel{calibration.camera.intrinsics.resized(depth->width, depth->height), calibration.camera.distortion};
+  }
+  return cameras;
+}
+
+Json model_json(const CameraModel& model) {
+  const CameraIntrinsics& k = model.intrinsics;
+  return {{"width", k.width},
+          {"height", k.height},
+          {"fx", k.fx},
+          {"fy", k.fy},
+          {"cx", k.cx},
+          {"cy", k.cy},
+          {"distortion", model.distortion}};
+}
+
+Json summary_json(const CameraCalibration& calibration, const ScannerCameras& cameras, const FoundViews& found,
+                  const std::string& output) {
+  Json views = Json::array();
+  for (const UsedView& view : calibration.views) {
+    views.push_back({{"picture", view.picture}, {"corners", view.corners}, {"error_px", view.error_px}});
+  }
+  Json deviation = model_json(calibration.deviation);
+  deviation.erase("width");
+  deviation.erase("height");
+  const auto camera = [](const std::optional<CameraModel>& model) {
+    return model ? model_json(*model) : Json(nullptr);
+  };
+  return {
+      {"output", output},
+      {"colour", camera(cameras.colour)},
+      {"depth", camera(cameras.depth)},
+      {"standard_deviation", deviation},
+      {"error_px", calibration.error_px},
+      {"noise_px", calibration.noise_px},
+      {"covered_share", calibration.covered},
+      {"views_with_board", found.views.size()},
+      {"views_left_out",
+       {{"blurred", calibration.blurred}, {"outlying", calibration.outlying}, {"redundant", calibration.redundant}}},
+      {"outlying_corners", calibration.outlying_corners},
+      {"views", views}};
+}
+
+std::string summary_text(const CameraCalibration& calibration, const FoundViews& found, std::size_t pictures) {
+  const CameraIntrinsics& k = calibration.camera.intrinsics;
+  const CameraIntrinsics& sigma = calibration.deviation.intrinsics;
+  return fmt::format(
+      "Board    seen in {} of {} pictures; {} used, {} blurred, {} outlying, {} that tell nothing new\n"
+      "Camera   {} x {}: fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f}\n"
+      "Lens     k1 k2 p1 p2 k3: {:.4f} +- {:.2g}\n"
+      "Error    {:.3f} pixels from {} corners (root mean square); they cover {:.0f} % of the picture\n",
+      found.views.size(), pictures, calibration.views.size(), calibration.blurred, calibration.outlying,
+      calibration.redundant, k.width, k.height, k.fx, sigma.fx, k.fy, sigma.fy, k.cx, sigma.cx, k.cy, sigma.cy,
+      fmt::join(calibration.camera.distortion, " "), fmt::join(calibration.deviation.distortion, " "),
+      calibration.error_px, calibration.corners, 100 * calibration.covered);
+}
+
+void warn_of_gaps(const CameraCalibration& calibration, const ScannerCameras& cameras, const BoardPictures& pictures,
+                  Console& console) {
+  constexpr double kEnoughCovered = 0.8;
+  if (calibration.covered < kEnoughCovered) {
+    console.warn(
+        fmt::format("no corner was seen in {:.0f} % of the picture, where the lens is guessed; move the board "
+                    "into the picture's corners",
+                    100 * (1 - calibration.covered)));
+  }
+  if (pictures.is_recording && !cameras.depth) {
+    console.warn(
+        "depth has a view of its own, which these pictures do not show, and colour was straightened as the recording "
+        "says; "
+        "to calibrate depth, give a folder of its infrared pictures with --depth");
+  }
+}
+
+}  // namespace
+
+int calibrate_camera_command(const CalibrateCameraArguments& arguments, const CommonArguments& common) {
+  const StopOnSignal stop_on_signal;  // must come before any other thread
+  const auto loaded = load_config(common.config);
+  if (!loaded) return fail(loaded.error(), common);
+  const auto target = read_target_file(arguments.target);
+  if (!target) return fail(target.error(), common);
+  if (auto ready = check_writable(arguments.output); !ready) return fail(ready.error(), common);
+  Console console(common.verbosity);
+  FoundViews found;
+  std::size_t looked_at = 0;
+  const auto take = [&](const ColourImage& picture, const std::string& name, std::size_t expected) {
+    console.progress("looking for the board", ++looked_at, std::max(looked_at, expected));
+    return look_at(picture, name, *target, found);
+  };
+  const auto pictures = read_board_pictures(arguments.pictures, loaded->config.acquire, take, stop_on_signal.token());
+  if (!pictures) return fail(pictures.error(), common);
+  if (pictures->was_stopped) return kExitInterrupted;
+  if (const auto fault = why_unseen(found, pictures->read, arguments.pictures.string())) return fail(*fault, common);
+  auto calibration = calibrate_camera(found.views, *target, found.size);
+  if (!calibration) {
+    return fail({calibration.error().code, calibration.error().message, arguments.pictures.string()}, common);
+  }
+  const ScannerCameras cameras = cameras_of(*calibration, *pictures, arguments.is_depth);
+  if (auto done = write_file_atomically(arguments.output, camera_file_text(cameras, *calibration)); !done) {
+    return fail(done.error(), common);
+  }
+  warn_of_gaps(*calibration, cameras, *pictures, console);
+  const std::string output = arguments.output.string();
+  if (common.is_json) {
+    const Json json = summary_json(*calibration, cameras, found, output);
+    return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
+  }
+  if (common.verbosity == Verbosity::kQuiet) return kExitOk;
+  return print_result(
+      summary_text(*calibration, found, pictures->read) +
+          fmt::format("Written  {0}\nNext     scanknit run RECORDING --set acquire.intrinsics={0} -o OUT\n", output),
+      common);
+}
+
+}  // namespace scanknit

@@ -1,0 +1,138 @@
+#include "calibrate/lens/bundle.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace scanknit {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// The normal equations of one view.
+struct ViewEquations {
+  LensMatrix lens = LensMatrix::Zero();
+  Eigen::Matrix<double, 9, 6> mixed = Eigen::Matrix<double, 9, 6>::Zero();
+  Matrix6 pose = Matrix6::Zero();
+  LensVector lens_pull = LensVector::Zero();
+  Vector6 pose_pull = Vector6::Zero();
+};
+
+Eigen::Vector3d in_camera(const BundleView& view, std::size_t corner) {
+  const Eigen::Vector2d& p = view.board_m[corner];
+  return view.T_camera_board * Eigen::Vector3d(p.x(), p.y(), 0);
+}
+
+/// Half of Huber's cost; infinite if a corner is behind the camera.
+double cost_of(const Bundle& bundle, double huber_px) {
+  double cost = 0;
+  for (const BundleView& view : bundle.views) {
+    for (const Eigen::Vector2d& residual : residuals(bundle.lens, view)) {
+      const double length = residual.norm();
+      cost += length <= huber_px ? length * length / 2 : huber_px * (length - huber_px / 2);
+    }
+  }
+  return cost;
+}
+
+ViewEquations equations_of(const LensVector& lens, const BundleView& view, FreeLens free, double huber_px) {
+  ViewEquations equations;
+  const auto held = 9 - static_cast<Eigen::Index>(free);
+  for (std::size_t i = 0; i < view.board_m.size(); ++i) {
+    Projection at = project(lens, in_camera(view, i));
+    const Eigen::Vector2d residual = view.pixels[i] - at.pixel;
+    const double weight = std::min(1.0, huber_px / std::max(residual.norm(), 1e-12));
+    at.by_lens.rightCols(held).setZero();
+    equations.lens += weight * at.by_lens.transpose() * at.by_lens;
+    equations.mixed += weight * at.by_lens.transpose() * at.by_pose;
+    equations.pose += weight * at.by_pose.transpose() * at.by_pose;
+    equations.lens_pull += weight * at.by_lens.transpose() * residual;
+    equations.pose_pull += weight * at.by_pose.transpose() * residual;
+  }
+  return equations;
+}
+
+Pose moved(const Vector6& step, const Pose& pose) {
+  const Eigen::Vector3d turn = step.tail<3>();
+  const double angle = turn.norm();
+  Pose motion = Pose::Identity();
+  if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  motion.translation() = step.head<3>();
+  Pose result = motion * pose;
+  result.linear() = Eigen::Quaterniond(result.linear()).normalized().toRotationMatrix();  // rounding does not add up
+  return result;
+}
+
+/// The bundle after one damped step.
+Bundle stepped(const Bundle& bundle, std::vector<ViewEquations> all, FreeLens free, double damping) {
+  LensMatrix reduced = LensMatrix::Zero();
+  LensVector pull = LensVector::Zero();
+  std::vector<Eigen::LDLT<Matrix6>> poses;
+  for (ViewEquations& view : all) {
+    reduced += view.lens;
+    view.pose.diagonal() *= 1 + damping;
+  }
+  reduced.diagonal() *= 1 + damping;
+  for (const ViewEquations& view : all) {
+    const auto& pose = poses.emplace_back(view.pose);
+    reduced -= view.mixed * pose.solve(view.mixed.transpose());
+    pull += view.lens_pull - view.mixed * pose.solve(view.pose_pull);
+  }
+  reduced.diagonal().tail(9 - static_cast<Eigen::Index>(free)).setOnes();
+  const LensVector lens_step = reduced.ldlt().solve(pull);
+  Bundle next = bundle;
+  next.lens += lens_step;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Vector6 step = poses[i].solve(all[i].pose_pull - all[i].mixed.transpose() * lens_step);
+    next.views[i].T_camera_board = moved(step, bundle.views[i].T_camera_board);
+  }
+  return next;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> residuals(const LensVector& lens, const BundleView& view) {
+  std::vector<Eigen::Vector2d> result;
+  result.reserve(view.board_m.size());
+  for (std::size_t i = 0; i < view.board_m.size(); ++i) {
+    const Eigen::Vector3d p_camera = in_camera(view, i);
+    const bool is_in_front = p_camera.z() > 0;
+    result.push_back(is_in_front ? Eigen::Vector2d(view.pixels[i] - project(lens, p_camera).pixel)
+                                 : Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
+  }
+  return result;
+}
+
+LensMatrix information(const LensVector& lens, const BundleView& view, FreeLens free) {
+  const ViewEquations equations = equations_of(lens, view, free, kNoHuber);
+  return equations.lens - equations.mixed * equations.pose.ldlt().solve(equations.mixed.transpose());
+}
+
+void optimise(Bundle& bundle, FreeLens free, double huber_px) {
+  constexpr int kMostSteps = 100;
+  constexpr double kConverged = 1e-12;  // of the cost
+  constexpr double kHighest = 1e12;
+  double damping = 1e-3;
+  double cost = cost_of(bundle, huber_px);
+  for (int step = 0; step < kMostSteps && damping < kHighest; ++step) {
+    std::vector<ViewEquations> all;
+    for (const BundleView& view : bundle.views) all.push_back(equations_of(bundle.lens, view, free, huber_px));
+    bool is_better = false;
+    double gained = 0;
+    while (!is_better && damping < kHighest) {
+      Bundle next = stepped(bundle, all, free, damping);
+      const double next_cost = cost_of(next, huber_px);
+      is_better = next_cost <= cost;  // false for NaN
+      damping *= is_better ? 0.1 : 10;
+      if (!is_better) continue;
+      gained = cost - next_cost;
+      bundle = std::move(next);
+      cost = next_cost;
+    }
+    if (gained <= kConverged * cost) return;
+  }
+}
+
+}  // namespace scanknit
