@@ -103,8 +103,8 @@ struct LoadedVolume {
 };
 
 /// Reads the file twice: first in a child process, which may use no more memory and time than a sound file of this size
-/// can need, because OpenVDB believes all counts in a file. Errors (kInput): the file does not exist, is no VDB file, is
-/// damaged, or has no FloatGrid (the message lists its grids); kBudget: the system has no child process.
+/// can need, because OpenVDB believes all counts in a file. Errors (kInput): the file does not exist, is no VDB file,
+/// is damaged, or has no FloatGrid (the message lists its grids); kBudget: the system has no child process.
 [[nodiscard]] Result<LoadedVolume> load_volume(const std::filesystem::path& path);
 
 }  // namespace scanknit

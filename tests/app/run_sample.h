@@ -32,9 +32,9 @@ inline CommandRun sample_run() {
   scan.mesh.isovalue = 300;
   scan.mesh.isovalue_source = IsovalueSource::kOtsu;
   scan.mesh.cases = CaseCounts{.sub_cases = {{0, "0", 90}, {3, "3A", 2}}, .ambiguous_faces_joined = 3};
-  scan.mesh.finish = FinishResult{
-      {{"pieces", "", {{"pieces_removed", 3}, {"area_removed_mm2", 12.5}}}, {"ground", "no plane was found", {}}},
-      Pose::Identity()};
+  scan.mesh.finish = FinishResult{{{FinishStep::kPieces, "", {{"pieces_removed", 3}, {"area_removed_mm2", 12.5}}},
+                                   {FinishStep::kGround, "no plane was found", {}}},
+                                  Pose::Identity()};
   scan.mesh.check = check_mesh(cube());
   scan.mesh.holes = HolesResult{2, 0.3, {0.2, 0.1}};
   scan.mesh.fit = FitResult{24, 0.9, 0.0011, 0.004, 0.005, 20};

@@ -38,9 +38,15 @@ class Cdr:
 
 
 def quaternion(m):
-    """x, y, z, w of a rotation whose trace is above -1, as those of the small turns here."""
-    w = math.sqrt(max(0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2
-    return (m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w), w
+    """x, y, z, w of a rotation: the largest of their squares first, so that nothing is divided by 0 (Shepperd 1978)."""
+    squares = [1 + m[0][0] - m[1][1] - m[2][2], 1 - m[0][0] + m[1][1] - m[2][2],
+               1 - m[0][0] - m[1][1] + m[2][2], 1 + m[0][0] + m[1][1] + m[2][2]]
+    sums = [[squares[0], m[1][0] + m[0][1], m[0][2] + m[2][0], m[2][1] - m[1][2]],
+            [m[1][0] + m[0][1], squares[1], m[2][1] + m[1][2], m[0][2] - m[2][0]],
+            [m[0][2] + m[2][0], m[2][1] + m[1][2], squares[2], m[1][0] - m[0][1]],
+            [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], squares[3]]]
+    largest = squares.index(max(squares))
+    return [value / (2 * math.sqrt(squares[largest])) for value in sums[largest]]
 
 
 def record(op, content):
