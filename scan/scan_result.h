@@ -16,7 +16,6 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "extract/cell/case_counts.h"
-#include "fusion/align/pair_verdict.h"
 #include "fusion/track/tracker.h"
 #include "scan/scan_config.h"
 
@@ -232,6 +231,16 @@ enum class AlignKind { kRange, kRecording, kMesh, kCloud };
 /// "range scan", "recording", "mesh", "point cloud".
 [[nodiscard]] const char* to_string(AlignKind kind);
 
+// Enumerations of fusion/align/pair_verdict.h, which is not installed.
+enum class PairVerdict;
+enum class PairStart;
+
+/// "good", "acceptable", "unacceptable".
+[[nodiscard]] const char* to_string(PairVerdict verdict);
+
+/// How a pair's pose was found: "search", "prior", "others", "given".
+[[nodiscard]] const char* to_string(PairStart start);
+
 /// The result of aligning several scans.
 struct AlignmentResult {
   struct Scan {
@@ -243,9 +252,10 @@ struct AlignmentResult {
   };
   struct Pair {
     std::size_t from = 0, to = 0;  ///< numbers of scans, from 1
-    PairVerdict verdict = PairVerdict::kUnacceptable;
+    bool is_accepted = false;      ///< the verdict is good or acceptable
+    PairVerdict verdict = {};
     std::string reason;  ///< of the verdict; empty when good
-    PairStart start = PairStart::kSearch;
+    PairStart start = {};
     double residual_m = 0, overlap = 0, off_m = 0, least_strength = 0;
     std::optional<double> contradicted, missing;  ///< nothing: the scanners' positions are unknown
     std::string picture;                          ///< path; empty: none

@@ -47,6 +47,7 @@ TEST_P(EveryScene, HasRigidPosesTo1e12) {
 }
 
 TEST_P(EveryScene, KeepsTheCameraUpright) {
+  if (GetParam() == "calibration_board") GTEST_SKIP() << "its camera is tilted to all sides";
   for (const Pose& pose : camera_path(*scene_, 50)) {
     EXPECT_NEAR(pose.linear().col(0).y(), 0, kArithmetic_m);  // its x axis is level
     EXPECT_GT(pose.linear().col(1).y(), 0);                   // its y axis points down
