@@ -231,15 +231,8 @@ enum class AlignKind { kRange, kRecording, kMesh, kCloud };
 /// "range scan", "recording", "mesh", "point cloud".
 [[nodiscard]] const char* to_string(AlignKind kind);
 
-// Enumerations of fusion/align/pair_verdict.h, which is not installed.
-enum class PairVerdict;
-enum class PairStart;
-
-/// "good", "acceptable", "unacceptable".
-[[nodiscard]] const char* to_string(PairVerdict verdict);
-
-/// How a pair's pose was found: "search", "prior", "others", "given".
-[[nodiscard]] const char* to_string(PairStart start);
+enum class PairVerdict;  // fusion/align/pair_verdict.h, which is not installed
+enum class PairStart;    // likewise
 
 /// The result of aligning several scans.
 struct AlignmentResult {
