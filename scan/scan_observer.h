@@ -10,13 +10,15 @@
 #include "acquire/frame_source.h"
 #include "core/axes.h"
 #include "core/frame.h"
-#include "core/log.h"
 #include "core/result.h"
 #include "scan/scan_result.h"
 
 namespace scanknit {
 
 class TsdfVolume;
+
+/// How important a message is.
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
 /// What a scan is doing.
 enum class ScanPhase {

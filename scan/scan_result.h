@@ -16,6 +16,7 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "extract/cell/case_counts.h"
+#include "fusion/align/pair_verdict.h"
 #include "fusion/track/tracker.h"
 #include "scan/scan_config.h"
 
@@ -231,9 +232,6 @@ enum class AlignKind { kRange, kRecording, kMesh, kCloud };
 /// "range scan", "recording", "mesh", "point cloud".
 [[nodiscard]] const char* to_string(AlignKind kind);
 
-enum class PairVerdict;  // fusion/align/pair_verdict.h, which is not installed
-enum class PairStart;    // likewise
-
 /// The result of aligning several scans.
 struct AlignmentResult {
   struct Scan {
@@ -245,10 +243,9 @@ struct AlignmentResult {
   };
   struct Pair {
     std::size_t from = 0, to = 0;  ///< numbers of scans, from 1
-    bool is_accepted = false;      ///< the verdict is good or acceptable
-    PairVerdict verdict = {};
+    PairVerdict verdict = PairVerdict::kUnacceptable;
     std::string reason;  ///< of the verdict; empty when good
-    PairStart start = {};
+    PairStart start = PairStart::kSearch;
     double residual_m = 0, overlap = 0, off_m = 0, least_strength = 0;
     std::optional<double> contradicted, missing;  ///< nothing: the scanners' positions are unknown
     std::string picture;                          ///< path; empty: none

@@ -52,7 +52,9 @@ Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera
   const double x = (u - camera.cx) / camera.fx;
   const double y = (v - camera.cy) / camera.fy;
   const double r2 = x * x + y * y;
-  const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
+  double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const bool is_rational = k4 != 0 || k5 != 0 || k6 != 0;
+  if (is_rational) radial /= 1 + r2 * (k4 + r2 * (k5 + r2 * k6));  // not by 1, for speed
   const double bent_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
   const double bent_y = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
   return {camera.fx * bent_x + camera.cx, camera.fy * bent_y + camera.cy};

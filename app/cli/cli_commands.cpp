@@ -11,6 +11,7 @@
 #include "app/cli/rig_options.h"
 #include "app/cli/sensor_options.h"
 #include "app/commands/commands_module.h"
+#include "app/commands/synth_commands_module.h"
 #include "core/files/quantity.h"
 #include "core/system/module.h"
 #include "synth/scene/scene_names.h"
@@ -18,12 +19,11 @@
 namespace scanknit {
 namespace {
 
-/// A command of the module, which is opened when the command runs. `arguments` are parts of `line`.
-template <typename Command, typename... Arguments>
-std::function<int()> from_module(const CommandLine& line, Command CommandsModule::*command,
-                                 const Arguments&... arguments) {
+/// A command of a module, which is opened when the command runs. `arguments` are parts of `line`.
+template <typename Module, typename Command, typename... Arguments>
+std::function<int()> from_module(const CommandLine& line, Command Module::*command, const Arguments&... arguments) {
   return [&line, command, &arguments...] {
-    const auto module = load_module<CommandsModule>("commands", "It comes with ScanKnit: install ScanKnit again");
+    const auto module = load_module<Module>(Module::kName, "It comes with ScanKnit: install ScanKnit again");
     if (!module) return fail(module.error(), line.common);
     return ((*module)->*command)(arguments..., line.common);
   };
@@ -188,7 +188,7 @@ void add_synth(CLI::App& app, CommandLine& line) {
     const SynthArguments& given = line.synth;
     if (!given.only_list && given.scene.empty()) throw CLI::RequiredError("SCENE (or --list)");
     if (!given.only_list && given.output.empty()) throw CLI::RequiredError("--output");
-    line.command = from_module(line, &CommandsModule::synth, line.synth);
+    line.command = from_module(line, &SynthCommandsModule::synth, line.synth);
   });
 }
 
@@ -245,7 +245,7 @@ void add_distance(CLI::App& app, CommandLine& line) {
                    "The run's trajectory.txt, where it has a world of its own")
       ->type_name("FILE");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::distance, line.distance); });
+  command->final_callback([&line] { line.command = from_module(line, &SynthCommandsModule::distance, line.distance); });
 }
 
 void add_calibrate(CLI::App& app, CommandLine& line) {
@@ -255,14 +255,14 @@ void add_calibrate(CLI::App& app, CommandLine& line) {
   add_calibrate_target_options(*target, line);
   add_common(*target, line);
   target->final_callback(
-      [&line] { line.command = from_module(line, &CommandsModule::calibrate_target, line.calibrate_target); });
+      [&line] { line.command = from_module(line, &SynthCommandsModule::calibrate_target, line.calibrate_target); });
 
   CLI::App* camera = calibrate->add_subcommand("camera", "Find focal lengths, centre and distortion from its pictures");
   add_calibrate_camera_options(*camera, line.calibrate_camera);
   add_shorthand(*camera, line, "--format", "acquire.format", "Layout of the recording");
   add_common(*camera, line);
   camera->final_callback(
-      [&line] { line.command = from_module(line, &CommandsModule::calibrate_camera, line.calibrate_camera); });
+      [&line] { line.command = from_module(line, &SynthCommandsModule::calibrate_camera, line.calibrate_camera); });
 }
 
 void add_config(CLI::App& app, CommandLine& line) {

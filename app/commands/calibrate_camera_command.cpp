@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "app/calibrate/board_pictures.h"
 #include "app/calibrate/calibrate_arguments.h"
 #include "app/calibrate/camera_file.h"
 #include "app/calibrate/target_file.h"
 #include "app/exit_codes.h"
 #include "app/terminal/signals.h"
+#include "calibrate/board/board_pictures.h"
 #include "calibrate/calibrate_camera.h"
 #include "core/files/atomic_file.h"
 

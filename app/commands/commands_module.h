@@ -1,15 +1,17 @@
-// What libscanknit_commands.so gives: the commands that need the rooms, and so the libraries that these bring.
+// What libscanknit_commands.so gives: the commands that need the rooms of a scan, and so the libraries that these
+// bring.
 #pragma once
 
 #include <string>
 
-#include "app/calibrate/calibrate_arguments.h"
 #include "app/commands.h"
 
 namespace scanknit {
 
 /// Each is the function of that name in commands.h, with no more threads than CommonArguments::threads.
 struct CommandsModule {
+  static constexpr const char* kName = "commands";
+
   int (*run)(const RunArguments&, const CommonArguments&);
   int (*capture)(const CaptureArguments&, const CommonArguments&);
   int (*view)(const ShowArguments&, const CommonArguments&);
@@ -17,13 +19,9 @@ struct CommandsModule {
   int (*record)(const RecordArguments&, const CommonArguments&);
   int (*extract)(const ExtractArguments&, const CommonArguments&);
   int (*align)(const AlignArguments&, const CommonArguments&);
-  int (*synth)(const SynthArguments&, const CommonArguments&);
   int (*convert)(const ConvertArguments&, const CommonArguments&);
   int (*repair)(const RepairArguments&, const CommonArguments&);
-  int (*calibrate_target)(const CalibrateTargetArguments&, const CommonArguments&);
-  int (*calibrate_camera)(const CalibrateCameraArguments&, const CommonArguments&);
   int (*info)(const InfoArguments&, const CommonArguments&);
-  int (*distance)(const DistanceArguments&, const CommonArguments&);
   int (*devices)(const CommonArguments&);
   int (*doctor)(const CommonArguments&);
   int (*udev_rules)(const std::string&, const CommonArguments&);

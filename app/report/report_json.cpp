@@ -14,7 +14,6 @@
 #include "app/config/config_print.h"
 #include "core/version.h"
 #include "export/measure/mesh_stats.h"
-#include "fusion/align/pair_verdict.h"
 
 namespace scanknit {
 namespace {

@@ -10,7 +10,6 @@
 #include "app/report/report_json.h"
 #include "core/files/quantity.h"
 #include "export/report/page_text.h"
-#include "fusion/align/pair_verdict.h"
 
 namespace scanknit {
 namespace {

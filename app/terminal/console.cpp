@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "scan/scan_observer.h"
+
 namespace scanknit {
 namespace {
 
@@ -61,6 +63,18 @@ Console::~Console() {
 void Console::say(LogLevel level, std::string_view message) {
   clear_line();
   logger_->log(level_of(level), "{}", message);
+}
+
+void Console::info(std::string_view message) {
+  say(LogLevel::kInfo, message);
+}
+
+void Console::warn(std::string_view message) {
+  say(LogLevel::kWarning, message);
+}
+
+void Console::error(std::string_view message) {
+  say(LogLevel::kError, message);
 }
 
 void Console::plain(std::string_view lines) {

@@ -7,14 +7,13 @@
 #include <string>
 #include <string_view>
 
-#include "core/log.h"
-
 namespace spdlog {
 class logger;
 }
 
 namespace scanknit {
 
+enum class LogLevel;
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
 /// For one thread. Quiet: prints errors only. Uses colours on a terminal unless NO_COLOR is set.
@@ -26,9 +25,9 @@ class Console {
   Console& operator=(const Console&) = delete;
 
   void say(LogLevel level, std::string_view message);
-  void info(std::string_view message) { say(LogLevel::kInfo, message); }
-  void warn(std::string_view message) { say(LogLevel::kWarning, message); }
-  void error(std::string_view message) { say(LogLevel::kError, message); }
+  void info(std::string_view message);
+  void warn(std::string_view message);
+  void error(std::string_view message);
 
   /// Prints lines unchanged, at every verbosity.
   void plain(std::string_view lines);

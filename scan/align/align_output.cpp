@@ -57,7 +57,6 @@ Result<void> write_picture(const AlignInputs& inputs, const Alignment& alignment
 AlignmentResult::Pair described_pair(const AlignedPair& pair) {
   AlignmentResult::Pair line{.from = pair.from + 1,
                              .to = pair.to + 1,
-                             .is_accepted = pair.judgement.verdict != PairVerdict::kUnacceptable,
                              .verdict = pair.judgement.verdict,
                              .reason = pair.judgement.reason,
                              .start = pair.start,

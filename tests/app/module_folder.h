@@ -11,7 +11,8 @@
 
 namespace scanknit {
 
-/// The program finds libscanknit_core.so in this folder, and so looks here for modules. Its commands are the only one.
+/// The program finds libscanknit_core.so in this folder, and so looks here for modules. The only ones are
+/// its commands.
 class ModuleFolder {
  public:
   ModuleFolder() {
@@ -19,7 +20,8 @@ class ModuleFolder {
     for (const auto& entry : std::filesystem::directory_iterator(libraries)) {
       const std::string name = entry.path().filename().string();
       const bool is_core = name.starts_with("libscanknit_core.so.");
-      if (is_core || name == "libscanknit_commands.so") std::filesystem::create_symlink(entry.path(), folder_ / name);
+      const bool has_commands = name == "libscanknit_commands.so" || name == "libscanknit_synth_commands.so";
+      if (is_core || has_commands) std::filesystem::create_symlink(entry.path(), folder_ / name);
       is_used_ = is_used_ || is_core;
     }
   }

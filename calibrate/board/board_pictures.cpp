@@ -1,4 +1,4 @@
-#include "app/calibrate/board_pictures.h"
+#include "calibrate/board/board_pictures.h"
 
 #include <fmt/format.h>
 

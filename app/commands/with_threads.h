@@ -1,0 +1,22 @@
+// with_threads: a command that heeds CommonArguments::threads.
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <optional>
+#include <tuple>
+
+#include "app/commands.h"
+
+namespace scanknit {
+
+/// `kCommand` with no more threads than were asked for. CommonArguments are the last of its arguments.
+template <auto kCommand, typename... Arguments>
+int with_threads(const Arguments&... arguments) {
+  const CommonArguments& common = std::get<sizeof...(Arguments) - 1>(std::tie(arguments...));
+  std::optional<tbb::global_control> limit;
+  if (common.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, common.threads);
+  return kCommand(arguments...);
+}
+
+}  // namespace scanknit
