@@ -11,6 +11,9 @@ endif()
 # SCANKNIT_CHECK stays on in every build type; -O2 keeps compile times in hand.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 
+# A unity build (-DCMAKE_UNITY_BUILD=ON) joins this many sources of a target. Their unnamed helpers have different names.
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 5 CACHE STRING "Sources that a unity build joins")
+
 include(GNUInstallDirs)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)

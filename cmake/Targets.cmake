@@ -5,6 +5,7 @@ function(scanknit_flags target)
     -ffp-contract=off -fno-semantic-interposition
     # False alarms of GCC 12 inside std::string (its bug 105651), which come through once headers are precompiled.
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
     $<$<BOOL:${SCANKNIT_WERROR}>:-Werror>)
 endfunction()
 
@@ -24,11 +25,22 @@ endforeach()
 target_link_libraries(scanknit_headers_openvdb PRIVATE OpenVDB::openvdb)
 target_precompile_headers(scanknit_headers_openvdb PRIVATE <openvdb/openvdb.h>)
 
+# scanknit_apart(sources...): a unity build does not join those of them that Highway includes once for each instruction set.
+function(scanknit_apart)
+  foreach(source ${ARGN})
+    file(STRINGS ${source} again REGEX "hwy/foreach_target.h" LIMIT_COUNT 1)
+    if(again)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endforeach()
+endfunction()
+
 # scanknit_openvdb_sources(target sources...): adds sources that include OpenVDB, be it through other headers, to a
 # target whose other sources do not.
 function(scanknit_openvdb_sources target)
   set(objects ${target}_openvdb)
   add_library(${objects} OBJECT ${ARGN})
+  scanknit_apart(${ARGN})
   target_compile_features(${objects} PRIVATE cxx_std_20)
   target_include_directories(${objects} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
   target_link_libraries(${objects} PRIVATE OpenVDB::openvdb $<TARGET_PROPERTY:${target},LINK_LIBRARIES>)
@@ -49,6 +61,7 @@ function(scanknit_room name)
     return()
   endif()
   add_library(${target} ${ROOM_SOURCES})
+  scanknit_apart(${ROOM_SOURCES})
   add_library(ScanKnit::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES
     EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
@@ -86,11 +99,12 @@ function(scanknit_module name)
   set_property(GLOBAL APPEND PROPERTY SCANKNIT_MODULES ${target})
 endfunction()
 
-# scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds] [PRECOMPILE headers] [TOGETHER]): one
+# scanknit_test(name SOURCES ... LIBRARIES ... [LABEL label] [TIMEOUT seconds] [PRECOMPILE headers] [TOGETHER] [JOINED]): one
 # GoogleTest executable, each test a ctest; TOGETHER: one ctest for all, which share the recordings that their suites render. So it
-# is with sanitizers, too, under which a program takes seconds to start. The label is the room unless given.
+# is with sanitizers, too, under which a program takes seconds to start. JOINED: a unity build joins its sources, which therefore
+# share no unnamed helper's name. The label is the room unless given.
 function(scanknit_test name)
-  cmake_parse_arguments(TEST "TOGETHER" "LABEL;TIMEOUT" "SOURCES;LIBRARIES;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(TEST "TOGETHER;JOINED" "LABEL;TIMEOUT" "SOURCES;LIBRARIES;PRECOMPILE" ${ARGN})
   if(NOT TEST_LABEL)
     get_filename_component(TEST_LABEL ${CMAKE_CURRENT_SOURCE_DIR} NAME)
   endif()
@@ -101,8 +115,10 @@ function(scanknit_test name)
   endif()
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE ${TEST_LIBRARIES} scanknit_test_places GTest::gtest_main)
+  if(TEST_JOINED AND SCANKNIT_JOIN_TESTS)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON)
+  endif()
   scanknit_flags(${name})
-  target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)  # false as those two
   if(TEST_PRECOMPILE)
     target_precompile_headers(${name} PRIVATE <gtest/gtest.h> ${SCANKNIT_PRECOMPILED} ${TEST_PRECOMPILE})
   else()

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/check.h"
+#include "core/rotation.h"
 #include "synth/counter_random.h"
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
@@ -16,8 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::uint64_t kAngleStream = 0x7AB1E;  // stream of random numbers
 
 constexpr double kDiscThickness_m = 0.015;

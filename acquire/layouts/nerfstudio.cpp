@@ -25,7 +25,7 @@ constexpr const char* kFileName = "transforms.json";
 constexpr std::array kDepthKeys = {"depth_file_path", "depth_path"};                  // nerfstudio, instant-ngp
 constexpr std::array kUnitKeys = {"depth_unit_scale_factor", "integer_depth_scale"};  // nerfstudio, instant-ngp
 constexpr std::array kModels = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "RADIAL", "SIMPLE_RADIAL"};  // COLMAP's names
-constexpr double kDepthScale = 1000.0;  // nerfstudio's default: 16-bit PNG in millimetres
+constexpr double kNerfstudioDepthScale = 1000.0;  // nerfstudio's default: 16-bit PNG in millimetres
 
 // A frame's key, else that of all frames.
 const Json* find_key(const Json& frame, const Json& all, const char* key) {
@@ -127,7 +127,7 @@ Result<double> depth_scale(const Json& json, const fs::path& path) {
     const double whole = std::round(scale);
     return std::abs(scale - whole) < 1e-9 * whole ? whole : scale;  // 0.0002 means 1/5000
   }
-  return kDepthScale;
+  return kNerfstudioDepthScale;
 }
 
 /// A lens that a CameraModel can hold, of the picture of w x h pixels. The file counts pixels from the corner of the

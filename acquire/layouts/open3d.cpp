@@ -24,7 +24,7 @@ constexpr std::array kColourFolders = {"color", "image", "rgb"};
 constexpr const char* kLog = "trajectory.log";
 constexpr const char* kJson = "trajectory.json";
 constexpr const char* kTimes = "timestamps.txt";
-constexpr double kDepthScale = 1000.0;  // millimetres
+constexpr double kOpen3dDepthScale = 1000.0;  // millimetres
 constexpr std::size_t kLinesPerPose = 5;
 
 struct Picture {
@@ -199,7 +199,7 @@ Result<Recording> index_open3d(const Folder& folder, const AcquireConfig& config
 
   Recording recording{.format = "open3d",
                       .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kDepthScale)};
+                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kOpen3dDepthScale)};
   recording.decode = decode_png_frame;
   recording.entries = make_entries(*depth, poses->size());
   for (std::size_t i = 0; i < std::min(recording.entries.size(), poses->size()); ++i) {

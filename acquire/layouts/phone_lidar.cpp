@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDepthScale = 1000.0;  // millimetres
+constexpr double kPhoneDepthScale = 1000.0;  // millimetres
 
 // The export states its intrinsics for the full sensor picture, whose size it leaves out: ARKit's is 1920 wide. Depth
 // (256) and pictures (960) are that picture scaled.
@@ -108,7 +108,7 @@ Result<Recording> index_phone_lidar(const Folder& folder, const AcquireConfig& c
       read_frame_json(path, config.limits, frames[*camera]);
     }
   }
-  Recording recording{.format = "phone-lidar", .folder = folder.path, .depth_scale = kDepthScale};
+  Recording recording{.format = "phone-lidar", .folder = folder.path, .depth_scale = kPhoneDepthScale};
   recording.frames_bring_camera = true;
   recording.world_up = UpAxis::kY;  // ARKit's worlds stand upright
   recording.decode = decode_phone_frame;

@@ -15,7 +15,7 @@ namespace scanknit {
 namespace {
 
 constexpr const char* kPrefix = "frame-";
-constexpr double kDepthScale = 1000.0;  // millimetres
+constexpr double kSevenScenesDepthScale = 1000.0;  // millimetres
 
 std::optional<std::uint64_t> depth_number(const std::string& name) {
   return numbered_name(name, kPrefix, ".depth.png");
@@ -59,7 +59,7 @@ Result<Recording> index_seven_scenes(const Folder& folder, const AcquireConfig& 
   }
   Recording recording{.format = "7-scenes",
                       .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kDepthScale)};
+                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kSevenScenesDepthScale)};
   recording.decode = decode_png_frame;
   for (auto& [number, entry] : frames) {
     entry.sequence = number;

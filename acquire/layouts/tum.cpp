@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDepthList = "depth.txt";
 constexpr const char* kColourList = "rgb.txt";
 constexpr const char* kPoseList = "groundtruth.txt";
-constexpr double kDepthScale = 5000.0;  // the layout's own: 0.2 mm
+constexpr double kTumDepthScale = 5000.0;  // the layout's own: 0.2 mm
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 struct Stamp {
@@ -143,7 +143,7 @@ Result<Recording> index_tum(const Folder& folder, const AcquireConfig& config) {
 
   Recording recording{.format = "tum",
                       .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kDepthScale)};
+                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kTumDepthScale)};
   recording.decode = decode_png_frame;
   const auto partner = associate(*depth, colour);
   for (std::size_t i = 0; i < depth->size(); ++i) {

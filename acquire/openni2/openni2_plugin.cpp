@@ -41,14 +41,14 @@ Result<void> check_recording(const std::string& path) {
 }
 
 /// Which camera is wanted: any, the one with this URI, or (after unplugging, when its URI is another) of this name.
-struct WantedCamera {
+struct WantedDevice {
   std::string uri, name;
   [[nodiscard]] bool fits(const DeviceInfo& camera) const {
     return (uri.empty() || uri == camera.uri) && (name.empty() || name == camera.name);
   }
 };
 
-Result<std::unique_ptr<DeviceSource>> wait_and_open(const OpenNi2Plugin& plugin, const WantedCamera& wanted,
+Result<std::unique_ptr<DeviceSource>> wait_and_open(const OpenNi2Plugin& plugin, const WantedDevice& wanted,
                                                     const DeviceOptions& options, Clock::time_point deadline,
                                                     const std::stop_token& stop) {
   constexpr milliseconds kAgain{200};
@@ -91,10 +91,10 @@ Result<std::unique_ptr<DeviceSource>> open_openni2(const std::string& uri, const
     if (const auto checked = check_recording(name); !checked) return checked.error();
     return (*plugin)->open(uri, options);
   }
-  const WantedCamera wanted{name.empty() ? "" : uri, ""};
+  const WantedDevice wanted{name.empty() ? "" : uri, ""};
   auto opened = wait_and_open(**plugin, wanted, options, after(options.wait_s), stop);
   if (!opened || options.reconnect_s <= 0) return opened;
-  const WantedCamera same{"", (*opened)->info().name};
+  const WantedDevice same{"", (*opened)->info().name};
   auto reopen = [plugin = *plugin, same, options](const std::stop_token& give_up) {
     return wait_and_open(*plugin, same, options, after(options.reconnect_s), give_up);
   };

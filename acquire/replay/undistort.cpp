@@ -23,11 +23,11 @@ Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const R
   return straight;
 }
 
-float nearest(const DepthImage& image, const Eigen::Vector2d& at) {
+float sample_nearest(const DepthImage& image, const Eigen::Vector2d& at) {
   return image.at(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())));
 }
 
-Rgb8 bilinear(const ColourImage& image, const Eigen::Vector2d& at) {
+Rgb8 sample_bilinear(const ColourImage& image, const Eigen::Vector2d& at) {
   const double x = std::clamp(at.x(), 0.0, image.width() - 1.0);
   const double y = std::clamp(at.y(), 0.0, image.height() - 1.0);
   const int x0 = static_cast<int>(x);
@@ -61,11 +61,11 @@ Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera
 }
 
 DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
-  return resample(depth_m, camera, distortion, nearest);
+  return resample(depth_m, camera, distortion, sample_nearest);
 }
 
 ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
-  return resample(colour, camera, distortion, bilinear);
+  return resample(colour, camera, distortion, sample_bilinear);
 }
 
 }  // namespace scanknit

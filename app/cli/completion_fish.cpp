@@ -10,7 +10,7 @@
 namespace scanknit {
 namespace {
 
-std::string quoted(const std::string& text) {
+std::string fish_quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
     if (c == '\'' || c == '\\') result += '\\';
@@ -24,20 +24,20 @@ std::string completed_by(const OptionDescription& option) {
   std::string text;
   if (option.kind == ValueKind::kFile) text += " -F";
   if (option.kind == ValueKind::kFolder) text += " -a '(__fish_complete_directories)'";
-  if (!option.words.empty()) text += " -a " + quoted(fmt::format("{}", fmt::join(option.words, " ")));
+  if (!option.words.empty()) text += " -a " + fish_quoted(fmt::format("{}", fmt::join(option.words, " ")));
   return text;
 }
 
 /// `condition`: fish's test for the command's place in the line.
 void add_command(const CommandDescription& command, const std::string& condition, std::string& script) {
-  const std::string begin = "complete -c scanknit" + (condition.empty() ? "" : " -n " + quoted(condition));
+  const std::string begin = "complete -c scanknit" + (condition.empty() ? "" : " -n " + fish_quoted(condition));
   for (const OptionDescription& option : command.options) {
     script += begin;
     for (const std::string& name : option.names) {
       script += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
     }
     if (option.kind != ValueKind::kFlag) script += " -r" + completed_by(option);
-    script += " -d " + quoted(option.text) + "\n";
+    script += " -d " + fish_quoted(option.text) + "\n";
   }
   if (!command.arguments.empty()) script += begin + completed_by(command.arguments.front()) + "\n";
 
@@ -47,8 +47,8 @@ void add_command(const CommandDescription& command, const std::string& condition
     const std::string chosen = "__fish_seen_subcommand_from " + below.name;
     const std::string open = fmt::format("not __fish_seen_subcommand_from {}", fmt::join(names, " "));
     const std::string join = condition.empty() ? "" : condition + "; and ";
-    script +=
-        fmt::format("complete -c scanknit -n {} -a {} -d {}\n", quoted(join + open), below.name, quoted(below.text));
+    script += fmt::format("complete -c scanknit -n {} -a {} -d {}\n", fish_quoted(join + open), below.name,
+                          fish_quoted(below.text));
     add_command(below, join + chosen, script);
   }
 }

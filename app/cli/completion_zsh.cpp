@@ -31,7 +31,7 @@ fi
 )zsh";
 
 /// Escapes text for the explanations of _arguments and _describe, in single quotes.
-std::string quoted(const std::string& text) {
+std::string zsh_quoted(const std::string& text) {
   std::string result;
   for (const char c : text) {
     if (c == '\'') {
@@ -61,8 +61,8 @@ std::string option_lines(const OptionDescription& option) {
     const char* joint = name.starts_with("--") ? "=" : "+";  // --name=value, -nvalue
     lines += fmt::format(" \\\n    '{}{}", exclusion, name);
     if (option.kind != ValueKind::kFlag) lines += joint;
-    lines += fmt::format("[{}]", quoted(option.text));
-    if (option.kind != ValueKind::kFlag) lines += fmt::format(":{}:{}", quoted(option.value), action(option));
+    lines += fmt::format("[{}]", zsh_quoted(option.text));
+    if (option.kind != ValueKind::kFlag) lines += fmt::format(":{}:{}", zsh_quoted(option.value), action(option));
     lines += "'";
   }
   return lines;
@@ -70,7 +70,7 @@ std::string option_lines(const OptionDescription& option) {
 
 std::string argument_line(const OptionDescription& argument, std::size_t place) {
   const std::string where = argument.is_repeatable ? "*" : std::to_string(place);
-  return fmt::format(" \\\n    '{}:{}:{}'", where, quoted(argument.value), action(argument));
+  return fmt::format(" \\\n    '{}:{}:{}'", where, zsh_quoted(argument.value), action(argument));
 }
 
 std::string function_name(const std::string& parent, const CommandDescription& command) {
@@ -85,7 +85,7 @@ std::string functions(const std::string& parent, const CommandDescription& comma
   std::string text, lines, names, cases;
   for (const CommandDescription& below : command.commands) {
     text += functions(name, below);
-    names += fmt::format("\n        '{}:{}'", below.name, quoted(below.text));
+    names += fmt::format("\n        '{}:{}'", below.name, zsh_quoted(below.text));
     cases += fmt::format("\n        {}) {} ;;", below.name, function_name(name, below));
   }
   for (const OptionDescription& option : command.options) lines += option_lines(option);

@@ -15,8 +15,6 @@
 namespace scanknit {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr const char* kExtension = "EXT_meshopt_compression";
 // A flat, evenly coloured surface shrinks to little; more than this per byte of the file is not believed.
 constexpr std::size_t kMaxExpansion = 512;
@@ -39,17 +37,18 @@ Chunks chunks_of(std::string_view glb) {
   return chunks;
 }
 
-std::size_t count_in(const Json& object, const char* key) {
+std::size_t count_in(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_number_unsigned() ? found->get<std::size_t>() : 0;
 }
 
-bool uses_extension(const Json& json) {
-  const Json required = json.value("extensionsRequired", Json::array());
-  return required.is_array() && std::find(required.begin(), required.end(), Json(kExtension)) != required.end();
+bool uses_extension(const nlohmann::json& json) {
+  const nlohmann::json required = json.value("extensionsRequired", nlohmann::json::array());
+  return required.is_array() &&
+         std::find(required.begin(), required.end(), nlohmann::json(kExtension)) != required.end();
 }
 
-Result<std::string> unfolded(const Json& packed, std::string_view binary, std::size_t most_bytes) {
+Result<std::string> unfolded(const nlohmann::json& packed, std::string_view binary, std::size_t most_bytes) {
   const std::size_t offset = count_in(packed, "byteOffset"), length = count_in(packed, "byteLength");
   const std::size_t stride = count_in(packed, "byteStride"), count = count_in(packed, "count");
   if (count_in(packed, "buffer") != 0 || offset > binary.size() || length > binary.size() - offset) {
@@ -75,10 +74,10 @@ Result<std::string> unfolded(const Json& packed, std::string_view binary, std::s
   return plain;
 }
 
-void forget_extension(Json& json, const char* list) {
+void forget_extension(nlohmann::json& json, const char* list) {
   const auto found = json.find(list);
   if (found == json.end() || !found->is_array()) return;
-  found->erase(std::remove(found->begin(), found->end(), Json(kExtension)), found->end());
+  found->erase(std::remove(found->begin(), found->end(), nlohmann::json(kExtension)), found->end());
   if (found->empty()) json.erase(found);
 }
 
@@ -87,7 +86,7 @@ void forget_extension(Json& json, const char* list) {
 Result<std::optional<std::string>> without_meshopt(std::string_view glb, const Limits& limits) {
   const Chunks chunks = chunks_of(glb);
   if (chunks.json.find(kExtension) == std::string_view::npos) return std::optional<std::string>();
-  Json json = Json::parse(chunks.json, nullptr, /*allow_exceptions=*/false);
+  nlohmann::json json = nlohmann::json::parse(chunks.json, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return input_error("the GLB's JSON cannot be understood");
   if (!uses_extension(json)) return std::optional<std::string>();
   const std::uintmax_t most_bytes =
@@ -95,7 +94,7 @@ Result<std::optional<std::string>> without_meshopt(std::string_view glb, const L
   std::string binary(chunks.binary);
   const auto views = json.find("bufferViews");
   for (std::size_t i = 0; views != json.end() && views->is_array() && i < views->size(); ++i) {
-    Json& view = (*views)[i];
+    nlohmann::json& view = (*views)[i];
     if (!view.is_object() || !view.contains("extensions") || !view["extensions"].is_object()) continue;
     const auto packed = view["extensions"].find(kExtension);
     if (packed == view["extensions"].end()) continue;
@@ -109,7 +108,7 @@ Result<std::optional<std::string>> without_meshopt(std::string_view glb, const L
     view.erase("extensions");
     binary += *plain;
   }
-  json["buffers"] = Json::array({{{"byteLength", binary.size()}}});
+  json["buffers"] = nlohmann::json::array({{{"byteLength", binary.size()}}});
   forget_extension(json, "extensionsUsed");
   forget_extension(json, "extensionsRequired");
   return std::optional<std::string>(glb_container(json.dump(), binary));

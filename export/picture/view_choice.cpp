@@ -8,13 +8,13 @@
 
 #include "core/median.h"
 #include "core/mesh/mesh_area.h"
+#include "core/rotation.h"
 #include "export/mesh/up_rotation.h"
 
 namespace scanknit {
 namespace {
 
 constexpr int kAzimuths = 16;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kElevation = 25 * kDegree;
 constexpr double kElevationFromAbove = 60 * kDegree;
 // Of the front view's surface, what a second view must show to be worth a picture.

@@ -23,7 +23,6 @@ using kainjow::mustache::list;
 using kainjow::mustache::object;
 
 constexpr std::size_t kMostRows = 100;  // of a table; report.json has them all
-constexpr std::size_t kMostPairs = 12;  // of pictures of pairs
 
 /// In the template, `{{#name}}` ... `{{/name}}` is left out.
 const bool kLeftOut = false;
@@ -327,7 +326,7 @@ data alignment_of(const ReportJson& report, const PageUris& pictures) {
   }
   list shown;
   for (const auto& [kind, uri] : pictures) {
-    if (!kind.starts_with("pair ") || uri.empty() || shown.size() == kMostPairs) continue;
+    if (!kind.starts_with("pair ") || uri.empty() || shown.size() == kMostPairPictures) continue;
     shown.push_back(object{{"pair", kind}, {"uri", uri}});
   }
   return object{{"pairs", rows}, {"pair_pictures", shown}};

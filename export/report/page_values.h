@@ -1,6 +1,7 @@
 // Fills report.html.mustache with the values of a report. Private to report_page.cpp.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -8,6 +9,8 @@
 #include "export/report/page_json.h"
 
 namespace scanknit {
+
+inline constexpr std::size_t kMostPairPictures = 12;
 
 /// The pictures of a page as data URIs, by kind (PagePicture::kind); empty for pictures that cannot be shown.
 using PageUris = std::map<std::string, std::string>;

@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kPictureColumns = 1280;
 constexpr int kPairColumns = 560;
-constexpr std::size_t kMostPairs = 12;
 constexpr std::uintmax_t kMostPictureBytes = 32u << 20;
 
 PageUris uris_of(std::span<const PagePicture> pictures) {
@@ -46,7 +45,7 @@ std::vector<PagePicture> pictures_beside(const std::filesystem::path& folder, co
   };
   for (const char* kind : {"preview", "error", "coverage"}) add(kind, text_at(report, std::string("/files/") + kind));
   const ReportJson& pairs = list_at(report, "/alignment/pairs");
-  for (std::size_t i = 0; i < std::min(pairs.size(), kMostPairs); ++i) {
+  for (std::size_t i = 0; i < std::min(pairs.size(), kMostPairPictures); ++i) {
     const auto scan = [&](const char* pointer) { return grouped_digits(number_at(pairs[i], pointer).value_or(0)); };
     add("pair " + scan("/from") + " " + scan("/to"), text_at(pairs[i], "/picture"));
   }

@@ -25,8 +25,8 @@ constexpr float kLengthTolerance = 1.5f;   // spacings
 constexpr float kAngleTolerance = 0.2f;    // rad, about, for cosines
 constexpr float kLeastBaseline = 6;        // spacings
 constexpr float kNear = 1.5f;              // spacings: a point that meets the other scan
-constexpr float kSameTurn = 0.2f;          // rad; and
-constexpr float kSamePlace = 4;            // spacings: two poses that are one
+constexpr float kSameCoarseTurn = 0.2f;    // rad; and
+constexpr float kSameCoarsePlace = 4;      // spacings: two poses that are one
 
 /// SplitMix64 (Steele, Lea & Flood 2014): another number for each counter.
 std::uint64_t mixed(std::uint64_t counter) {
@@ -164,7 +164,7 @@ class CoarseSearch {
     const Pose between = x.inverse() * y;
     const double turn = Eigen::AngleAxisd(between.linear()).angle();
     const Eigen::Vector3d middle = b_.points.points_m[b_.points.size() / 2].cast<double>();
-    return turn < kSameTurn && (x * middle - y * middle).norm() < double{kSamePlace} * spacing_;
+    return turn < kSameCoarseTurn && (x * middle - y * middle).norm() < double{kSameCoarsePlace} * spacing_;
   }
 
   const ScanLevel& a_;

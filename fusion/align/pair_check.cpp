@@ -14,10 +14,10 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kMeets = 2;  // spacings from the nearest point of the other scan, and
-constexpr float kLeastNormalCosine = 0.8f;
+constexpr float kLeastCheckedCosine = 0.8f;
 constexpr float kInTheWay = 4;   // spacings before the surface: more than what does not fit by noise
 constexpr double kFacing = 0.5;  // cosine: steeper than this a scanner may well see nothing
-constexpr std::size_t kMostPoints = 8000;
+constexpr std::size_t kMostCheckedPoints = 8000;
 
 // What makes a pair good, acceptable; see docs/align.md. Overlaps in shares, residuals in spacings.
 constexpr double kGoodOverlap = 0.25, kAcceptableOverlap = 0.12, kUnseenOverlap = 0.3;
@@ -63,7 +63,8 @@ bool is_missing(const ScanModel& model, const Eigen::Vector3d& p, const Eigen::V
 
 /// The points of `from` against `to`.
 SideMeasure measure_side(const ScanLevel& from, const ScanLevel& to, const ScanModel& to_model, const Pose& T_to_from) {
-  const std::size_t every = std::max<std::size_t>(1, (from.points.size() + kMostPoints - 1) / kMostPoints);
+  const std::size_t every =
+      std::max<std::size_t>(1, (from.points.size() + kMostCheckedPoints - 1) / kMostCheckedPoints);
   std::vector<PointFinding> findings((from.points.size() + every - 1) / every);
   const Eigen::Isometry3f T = T_to_from.cast<float>();
   const auto spacing = static_cast<float>(to.spacing_m);
@@ -72,7 +73,7 @@ SideMeasure measure_side(const ScanLevel& from, const ScanLevel& to, const ScanM
     const Vector3f p = T * from.points.points_m[i * every];
     const Vector3f n = T.linear() * from.points.normals[i * every];
     const auto nearest = to.grid.nearest(
-        p, [&](std::uint32_t candidate) { return n.dot(to.points.normals[candidate]) > kLeastNormalCosine; });
+        p, [&](std::uint32_t candidate) { return n.dot(to.points.normals[candidate]) > kLeastCheckedCosine; });
     if (nearest) {
       const Vector3f off = to.points.points_m[*nearest] - p;
       finding.meets = off.norm() < kMeets * spacing;

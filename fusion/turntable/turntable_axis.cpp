@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/median.h"
+#include "core/rotation.h"
 
 namespace scanknit {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastTurn_rad = 20 * kDegree;
 constexpr int kRounds = 8;
 

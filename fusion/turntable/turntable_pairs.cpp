@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/check.h"
+#include "core/rotation.h"
 #include "fusion/register/icp.h"
 
 namespace scanknit {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSpacing_rad = 5 * kDegree;
 constexpr double kMostKeys = 100;
 constexpr std::size_t kNeighbours = 3;       // key frames that a new one is registered with

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/rotation.h"
 #include "scan/refine/angle_file.h"
 
 namespace scanknit {
 namespace {
-
-constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Removes the jumps of an encoder that begins again at 0 after a turn. Assumes that no step is more than half a turn.
 void unwrap(std::vector<double>& angles) {

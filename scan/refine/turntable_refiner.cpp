@@ -9,6 +9,7 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "core/median.h"
+#include "core/rotation.h"
 #include "fusion/picture_part.h"
 #include "fusion/turntable/cut_volume.h"
 #include "scan/frames/frame_count.h"
@@ -16,7 +17,6 @@
 namespace scanknit {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kSamples = 48;  // frames that show what stands still, and what they see through
 constexpr std::size_t kFewestTracked = 4;
 constexpr std::size_t kFewestFrames = 8;  // frames with a common motion

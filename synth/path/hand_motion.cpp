@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "core/rotation.h"
 #include "synth/counter_random.h"
 
 namespace scanknit {
@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kBraking_s = 0.4;
 constexpr std::uint64_t kWobbleStream = 0x0B'B1E;  // streams of random numbers
 constexpr std::uint64_t kTurnStream = 0x7E'4B5;

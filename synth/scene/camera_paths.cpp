@@ -1,4 +1,5 @@
 #include "synth/scene/camera_paths.h"
+#include "core/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +7,6 @@
 
 namespace scanknit {
 namespace {
-
-constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// A position on the path, and the direction of walking.
 struct Waypoint {

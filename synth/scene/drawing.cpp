@@ -12,8 +12,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 Pose placed(const Vector3d& centre, const Eigen::Matrix3d& turn) {
   Pose pose = Pose::Identity();
   pose.linear() = turn;

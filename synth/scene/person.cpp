@@ -1,10 +1,10 @@
 #include "synth/scene/person.h"
 
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "core/rotation.h"
 #include "synth/scene/drawing.h"
 
 namespace scanknit {
@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr SurfaceMaterial kCloth{.reflectivity = 0.45f};
 constexpr SurfaceMaterial kDarkCloth{.reflectivity = 0.12f};
 constexpr int kTrousers = 93;  // number of their paint

@@ -1,17 +1,15 @@
 #include "synth/scene/real_rooms.h"
 
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "core/rotation.h"
 #include "synth/scene/drawing.h"
 
 namespace scanknit {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Reflectivities in the near infrared, of the order that range finders' data sheets state for such surfaces.
 constexpr SurfaceMaterial kScreen{.reflectivity = 0.015f, .gloss = 0.9f};

@@ -1,7 +1,7 @@
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "core/rotation.h"
 #include "synth/scene/board_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/drawing.h"
@@ -12,8 +12,6 @@ namespace scanknit {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::unique_ptr<SyntheticScene> sphere() {
   Drawing drawing;
@@ -72,17 +70,17 @@ void put_things_on_desk(Drawing& drawing, double top_m) {
 }
 
 std::unique_ptr<SyntheticScene> desk() {
-  constexpr double kTop_m = 0.74;
+  constexpr double kDeskTop_m = 0.74;
   Drawing drawing;
   drawing.add_room({3.4, 3.2, 2.4}, paint(12, Pattern::kChecks, 0.12));
-  put_desk(drawing, kTop_m);
-  put_things_on_desk(drawing, kTop_m);
+  put_desk(drawing, kDeskTop_m);
+  put_things_on_desk(drawing, kDeskTop_m);
   drawing.stand_box(1.50, 0.3, 0, {0.44, 0.9, 0.8}, paint(13, Pattern::kStripes, 0.07));
   drawing.stand_box(-0.6, 1.45, 0, {1.0, 0.36, 1.3}, paint(14, Pattern::kChecks, 0.09));
   drawing.stand_cylinder(-1.4, -1.2, 0, 0.18, 0.6, paint(15, Pattern::kStripes, 0.06));
   drawing.add(Box{{0.4, 0.02, 0.3}, 0.004}, {0.4, -1.6, 1.0}, paint(16, Pattern::kMarble, 0.06));
   // 5 cm a frame at 3 degrees: radius 0.955 m.
-  const OrbitPath path{{0, 0, kTop_m + 0.05}, 1.30, 0.955, 0.955, 1};
+  const OrbitPath path{{0, 0, kDeskTop_m + 0.05}, 1.30, 0.955, 0.955, 1};
   return std::move(drawing).scene("desk", orbit_path(path), 120);
 }
 

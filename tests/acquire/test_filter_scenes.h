@@ -4,16 +4,15 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/noise_model.h"
+#include "core/rotation.h"
 
 namespace scanknit::test {
 
-inline constexpr double kDegree = std::numbers::pi / 180;
 inline const CameraIntrinsics kCamera{160, 120, 600, 600, 79.5, 59.5};
 
 /// The normal, towards the camera, of a plane turned by `angle` about the y axis.

@@ -9,6 +9,7 @@
 #include "acquire/layouts/ros_bag.h"
 #include "acquire/mcap/byte_appender.h"
 #include "test_replay_support.h"
+#include "tests/support/text.h"
 
 namespace scanknit::test {
 namespace {
@@ -334,10 +335,6 @@ TEST(RealsenseBag, SaysWhenItCannotStraightenALens) {
   const auto source = open_recording(folder / "a.bag", {});
   ASSERT_TRUE(source);
   EXPECT_EQ((*source)->info().warnings.size(), 1u);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// What a bag of which only the first `size` bytes are left must say and give. How many frames it gives.

@@ -7,6 +7,7 @@
 #include "acquire/convert/convert_recording.h"
 #include "acquire/replay/undistort.h"
 #include "test_replay_support.h"
+#include "tests/support/text.h"
 
 namespace scanknit::test {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Reasons = std::vector<std::string>;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 // In OpenGL's axes: at (1, 2, 3), a camera that looks along the world's +y with the world's z up.
 const Json kLooksAlongY = {{1, 0, 0, 1}, {0, 0, -1, 2}, {0, 1, 0, 3}, {0, 0, 0, 1}};

@@ -6,16 +6,13 @@
 
 #include "acquire/replay/folder.h"
 #include "test_replay_support.h"
+#include "tests/support/text.h"
 
 namespace scanknit::test {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::Test;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST(NaturalOrder, ComparesDigitsAsNumbers) {
   EXPECT_TRUE(natural_less("frame2", "frame10"));

@@ -15,21 +15,6 @@ namespace scanknit::test {
 
 namespace fs = std::filesystem;
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = ::testing::TempDir() + "scanknit_replay_XXXXXX";
-  path_ = ::mkdtemp(name.data());
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code code;
-  fs::remove_all(path_, code);
-}
-
-void write_text(const fs::path& path, std::string_view text) {
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
-}
-
 void write_bytes(const fs::path& path, const std::vector<std::byte>& bytes) {
   std::string text(bytes.size(), '\0');
   if (!bytes.empty()) std::memcpy(text.data(), bytes.data(), bytes.size());

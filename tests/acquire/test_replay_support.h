@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "tests/core/temporary_folder.h"
 #include "tests/support/places.h"
 
 namespace scanknit::test {
@@ -20,22 +21,7 @@ inline constexpr int kHeight = 6;
 inline constexpr const char* kIdentity = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
 inline constexpr const char* kMatrix = "100 0 3.5\n0 100 2.5\n0 0 1\n";
 
-/// A new folder of one test, removed with its content.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
-
 /// Missing folders are made on the way.
-void write_text(const std::filesystem::path& path, std::string_view text);
 void write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes);
 [[nodiscard]] std::vector<std::byte> bytes_of(const std::filesystem::path& path);
 

@@ -4,9 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <iostream>
-#include <numbers>
 #include <random>
 
+#include "core/rotation.h"
 #include "fusion/align/align_scans.h"
 #include "fusion/range/range_surface.h"
 #include "synth/render.h"
@@ -16,7 +16,6 @@
 namespace scanknit {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr CameraIntrinsics kCamera{320, 240, 380, 380, 159.5, 119.5};
 
 /// A scan, and where its frame truly is.

@@ -11,13 +11,12 @@
 #include "tests/app/program.h"
 #include "tests/app/scan.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
 
 namespace scanknit {
 namespace {
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 TEST(CommandLine, AloneItPrintsHelp) {
   const Outcome outcome = scanknit_command({});

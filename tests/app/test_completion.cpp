@@ -8,6 +8,7 @@
 
 #include "tests/app/command_help.h"
 #include "tests/app/program.h"
+#include "tests/support/text.h"
 
 namespace scanknit {
 namespace {
@@ -18,9 +19,7 @@ bool has(const Words& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 Words lines_of(const std::string& text) {
   std::istringstream stream(text);

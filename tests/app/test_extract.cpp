@@ -15,6 +15,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scan.h"
 #include "tests/app/volume_files.h"
+#include "tests/support/text.h"
 
 namespace scanknit {
 namespace {
@@ -22,9 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 std::vector<std::string> joined(std::vector<std::string> first, const std::vector<std::string>& second) {
   first.insert(first.end(), second.begin(), second.end());

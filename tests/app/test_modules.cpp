@@ -9,13 +9,12 @@
 #include "tests/app/program.h"
 #include "tests/app/range_grids.h"
 #include "tests/app/volume_files.h"
+#include "tests/support/text.h"
 
 namespace scanknit {
 namespace {
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 /// No module is found.
 class MissingModule : public ::testing::Test {

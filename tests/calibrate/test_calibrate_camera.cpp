@@ -11,6 +11,7 @@
 #include "acquire/replay/undistort.h"
 #include "calibrate/calibrate_camera.h"
 #include "calibrate/lens/bundle.h"
+#include "core/rotation.h"
 
 namespace scanknit {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 constexpr CalibrationTarget kTarget{TargetType::kAprilGrid, 6, 4, 0.04};
 constexpr PictureSize kSize{640, 480};
 constexpr int kSeeds = 10;
-constexpr double kDegree = std::numbers::pi / 180;
 
 const CameraModel kTruth{{640, 480, 531.2, 529.8, 322.7, 236.1}, {0.08, -0.21, 0.0011, -0.0007, 0}};
 

@@ -41,7 +41,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// Missing folders are made on the way.
 inline void write_text(const std::filesystem::path& path, std::string_view text) {
+  std::filesystem::create_directories(path.parent_path());
   std::ofstream(path, std::ios::binary) << text;
 }
 

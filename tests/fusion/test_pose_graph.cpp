@@ -6,7 +6,7 @@
 
 #include "fusion/loops/pose_graph.h"
 
-namespace scanknit {
+namespace scanknit::pose_graph_test {
 namespace {
 
 Pose motion(const Eigen::Vector3d& translation, const Eigen::Vector3d& rotation) {
@@ -137,4 +137,4 @@ TEST(PoseGraph, NodesWithoutEdgesStay) {
 }
 
 }  // namespace
-}  // namespace scanknit
+}  // namespace scanknit::pose_graph_test

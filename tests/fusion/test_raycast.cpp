@@ -14,11 +14,11 @@ using test::on_circle;
 using test::small_camera;
 using test::small_room;
 
-constexpr double kVoxel = 0.02;
+constexpr double kRayVoxel = 0.02;
 
 TsdfVolume fuse(const std::vector<Pose>& poses, bool has_colour = true) {
   FusionConfig config;
-  config.voxel_size_m = kVoxel;
+  config.voxel_size_m = kRayVoxel;
   auto volume = TsdfVolume::create(config);
   EXPECT_TRUE(volume);
   for (const Pose& pose : poses) EXPECT_TRUE(integrate(look(small_room(), pose, has_colour), pose, *volume));
@@ -44,7 +44,7 @@ Exactness exactness(const ModelView& view) {
       const auto ray = view.intrinsics.unproject(x, y, 1.0).cast<float>();
       const float slope = truth.normals.at(x, y).dot(ray);
       const float off_m = std::abs(slope * (view.depth_m.at(x, y) - truth.depth_m.at(x, y)));
-      right_depth += off_m < 0.1 * kVoxel ? 1 : 0;
+      right_depth += off_m < 0.1 * kRayVoxel ? 1 : 0;
       right_normal += view.normals.at(x, y).dot(truth.normals.at(x, y)) > std::cos(5 * test::kPi / 180) ? 1 : 0;
       const float grey = static_cast<float>(truth.colour->image.at(x, y).r) / 255.0f;
       right_intensity += std::abs(view.intensity.at(x, y) - grey) < 0.05f ? 1 : 0;

@@ -14,10 +14,10 @@ using test::motion;
 using test::small_room;
 using test::World;
 
-const NoiseModel kNoise;
+const NoiseModel kStillNoise;
 
 SurfaceLevel level_of(const Frame& frame) {
-  return pyramid_of(frame, kNoise).levels.front();
+  return pyramid_of(frame, kStillNoise).levels.front();
 }
 
 /// Somebody before a wall who fills a third of the picture, `step` cm farther to the right.
@@ -54,29 +54,29 @@ Frame brighter(Frame frame) {
 
 TEST(StandsStill, OnlyWhereNothingHasMovedInMostOfThePicture) {
   const SurfaceLevel before = level_of(see(small_room(), test::on_circle(0)));
-  EXPECT_TRUE(stands_still(before, before, kNoise));
+  EXPECT_TRUE(stands_still(before, before, kStillNoise));
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d way = Eigen::Vector3d::Unit(axis);
     const Pose turned = test::on_circle(0) * motion(0.002 * way, {0, 0, 0});
     const Pose shifted = test::on_circle(0) * motion({0, 0, 0}, 0.003 * way);
-    EXPECT_FALSE(stands_still(level_of(see(small_room(), turned)), before, kNoise)) << "axis " << axis;
-    EXPECT_FALSE(stands_still(level_of(see(small_room(), shifted)), before, kNoise)) << "axis " << axis;
+    EXPECT_FALSE(stands_still(level_of(see(small_room(), turned)), before, kStillNoise)) << "axis " << axis;
+    EXPECT_FALSE(stands_still(level_of(see(small_room(), shifted)), before, kStillNoise)) << "axis " << axis;
   }
 }
 
 TEST(StandsStill, WhoeverMovesAndHoweverBrightnessChanges) {
   const SurfaceLevel before = level_of(see(somebody(0), Pose::Identity()));
   for (const int step : {1, 5, 20}) {
-    EXPECT_TRUE(stands_still(level_of(see(somebody(step), Pose::Identity())), before, kNoise)) << step;
-    EXPECT_TRUE(stands_still(level_of(brighter(see(somebody(step), Pose::Identity()))), before, kNoise)) << step;
+    EXPECT_TRUE(stands_still(level_of(see(somebody(step), Pose::Identity())), before, kStillNoise)) << step;
+    EXPECT_TRUE(stands_still(level_of(brighter(see(somebody(step), Pose::Identity()))), before, kStillNoise)) << step;
     const Pose along = motion({0, 0, 0}, {0.003, 0, 0});
-    EXPECT_FALSE(stands_still(level_of(see(somebody(step), along)), before, kNoise)) << step;
+    EXPECT_FALSE(stands_still(level_of(see(somebody(step), along)), before, kStillNoise)) << step;
   }
 }
 
 TEST(StandsStill, CannotBeToldWithoutPatterns) {
   const SurfaceLevel before = level_of(look(bare_wall(), Pose::Identity(), /*has_colour=*/false));
-  EXPECT_FALSE(stands_still(before, before, kNoise));
+  EXPECT_FALSE(stands_still(before, before, kStillNoise));
 }
 
 TEST(Tracker, StandsStillWhileSomebodyMovesBeforeAWall) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/rotation.h"
 #include "fusion/turntable/look_through.h"
 #include "fusion/turntable/still_scene.h"
 #include "fusion/turntable/turntable_prior.h"
@@ -16,8 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 using test::kPi;
-
-constexpr double kDegree = kPi / 180;
 
 // One pair of frames is so far off, one standard deviation along each axis; half a circle of them leaves about twice
 // that.

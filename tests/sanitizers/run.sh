@@ -10,7 +10,8 @@ build_dir="$2/$kind"
 source_dir="$(cd "$(dirname "$0")/../.." && pwd)"
 jobs="${SCANKNIT_JOBS:-$(nproc)}"
 
-options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
+options=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DCMAKE_UNITY_BUILD=ON
+  -DSCANKNIT_BUILD_VIEW=ON -DSCANKNIT_BUILD_TESTS=ON)
 tests=(test_usb test_view)
 program_tests=()  # those that run the program
 if command -v umockdev-wrapper >/dev/null; then

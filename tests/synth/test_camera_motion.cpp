@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "core/rotation.h"
 #include "synth/path/motion.h"
 #include "synth/path/recorded_motion.h"
 #include "tests/core/temporary_folder.h"
@@ -10,7 +10,6 @@
 namespace scanknit {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kRate_hz = 30;
 constexpr int kFrames = 900;  // 30 s
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/rotation.h"
 #include "synth/scene/scene.h"
 #include "synth/synthetic_source.h"
 #include "tests/app/program.h"
@@ -18,7 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double kFocal = 262.5;  // pixels
-constexpr double kDegree = 3.14159265358979 / 180;
 
 /// A small camera's scan of a synthetic scene.
 struct Scan {

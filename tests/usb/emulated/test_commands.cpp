@@ -10,6 +10,7 @@
 #include "acquire/frame_source.h"
 #include "export/mesh/read_mesh.h"
 #include "tests/app/program.h"
+#include "tests/support/text.h"
 #include "tests/usb/emulated/emulated_bus.h"
 #include "tests/usb/usb_bytes.h"
 
@@ -35,10 +36,6 @@ VcamOptions rough_wall() {
   options.has_colour = false;
   options.depth_picture = [](std::uint64_t) { return picture; };
   return options;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(DevicesCommand, ListsWhatIsPluggedIn) {

@@ -26,8 +26,8 @@ target_link_libraries(bench_acquire PRIVATE scanknit_umockdev_bus)
 scanknit_flags(bench_acquire)
 if(SCANKNIT_BUILD_APP)
   scanknit_emulated_test(test_usb_commands LABEL usb_program
-    SOURCES emulated/test_commands.cpp emulated/test_killed.cpp ../app/program.cpp
-    LIBRARIES scanknit_umockdev_bus ScanKnit::export nlohmann_json::nlohmann_json)
+    SOURCES emulated/test_commands.cpp emulated/test_killed.cpp
+    LIBRARIES scanknit_umockdev_bus scanknit_test_program ScanKnit::export nlohmann_json::nlohmann_json)
   set(slowness 1)
   if(SCANKNIT_SANITIZE)
     set(slowness 4)
@@ -35,8 +35,7 @@ if(SCANKNIT_BUILD_APP)
   target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_SLOWNESS=${slowness})
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
-    SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp ../app/program.cpp
-      ../view/page_client.cpp
-    LIBRARIES scanknit_app_cli scanknit_umockdev_bus ScanKnit::export ScanKnit::synth Boost::headers nlohmann_json::nlohmann_json)
+    SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp
+    LIBRARIES scanknit_app_cli scanknit_umockdev_bus scanknit_test_program scanknit_page_client ScanKnit::export ScanKnit::synth)
   add_dependencies(test_usb_capture scanknit_commands)
 endif()

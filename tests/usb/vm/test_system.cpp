@@ -10,6 +10,7 @@
 #include "acquire/device_rules.h"
 #include "acquire/diagnose_devices.h"
 #include "tests/app/program.h"
+#include "tests/support/text.h"
 #include "tests/usb/emulated/live_camera.h"
 
 namespace scanknit::test {
@@ -21,10 +22,6 @@ using nlohmann::json;
 constexpr std::size_t kPicturePixels = 640 * 480;  // of VcamOptions
 constexpr std::size_t kPictureBytes = kPicturePixels * sizeof(std::uint16_t);
 const VcamOptions kHighSpeed{.speed_mbit = 480};
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// What a shell's command prints, on both of its streams.
 Outcome shell(const std::string& command) {

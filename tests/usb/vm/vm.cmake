@@ -3,9 +3,9 @@ add_library(scanknit_vhci_bus STATIC vhci/emulated_bus.cpp)
 target_link_libraries(scanknit_vhci_bus PUBLIC scanknit_vcam)
 scanknit_flags(scanknit_vhci_bus)
 
-add_executable(test_usb_vm $<TARGET_OBJECTS:emulated_camera_tests> vm/test_system.cpp ../app/program.cpp)
+add_executable(test_usb_vm $<TARGET_OBJECTS:emulated_camera_tests> vm/test_system.cpp)
 target_link_libraries(test_usb_vm PRIVATE
-  scanknit_vhci_bus scanknit_test_places ${emulated_camera_libraries} nlohmann_json::nlohmann_json GTest::gtest_main)
+  scanknit_vhci_bus scanknit_test_program ${emulated_camera_libraries} nlohmann_json::nlohmann_json GTest::gtest_main)
 scanknit_flags(test_usb_vm)
 add_dependencies(test_usb_vm scanknit)
 
