@@ -42,9 +42,9 @@ class NewFolder {
 };
 
 OpenedTarget open_target(ConvertTarget target, const fs::path& output, UpAxis world_up) {
-  if (target == ConvertTarget::kMcap) {
+  if (is_file(target)) {
     if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
-    return open_mcap_target(output);
+    return target == ConvertTarget::kRos2 ? open_ros2_target(output) : open_mcap_target(output);
   }
   std::error_code code;
   if (fs::exists(output, code) && (!fs::is_directory(output, code) || !fs::is_empty(output, code))) {
@@ -56,6 +56,7 @@ OpenedTarget open_target(ConvertTarget target, const fs::path& output, UpAxis wo
     case ConvertTarget::kTum: return open_tum_target(output);
     case ConvertTarget::kOpen3d: return open_open3d_target(output);
     case ConvertTarget::kSevenScenes: return open_seven_scenes_target(output);
+    case ConvertTarget::kColmap: return open_colmap_target(output);
     case ConvertTarget::kNerfstudio: return open_nerfstudio_target(output, world_up);
     default: return open_fakenect_target(output);
   }
@@ -79,12 +80,14 @@ ColourImage RecordingTarget::resample_colour(const Frame& frame) {
 
 Result<std::string> RecordingTarget::write_colour_file(const Frame& frame, const fs::path& folder,
                                                        const std::string& stem) {
-  const ColourFrame& colour = *frame.colour;
-  if (!is_registered(frame)) {
-    const std::string name = stem + ".png";
-    auto done = write_colour_png(resample_colour(frame), folder / name);
-    return done ? Result<std::string>(name) : done.error();
-  }
+  if (is_registered(frame)) return write_own_colour_file(*frame.colour, folder, stem);
+  const std::string name = stem + ".png";
+  auto done = write_colour_png(resample_colour(frame), folder / name);
+  return done ? Result<std::string>(name) : done.error();
+}
+
+Result<std::string> RecordingTarget::write_own_colour_file(const ColourFrame& colour, const fs::path& folder,
+                                                           const std::string& stem) {
   const bool is_jpeg = colour.encoded && looks_like_jpeg(*colour.encoded);
   const std::string name = stem + (is_jpeg ? ".jpg" : ".png");
   auto done =
@@ -101,21 +104,26 @@ bool is_registered(const Frame& frame) {
          std::abs(colour.cy - expected.cy) < kPixels;
 }
 
-ColourImage register_colour(const Frame& frame) {
+std::optional<ColouredPoint> coloured_point(const Frame& frame, int x, int y) {
   const ColourFrame& colour = *frame.colour;
+  const double z = frame.depth_m.at(x, y);
+  if (!(z > 0)) return std::nullopt;
+  const Eigen::Vector3d p_depth = frame.intrinsics.unproject(x, y, z);
+  const Eigen::Vector3d p_colour = colour.T_colour_depth * p_depth;
+  if (!(p_colour.z() > 0)) return std::nullopt;
+  const Eigen::Vector2d pixel = colour.intrinsics.project(p_colour);
+  const bool is_inside = pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < colour.image.width() - 0.5 &&
+                         pixel.y() < colour.image.height() - 0.5;
+  if (!is_inside) return std::nullopt;
+  const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
+  return ColouredPoint{p_depth, colour.image.at(u, v)};
+}
+
+ColourImage register_colour(const Frame& frame) {
   ColourImage seen(frame.depth_m.width(), frame.depth_m.height());
   for (int y = 0; y < seen.height(); ++y) {
     for (int x = 0; x < seen.width(); ++x) {
-      const double z = frame.depth_m.at(x, y);
-      if (!(z > 0)) continue;
-      const Eigen::Vector3d p_colour = colour.T_colour_depth * frame.intrinsics.unproject(x, y, z);
-      if (!(p_colour.z() > 0)) continue;
-      const Eigen::Vector2d pixel = colour.intrinsics.project(p_colour);
-      const bool is_inside = pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < colour.image.width() - 0.5 &&
-                             pixel.y() < colour.image.height() - 0.5;
-      if (!is_inside) continue;
-      seen.at(x, y) =
-          colour.image.at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+      if (const auto point = coloured_point(frame, x, y)) seen.at(x, y) = point->colour;
     }
   }
   return seen;
@@ -128,7 +136,7 @@ Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget targ
   const auto opened = open_target(target, output, source.info().world_up);
   if (!opened) return opened.error();
   std::optional<NewFolder> folder;
-  if (target != ConvertTarget::kMcap) folder.emplace(output, was_there);
+  if (!is_file(target)) folder.emplace(output, was_there);
   RecordingTarget& recording = **opened;
   ConvertSummary summary;
   const double units = source.info().depth_scale.value_or(kUnitsWithoutRaw);

@@ -46,6 +46,10 @@ class RecordingTarget {
   /// byte if it is registered to depth and came from a file, else as a PNG, resampled where it is not registered.
   [[nodiscard]] Result<std::string> write_colour_file(const Frame& frame, const std::filesystem::path& folder,
                                                       const std::string& stem);
+  /// The same, never resampled: the picture of the colour camera.
+  [[nodiscard]] static Result<std::string> write_own_colour_file(const ColourFrame& colour,
+                                                                 const std::filesystem::path& folder,
+                                                                 const std::string& stem);
 
  private:
   std::vector<std::string> warnings_;
@@ -54,16 +58,26 @@ class RecordingTarget {
 using OpenedTarget = Result<std::unique_ptr<RecordingTarget>>;
 
 [[nodiscard]] OpenedTarget open_mcap_target(const std::filesystem::path& file);
+[[nodiscard]] OpenedTarget open_ros2_target(const std::filesystem::path& file);
 // `folder` is new or empty.
 [[nodiscard]] OpenedTarget open_tum_target(const std::filesystem::path& folder);
 [[nodiscard]] OpenedTarget open_open3d_target(const std::filesystem::path& folder);
 [[nodiscard]] OpenedTarget open_seven_scenes_target(const std::filesystem::path& folder);
 [[nodiscard]] OpenedTarget open_fakenect_target(const std::filesystem::path& folder);
+[[nodiscard]] OpenedTarget open_colmap_target(const std::filesystem::path& folder);
 /// `world_up`: the axis of the recording's world that points up.
 [[nodiscard]] OpenedTarget open_nerfstudio_target(const std::filesystem::path& folder, UpAxis world_up);
 
 /// True when colour and depth have the same camera, except its resolution.
 [[nodiscard]] bool is_registered(const Frame& frame);
+
+/// The point that depth sees at pixel (x, y), in the depth camera, and its colour; nothing: no depth, or the colour
+/// camera does not see the point. `frame` has colour.
+struct ColouredPoint {
+  Eigen::Vector3d p_depth;
+  Rgb8 colour;
+};
+[[nodiscard]] std::optional<ColouredPoint> coloured_point(const Frame& frame, int x, int y);
 
 /// The frame's colour from the depth camera's view: black where depth is unknown or the colour camera does not see the
 /// point. `frame` has colour.

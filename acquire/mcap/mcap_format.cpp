@@ -42,7 +42,13 @@ void append_channel(const McapChannel& channel, std::vector<std::byte>& bytes) {
   writer.little_endian(channel.schema_id);
   writer.text(channel.topic);
   writer.text(channel.message_encoding);
-  writer.little_endian(std::uint32_t{0});  // no metadata
+  std::size_t metadata_bytes = 0;
+  for (const auto& [key, value] : channel.metadata) metadata_bytes += 4 + key.size() + 4 + value.size();
+  writer.little_endian(static_cast<std::uint32_t>(metadata_bytes));
+  for (const auto& [key, value] : channel.metadata) {
+    writer.text(key);
+    writer.text(value);
+  }
   record.close();
 }
 

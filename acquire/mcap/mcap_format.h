@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,6 +50,7 @@ struct McapChannel {
   std::uint16_t schema_id = 0;  ///< 0: none
   std::string topic;
   std::string message_encoding;
+  std::map<std::string, std::string> metadata = {};  ///< written; not parsed
   friend bool operator==(const McapChannel&, const McapChannel&) = default;
 };
 

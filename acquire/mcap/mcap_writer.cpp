@@ -26,8 +26,12 @@ void append_footer(std::uint64_t summary_start, std::uint64_t offsets_start, std
 
 }  // namespace
 
-McapWriter::McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vector<McapChannel> channels)
-    : sink_(std::move(sink)), schemas_(std::move(schemas)), channels_(std::move(channels)) {
+McapWriter::McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vector<McapChannel> channels,
+                       std::string profile)
+    : sink_(std::move(sink)),
+      schemas_(std::move(schemas)),
+      channels_(std::move(channels)),
+      profile_(std::move(profile)) {
   begin_chunk();
 }
 
@@ -35,7 +39,7 @@ Result<void> McapWriter::begin() {
   std::vector<std::byte> bytes(kMcapMagic.begin(), kMcapMagic.end());
   McapRecord header(McapOp::kHeader, bytes);
   ByteAppender writer(bytes);
-  writer.text("x-scanknit");
+  writer.text(profile_);
   writer.text(std::string("scanknit ") + kVersion);
   header.close();
   return write(bytes);

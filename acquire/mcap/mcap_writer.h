@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "acquire/mcap/mcap_format.h"
@@ -28,7 +29,9 @@ struct McapMessage {
 /// compressed, chunks are not. Not thread-safe.
 class McapWriter {
  public:
-  McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vector<McapChannel> channels);
+  /// `profile`: what the file's header says of its channels.
+  McapWriter(ByteSink sink, std::vector<McapSchema> schemas, std::vector<McapChannel> channels,
+             std::string profile = "x-scanknit");
 
   /// Writes magic and header. To be called once, first.
   [[nodiscard]] Result<void> begin();
@@ -69,6 +72,7 @@ class McapWriter {
   ByteSink sink_;
   std::vector<McapSchema> schemas_;
   std::vector<McapChannel> channels_;
+  std::string profile_;
   std::uint64_t offset_ = 0;      // of the next byte in the file
   std::vector<std::byte> chunk_;  // the current record, from its opcode on
   std::uint64_t messages_ = 0;    // in chunk_

@@ -22,11 +22,13 @@ enum class Ros2Content {
   kGrey
 };
 
-/// "16UC1", "mono16": kRawDepth; "32FC1": kMetricDepth; "rgb8", "bgr8", "rgba8", "bgra8": kColour; "mono8": kGrey.
+/// "16UC1", "mono16": kRawDepth; "32FC1": kMetricDepth; "mono8": kGrey; "rgb8", "bgr8", "rgba8", "bgra8", YUV 4:2:2
+/// ("yuv422", "uyvy", "yuv422_yuy2", "yuyv"; BT.601, video range) and Bayer mosaics of 8 bits ("bayer_rggb8", ...):
+/// kColour.
 [[nodiscard]] Ros2Content content_of_encoding(std::string_view encoding);
 
-/// "16UC1; compressedDepth" and "32FC1; compressedDepth", with or without " png": depth; whatever names jpeg or png:
-/// kColour.
+/// "16UC1; compressedDepth" and "32FC1; compressedDepth", with " png", " rvl" or neither: depth; whatever names jpeg or
+/// png: kColour.
 [[nodiscard]] Ros2Content content_of_format(std::string_view format);
 
 // `message` is an Image, or where `is_compressed` a CompressedImage. Errors (kInput, without `where`): malformed,

@@ -159,7 +159,7 @@ Error without_depth(const Ros2Survey& survey, const fs::path& path) {
   names.insert(names.end(), survey.other_topics.begin(), survey.other_topics.end());
   return {ErrorCode::kInput,
           "a bag without depth pictures: expected sensor_msgs/Image of 16UC1, mono16 or 32FC1, or "
-          "sensor_msgs/CompressedImage of compressedDepth in PNG; its topics: " +
+          "sensor_msgs/CompressedImage of compressedDepth; its topics: " +
               (names.empty() ? "none" : list_of(names)),
           path.string()};
 }

@@ -198,21 +198,26 @@ void add_convert(CLI::App& app, CommandLine& line) {
   command->add_option("recording", convert.recording, "Folder or file of the recording")
       ->required()
       ->type_name("RECORDING");
-  command->add_option("-o,--output", convert.output, "A file (mcap), or a new folder")->required()->type_name("OUT");
-  add_choice(*command, line, {"--to", "mcap, tum, open3d, 7-scenes, nerfstudio, fakenect"}, convert.target,
+  command->add_option("-o,--output", convert.output, "A file .mcap (mcap, ros2), or a new folder")
+      ->required()
+      ->type_name("OUT");
+  add_choice(*command, line, {"--to", "mcap, tum, open3d, 7-scenes, nerfstudio, colmap, fakenect, ros2"},
+             convert.target,
              {{"mcap", ConvertTarget::kMcap},
               {"tum", ConvertTarget::kTum},
               {"open3d", ConvertTarget::kOpen3d},
               {"7-scenes", ConvertTarget::kSevenScenes},
               {"nerfstudio", ConvertTarget::kNerfstudio},
-              {"fakenect", ConvertTarget::kFakenect}})
+              {"colmap", ConvertTarget::kColmap},
+              {"fakenect", ConvertTarget::kFakenect},
+              {"ros2", ConvertTarget::kRos2}})
       ->required()
       ->type_name("LAYOUT");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
   add_common(*command, line);
   command->final_callback([&line] {
     const std::string why = why_not_mcap(line.convert.output.string());
-    if (line.convert.target == ConvertTarget::kMcap && !why.empty()) throw CLI::ValidationError("--output", why);
+    if (is_file(line.convert.target) && !why.empty()) throw CLI::ValidationError("--output", why);
     line.command = from_module(line, &CommandsModule::convert, line.convert);
   });
 }

@@ -3,7 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "acquire/convert/convert_recording.h"
@@ -15,6 +22,7 @@
 #include "core/files/byte_reader.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
+#include "tests/support/places.h"
 
 namespace scanknit::test {
 namespace {
@@ -51,7 +59,7 @@ bool is_colour_resampled(const ConvertSummary& summary) {
                      [](const std::string& text) { return text.find("resampled") != std::string::npos; });
 }
 
-class Convert : public ::testing::TestWithParam<Named> {
+class ConvertedFiles : public ::testing::Test {
  protected:
   // Depth with every digit, JPEG colour, poses, times; raw units of 1/1000 m. 640 x 480 as fakenect wants it.
   void SetUp() override {
@@ -81,12 +89,13 @@ class Convert : public ::testing::TestWithParam<Named> {
     input_ = open3d;
   }
 
-  [[nodiscard]] fs::path output() const {
-    return folder_ / (GetParam().target == ConvertTarget::kMcap ? "out.mcap" : "out");
-  }
-
   TemporaryFolder folder_;
   fs::path input_;
+};
+
+class Convert : public ConvertedFiles, public ::testing::WithParamInterface<Named> {
+ protected:
+  [[nodiscard]] fs::path output() const { return folder_ / (is_file(GetParam().target) ? "out.mcap" : "out"); }
 };
 
 TEST_P(Convert, KeepsDepthToTheLastBit) {
@@ -153,7 +162,7 @@ TEST_P(Convert, KeepsTimesWhereTheTargetHasThem) {
 }
 
 TEST_P(Convert, NeverOverwritesARecording) {
-  const fs::path precious = GetParam().target == ConvertTarget::kMcap ? output() : output() / "precious.txt";
+  const fs::path precious = is_file(GetParam().target) ? output() : output() / "precious.txt";
   write_text(precious, "mine");
   auto source = open_recording(input_, keep_all());
   const auto summary = convert_recording(**source, GetParam().target, output());
@@ -186,7 +195,7 @@ TEST_P(Convert, LeavesNothingOfWhatFailed) {
   BrokenSource broken(**source);
   EXPECT_FALSE(convert_recording(broken, GetParam().target, output()));
   EXPECT_FALSE(fs::exists(output()));
-  if (GetParam().target == ConvertTarget::kMcap) return;
+  if (is_file(GetParam().target)) return;
   fs::create_directories(output());
   auto again = open_recording(input_, keep_all());
   BrokenSource broken_again(**again);
@@ -216,7 +225,9 @@ TEST_P(Convert, WarnsWhereColourHasToBeResampled) {
   fs::remove_all(output());
   const ConvertSummary summary = convert(path, GetParam().target, output());
   EXPECT_EQ(summary.colour, 1u);
-  EXPECT_EQ(is_colour_resampled(summary), GetParam().target != ConvertTarget::kMcap);
+  EXPECT_EQ(is_colour_resampled(summary), !is_file(GetParam().target));
+  fs::remove_all(output());
+  EXPECT_FALSE(is_colour_resampled(convert(path, ConvertTarget::kColmap, output()))) << "its model is that of colour";
 }
 
 INSTANTIATE_TEST_SUITE_P(AllTargets, Convert,
@@ -224,8 +235,165 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, Convert,
                                            Named{ConvertTarget::kOpen3d, "open3d"},
                                            Named{ConvertTarget::kSevenScenes, "seven_scenes"},
                                            Named{ConvertTarget::kNerfstudio, "nerfstudio"},
-                                           Named{ConvertTarget::kFakenect, "fakenect"}),
+                                           Named{ConvertTarget::kFakenect, "fakenect"},
+                                           Named{ConvertTarget::kRos2, "ros2"}),
                          [](const auto& named) { return std::string(named.param.name); });
+
+/// The rows of numbers and names of a text model of COLMAP.
+std::vector<std::vector<std::string>> model_rows(const fs::path& file) {
+  std::vector<std::vector<std::string>> rows;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    std::istringstream words(line);
+    rows.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+  }
+  return rows;
+}
+
+class ConvertToColmap : public ConvertedFiles {};
+
+TEST_F(ConvertToColmap, HoldsPicturesPosesAndPointsInTheirPlaces) {
+  const ConvertSummary summary = convert(input_, ConvertTarget::kColmap, folder_ / "out");
+  EXPECT_EQ(summary.frames, kFrames);
+  EXPECT_TRUE(summary.warnings.empty());
+  const Played before = play(input_, keep_all());
+  const fs::path model = folder_ / "out/sparse/0";
+  EXPECT_EQ(
+      model_rows(model / "cameras.txt"),
+      (std::vector<std::vector<std::string>>{{"1", "PINHOLE", "640", "480", "525.5", "524.5", "319.75", "240.25"}}));
+  const auto images = model_rows(model / "images.txt");
+  ASSERT_EQ(images.size(), kFrames);
+  std::vector<Pose> views;
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const auto number = [&](std::size_t k) { return std::stod(images[i].at(k)); };
+    Pose pose(Eigen::Translation3d(number(5), number(6), number(7)));
+    pose.rotate(Eigen::Quaterniond(number(1), number(2), number(3), number(4)));
+    EXPECT_TRUE(pose.inverse().isApprox(*before.frames.at(i).T_world_camera, 1e-12));
+    views.push_back(pose);
+    EXPECT_EQ(images[i].at(8), "1");
+    EXPECT_EQ(bytes_of(folder_ / "out/images" / images[i].at(9)), *before.frames[i].colour->encoded);
+  }
+  const auto points = model_rows(model / "points3D.txt");
+  ASSERT_GT(points.size(), 1000u);
+  for (const auto& point : points) {
+    const auto number = [&](std::size_t k) { return std::stod(point.at(k)); };
+    const auto is_seen_in = [&](std::size_t i) {
+      const Eigen::Vector3d p = views[i] * Eigen::Vector3d(number(1), number(2), number(3));
+      const int x = static_cast<int>(std::floor(525.5 * p.x() / p.z() + 319.75));
+      const int y = static_cast<int>(std::floor(524.5 * p.y() / p.z() + 240.25));
+      if (p.z() <= 0 || x < 0 || y < 0 || x >= 640 || y >= 480) return false;
+      const Rgb8& seen = before.frames[i].colour->image.at(x, y);
+      return seen.r == number(4) && seen.g == number(5) && seen.b == number(6);
+    };
+    EXPECT_TRUE(is_seen_in(0) || is_seen_in(1) || is_seen_in(2)) << point.front();
+  }
+}
+
+/// The numbers of a model's file by the first of each row; names apart.
+std::map<double, std::vector<double>> model_numbers(const fs::path& file) {
+  std::map<double, std::vector<double>> numbers;
+  for (const auto& row : model_rows(file)) {
+    for (std::size_t i = 1; i < row.size(); ++i) {
+      if (std::isalpha(row[i].front()) == 0) numbers[std::stod(row.front())].push_back(std::stod(row[i]));
+    }
+  }
+  return numbers;
+}
+
+TEST_F(ConvertToColmap, IsReadByColmap) {
+  (void)convert(input_, ConvertTarget::kColmap, folder_ / "out");
+  const fs::path model = folder_ / "out/sparse/0", again = folder_ / "again";
+  fs::create_directories(again);
+  const std::string command = "colmap model_converter --input_path '" + model.string() + "' --output_path '" +
+                              again.string() + "' --output_type TXT";
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
+  constexpr int kNoSuchCommand = 127;
+  if (WEXITSTATUS(status) == kNoSuchCommand) GTEST_SKIP() << "SKIPPED: colmap is not installed (Debian package colmap)";
+  ASSERT_EQ(status, 0);
+  for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"}) {
+    const auto ours = model_numbers(model / name), theirs = model_numbers(again / name);
+    EXPECT_FALSE(ours.empty()) << name;
+    ASSERT_EQ(theirs.size(), ours.size()) << name;
+    for (const auto& [number, row] : ours) {
+      ASSERT_EQ(theirs.at(number).size(), row.size()) << name << " " << number;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        EXPECT_NEAR(theirs.at(number)[i], row[i], 1e-15 * std::max(1.0, std::abs(row[i])));  // its long doubles
+      }
+    }
+  }
+}
+
+TEST_F(ConvertToColmap, LeavesOutFramesWithoutAPose) {
+  fs::remove(input_ / "trajectory.log");
+  auto source = open_recording(input_, keep_all());
+  const auto summary = convert_recording(**source, ConvertTarget::kColmap, folder_ / "out");
+  ASSERT_FALSE(summary);
+  EXPECT_NE(summary.error().message.find("no pose"), std::string::npos) << summary.error().text();
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+class ConvertToRos2 : public ConvertedFiles {};
+
+TEST_F(ConvertToRos2, IsDecodedByFoxglovesLibraries) {
+  (void)convert(input_, ConvertTarget::kRos2, folder_ / "out.mcap");
+  const std::string command = "node '" + kSourceDir + "/tests/acquire/read_ros2_bag.mjs' '" + kNpmDir + "' '" +
+                              (folder_ / "out.mcap").string() + "' > '" + (folder_ / "said").string() + "'";
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
+  constexpr int kSkipped = 77, kNoSuchCommand = 127;
+  if (WEXITSTATUS(status) == kSkipped || WEXITSTATUS(status) == kNoSuchCommand) {
+    GTEST_SKIP() << "SKIPPED: node or @mcap/core is not installed (npm ci in " << kNpmDir << ")";
+  }
+  ASSERT_EQ(status, 0);
+  std::ifstream said(folder_ / "said");
+  const auto bag = nlohmann::json::parse(said);
+  EXPECT_EQ(bag.at("profile"), "ros2");
+  const auto& topics = bag.at("topics");
+  const Frame last = play(input_, keep_all()).frames.back();
+  const auto of = [&](const char* topic, const char* type) {
+    EXPECT_EQ(topics.at(topic).at("count"), kFrames) << topic;
+    EXPECT_EQ(topics.at(topic).at("type"), type);
+    return topics.at(topic).at("last");
+  };
+  const auto depth = of("/camera/depth/image_rect_raw", "sensor_msgs/msg/Image");
+  EXPECT_EQ(depth.at("header").at("stamp").at("sec"), last.timestamp_ns / 1'000'000'000);
+  EXPECT_EQ(depth.at("header").at("stamp").at("nanosec"), last.timestamp_ns % 1'000'000'000);
+  EXPECT_EQ(depth.at("encoding"), "16UC1");
+  EXPECT_EQ(depth.at("step"), 2 * 640);
+  EXPECT_EQ(depth.at("data").at("length"), 2 * 640 * 480);
+  const auto colour = of("/camera/color/image_raw/compressed", "sensor_msgs/msg/CompressedImage");
+  EXPECT_EQ(colour.at("format"), "jpeg");
+  std::size_t sum = 0;
+  for (const std::byte byte : *last.colour->encoded) sum += std::to_integer<std::size_t>(byte);
+  EXPECT_EQ(colour.at("data").at("sum"), sum);
+  const auto camera = of("/camera/depth/camera_info", "sensor_msgs/msg/CameraInfo");
+  EXPECT_EQ(camera.at("k"), nlohmann::json({525.5, 0, 319.25, 0, 524.5, 239.75, 0, 0, 1}));
+  const auto transform = of("/tf", "tf2_msgs/msg/TFMessage").at("transforms").at(0);
+  EXPECT_EQ(transform.at("child_frame_id"), depth.at("header").at("frame_id"));
+  EXPECT_EQ(transform.at("transform").at("translation").at("x"), last.T_world_camera->translation().x());
+  EXPECT_FALSE(topics.contains("/tf_static")) << "colour is registered to depth";
+}
+
+TEST_F(ConvertToRos2, KeepsTheColourCameraBesideDepth) {
+  const fs::path path = folder_ / "two_cameras.mcap";
+  auto file = AppendFile::create(path);
+  ASSERT_TRUE(file);
+  RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); },
+                         raw_calibration(640, 480));
+  ASSERT_TRUE(writer.begin());
+  ASSERT_TRUE(writer.write(depth_frame(0, 640, 480)));
+  writer.write_pose(depth_frame(0, 640, 480), Pose::Identity());
+  ASSERT_TRUE(writer.write(colour_frame(0)));
+  ASSERT_TRUE(writer.finish());
+  (void)convert(path, ConvertTarget::kRos2, folder_ / "out.mcap");
+  const Frame before = play(path, keep_all()).frames.at(0);
+  const Frame after = play(folder_ / "out.mcap", keep_all()).frames.at(0);
+  EXPECT_EQ(after.depth_m, before.depth_m);
+  ASSERT_TRUE(after.colour);
+  EXPECT_EQ(after.colour->image, before.colour->image);
+  EXPECT_EQ(after.colour->intrinsics, before.colour->intrinsics);
+  EXPECT_TRUE(after.colour->T_colour_depth.isApprox(before.colour->T_colour_depth, 1e-14));
+}
 
 class OwnRecording : public ::testing::Test {
  protected:

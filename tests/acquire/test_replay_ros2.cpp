@@ -2,29 +2,29 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <iomanip>
 #include <limits>
+#include <random>
 #include <sstream>
 
 #include "acquire/replay/raw_recording.h"
 #include "acquire/ros2/ros2_messages.h"
+#include "acquire/ros2/rvl.h"
 #include "acquire/ros2/transform_tree.h"
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 #include "ros2_bag.h"
 #include "test_replay_support.h"
+#include "tests/support/text.h"
 
 namespace scanknit::test {
 namespace {
 
 namespace fs = std::filesystem;
 using Reasons = std::vector<std::string>;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 Bytes as_bytes(const std::vector<std::uint8_t>& values) {
   const auto bytes = std::as_bytes(std::span(values));
@@ -36,6 +36,52 @@ AcquireConfig still() {
   config.poses = PoseMode::kStill;
   return config;
 }
+
+/// Written by Wilson's description (2017), apart from the reader.
+class RvlWriter {
+ public:
+  explicit RvlWriter(std::span<const std::uint16_t> pixels) {
+    std::int32_t previous = 0;
+    for (std::size_t i = 0; i < pixels.size();) {
+      const auto run = [&](bool is_empty) {
+        std::size_t end = i;
+        while (end < pixels.size() && (pixels[end] == 0) == is_empty) ++end;
+        return end - i;
+      };
+      const std::size_t empty = run(true);
+      number(static_cast<std::uint32_t>(empty));
+      i += empty;
+      const std::size_t full = run(false);
+      number(static_cast<std::uint32_t>(full));
+      for (const std::size_t end = i + full; i < end; ++i) {
+        const std::int32_t step = pixels[i] - previous;
+        previous = pixels[i];
+        number(static_cast<std::uint32_t>(step < 0 ? -2 * step - 1 : 2 * step));
+      }
+    }
+    while (nibbles_.size() % 8 != 0) nibbles_.push_back(0);
+  }
+
+  [[nodiscard]] Bytes bytes() const {
+    Bytes packed;
+    for (std::size_t word = 0; word < nibbles_.size(); word += 8) {
+      std::uint32_t value = 0;
+      for (std::size_t i = 0; i < 8; ++i) value = value << 4 | nibbles_[word + i];
+      ByteAppender(packed).little_endian(value);
+    }
+    return packed;
+  }
+
+ private:
+  void number(std::uint32_t value) {
+    do {
+      nibbles_.push_back((value & 7) | (value > 7 ? 8 : 0));
+      value >>= 3;
+    } while (value != 0);
+  }
+
+  std::vector<std::uint32_t> nibbles_;
+};
 
 class Ros2 : public ::testing::Test {
  protected:
@@ -217,6 +263,66 @@ TEST_F(Ros2, ReadsCompressedDepth) {
   EXPECT_EQ(depth_of("32FC1; compressedDepth png").at(0, 0), 0.0F);
 }
 
+TEST_F(Ros2, ReadsDepthThatRvlCompressed) {
+  Image<std::uint16_t> raw(4, 2);
+  for (std::size_t i = 0; i < raw.size(); ++i) raw.pixels()[i] = static_cast<std::uint16_t>(i * 100);
+  const auto played_of = [&](const char* format, std::uint32_t width, std::size_t cut = 0) {
+    Bytes data;
+    ByteAppender(data).little_endian(std::int32_t{0});
+    ByteAppender(data).little_endian(200.0F);
+    ByteAppender(data).little_endian(20.0F);
+    ByteAppender(data).little_endian(width);
+    ByteAppender(data).little_endian(std::uint32_t{2});
+    ByteAppender(data).append(RvlWriter(raw.pixels()).bytes());
+    data.resize(data.size() - cut);
+    Ros2Bag bag;
+    bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
+    bag.add("/d/image/compressedDepth", kCompressedType, 1, ros_.compressed(1, "d", format, data));
+    return played(bag, still());
+  };
+  EXPECT_EQ(played_of("16UC1; compressedDepth rvl", 4).frames.at(0).depth_m.at(3, 1), 0.7F);
+  EXPECT_EQ(played_of("32FC1; compressedDepth rvl", 4).frames.at(0).depth_m.at(1, 0), 200.0F / (100.0F - 20.0F));
+  for (const auto& torn :
+       {played_of("16UC1; compressedDepth rvl", 4, 4), played_of("16UC1; compressedDepth rvl", 4, 14),
+        played_of("16UC1; compressedDepth rvl", 0x80000000)}) {
+    EXPECT_TRUE(torn.frames.empty());
+    EXPECT_EQ(torn.dropped.size(), 1u);
+  }
+}
+
+TEST(Rvl, GivesThePictureThatWasPacked) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    Image<std::uint16_t> picture(1 + static_cast<int>(random() % 9), 1 + static_cast<int>(random() % 7));
+    for (std::uint16_t& depth : picture.pixels()) {
+      depth = static_cast<std::uint16_t>(random() % 3 == 0 ? 0 : random() % 2 == 0 ? 1000 + random() % 9 : random());
+    }
+    const Bytes packed = RvlWriter(picture.pixels()).bytes();
+    const auto unpacked = unpack_rvl(packed, picture.width(), picture.height());
+    ASSERT_TRUE(unpacked);
+    EXPECT_TRUE(std::ranges::equal(unpacked->pixels(), picture.pixels())) << round;
+    for (std::size_t size = 0; size + 4 <= packed.size(); ++size) {
+      EXPECT_FALSE(unpack_rvl(std::span(packed).first(size), picture.width(), picture.height())) << size;
+    }
+  }
+}
+
+TEST(Rvl, IsThatOfTheReference) {
+  // 0 0 5 5 4: two without depth, three with it, then +5, 0, -1 as 10 (2, then 1), 0 and 1.
+  const auto picture = unpack_rvl(as_bytes({0x00, 0x01, 0xA1, 0x23}), 5, 1);
+  ASSERT_TRUE(picture);
+  const auto pixels = picture->pixels();
+  EXPECT_EQ(std::vector<std::uint16_t>(pixels.begin(), pixels.end()), (std::vector<std::uint16_t>{0, 0, 5, 5, 4}));
+}
+
+TEST(Rvl, ThatPromisesTooMuchIsRefused) {
+  const auto unpacked = [](std::vector<std::uint8_t> words) { return unpack_rvl(as_bytes(words), 2, 2); };
+  EXPECT_FALSE(unpacked({0, 0, 0, 0x50})) << "five without depth";
+  EXPECT_FALSE(unpacked({0, 0, 0, 0x25})) << "two, then five";
+  EXPECT_FALSE(unpacked({0, 0, 0, 0})) << "runs of nothing";
+  EXPECT_FALSE(unpacked({0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF})) << "a number without an end";
+}
+
 TEST_F(Ros2, ReadsColourOfAllKinds) {
   const auto colour_of = [&](const std::string& topic, const char* type, const Bytes& message) {
     Ros2Bag bag;
@@ -233,6 +339,15 @@ TEST_F(Ros2, ReadsColourOfAllKinds) {
   EXPECT_EQ(pixel("rgba8", {1, 2, 3, 4}), (Rgb8{1, 2, 3}));
   EXPECT_EQ(pixel("bgra8", {1, 2, 3, 4}), (Rgb8{3, 2, 1}));
   EXPECT_EQ(pixel("mono8", {9}), (Rgb8{9, 9, 9}));
+  const auto pair = [&](const char* encoding, const std::vector<std::uint8_t>& values) {
+    return colour_of("/c/image", kImageType, ros_.image(1, "d", encoding, 2, 1, as_bytes(values))).image;
+  };
+  const Rgb8 red{255, 0, 0};  // Y 81, U 90, V 240 in BT.601
+  for (const char* encoding : {"yuv422", "uyvy"}) {
+    EXPECT_EQ(pair(encoding, {90, 81, 240, 16}).at(0, 0), red) << encoding;
+    EXPECT_EQ(pair(encoding, {128, 16, 128, 235}).at(1, 0), (Rgb8{255, 255, 255})) << encoding;
+  }
+  for (const char* encoding : {"yuv422_yuy2", "yuyv"}) EXPECT_EQ(pair(encoding, {81, 90, 16, 240}).at(0, 0), red);
   ColourImage picture(2, 2);
   picture.at(1, 1) = {200, 100, 50};
   const Bytes png = as_bytes(encode_png(picture, PngEffort::kMedium).value());
@@ -242,6 +357,31 @@ TEST_F(Ros2, ReadsColourOfAllKinds) {
   EXPECT_EQ(*of_png.encoded, png) << "a conversion keeps the file";
   const Bytes jpeg = as_bytes(encode_jpeg(picture, 95).value());
   EXPECT_EQ(*colour_of("/c/image/compressed", kCompressedType, ros_.compressed(1, "d", "jpeg", jpeg)).encoded, jpeg);
+}
+
+TEST_F(Ros2, FillsInTheColoursOfABayerMosaic) {
+  const auto colours_of = [&](const char* encoding, const std::vector<std::uint8_t>& values) {
+    Ros2Bag bag;
+    bag.add("/d/camera_info", kCameraType, 0, ros_.camera(1, 1, {4, 4, 0, 0}));
+    bag.add("/d/image", kImageType, 1, ros_.image(1, "d", "16UC1", 1, 1, counted_depth(1000, 1)));
+    bag.add("/c/image", kImageType, 1, ros_.image(1, "d", encoding, 4, 3, as_bytes(values)));
+    return played(bag, still()).frames.at(0).colour.value().image;
+  };
+  const auto of_squares = [&](const char* encoding, const std::array<std::uint8_t, 4>& square) {
+    std::vector<std::uint8_t> values;
+    for (std::size_t i = 0; i < 12; ++i) values.push_back(square[2 * (i / 4 % 2) + i % 2]);
+    return colours_of(encoding, values);
+  };
+  for (const auto& picture :
+       {of_squares("bayer_rggb8", {200, 100, 100, 50}), of_squares("bayer_bggr8", {50, 100, 100, 200}),
+        of_squares("bayer_gbrg8", {100, 50, 200, 100}), of_squares("bayer_grbg8", {100, 200, 50, 100})}) {
+    for (const Rgb8& pixel : picture.pixels()) EXPECT_EQ(pixel, (Rgb8{200, 100, 50}));
+  }
+  // R10 G20 R30 G40 / G50 B60 G70 B80 / R90 G100 R110 G120
+  const auto picture = colours_of("bayer_rggb8", {10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120});
+  EXPECT_EQ(picture.at(0, 0), (Rgb8{10, 35, 60}));
+  EXPECT_EQ(picture.at(1, 1), (Rgb8{60, 60, 60}));
+  EXPECT_EQ(picture.at(2, 1), (Rgb8{70, 70, 70}));
 }
 
 TEST_F(Ros2, StraightensBothKindsOfLens) {

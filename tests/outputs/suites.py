@@ -293,6 +293,8 @@ def convert(r):
         r.run(layout, f"convert {scanned} -o {place} --to {layout} --json --quiet", said="json")
         r.run(f"{layout}_info", f"info {place} --json {stated}", said="json")
         r.run(f"{layout}_run", f"run {place} -o of_{layout} {still} {stated} {coarse}")
+    r.run("colmap", "convert desk -o as_colmap --to colmap --json --quiet", said="json")
+    r.run("ros2", "convert desk -o as_ros2.mcap --to ros2 --json --quiet", said="json")
     write_ros2_bag(r.path("desk"), r.path("desk_ros2.mcap"))
     units = "--set acquire.depth_scale=" + str(json.loads(r.path("desk/camera_intrinsic.json").read_text())["depth_scale"])
     r.run("ros2_info", "info desk_ros2.mcap --json", said="json")
