@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 namespace scanknit {
 
@@ -19,6 +20,39 @@ std::string to_tum_trajectory(const std::vector<StampedPose>& poses) {
                    q.z(), q.w());
   }
   return text;
+}
+
+std::string to_kitti_trajectory(const std::vector<StampedPose>& poses) {
+  std::string text;
+  for (const StampedPose& pose : poses) {
+    for (int i = 0; i < 12; ++i) {
+      fmt::format_to(std::back_inserter(text), "{}{}", pose.T_world_camera(i / 4, i % 4), i < 11 ? ' ' : '\n');
+    }
+  }
+  return text;
+}
+
+std::string to_json_trajectory(const std::vector<StampedPose>& poses, std::string_view note) {
+  nlohmann::ordered_json json;
+  if (!note.empty()) json["note"] = note;
+  json["poses"] = nlohmann::ordered_json::array();
+  for (const StampedPose& pose : poses) {
+    auto rows = nlohmann::ordered_json::array();
+    for (int row = 0; row < 4; ++row) {
+      const auto& T = pose.T_world_camera;
+      rows.push_back({T(row, 0), T(row, 1), T(row, 2), T(row, 3)});
+    }
+    json["poses"].push_back({{"stamp", pose.stamp}, {"T_world_camera", std::move(rows)}});
+  }
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string trajectory_text(const std::filesystem::path& path, const std::vector<StampedPose>& poses,
+                            std::string_view note) {
+  if (path.extension() == ".kitti") return to_kitti_trajectory(poses);
+  if (path.extension() == ".json") return to_json_trajectory(poses, note);
+  const std::string first = note.empty() ? "" : "# " + std::string(note) + "\n";
+  return first + to_tum_trajectory(poses);
 }
 
 }  // namespace scanknit

@@ -20,7 +20,7 @@ struct ScanFiles {
   std::vector<std::filesystem::path> meshes;  ///< .glb, .ply, .obj, .stl, .3mf
   std::optional<std::filesystem::path> preview;
   std::optional<std::filesystem::path> error, coverage;  ///< maps of the mesh; need depth frames
-  std::optional<std::filesystem::path> trajectory;       ///< TUM's format
+  std::optional<std::filesystem::path> trajectory;       ///< in the format of its ending: trajectory_text()
   std::optional<std::filesystem::path> volume;           ///< .vdb
 };
 

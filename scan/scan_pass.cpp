@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/files/atomic_file.h"
+#include "export/trajectory.h"
 #include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
@@ -257,7 +258,7 @@ Result<void> ScanPass::write_volume_and_trajectory() {
   }
   if (!job_.files.trajectory) return {};
   files_["trajectory"] = job_.files.trajectory->string();
-  const std::string text = tum_text(scan_->trajectory());
+  const std::string text = trajectory_text(*job_.files.trajectory, stamped_poses(scan_->trajectory()));
   return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
 }
 

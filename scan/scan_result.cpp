@@ -61,10 +61,11 @@ const char* to_string(AlignKind kind) {
   return "";
 }
 
-std::string tum_text(const Trajectory& trajectory) {
+std::vector<StampedPose> stamped_poses(const Trajectory& trajectory) {
   std::vector<StampedPose> poses;
+  poses.reserve(trajectory.size());
   for (const PosedFrame& frame : trajectory) poses.push_back({frame.stamp, frame.T_world_camera});
-  return to_tum_trajectory(poses);
+  return poses;
 }
 
 const ScanWarning* find_warning(const ScanResult& result, WarningCode code) {

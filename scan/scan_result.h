@@ -70,8 +70,9 @@ struct PosedFrame {
 /// In the order of the scan.
 using Trajectory = std::vector<PosedFrame>;
 
-/// As a file in TUM's format.
-[[nodiscard]] std::string tum_text(const Trajectory& trajectory);
+struct StampedPose;
+/// For a file (export/trajectory.h).
+[[nodiscard]] std::vector<StampedPose> stamped_poses(const Trajectory& trajectory);
 
 /// T_world_camera by Frame::sequence.
 using PosesBySequence = std::map<std::uint64_t, Pose>;

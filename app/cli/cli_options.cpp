@@ -121,7 +121,8 @@ void add_output_options(CLI::App& app, OutputRequest& outputs) {
       ->type_name("OUT");
   app.add_option("--report", outputs.report, "Write report.json here")->type_name("FILE");
   if (!outputs.has_trajectory) return;
-  app.add_option("--trajectory", outputs.trajectory, "Write the poses here (TUM format)")->type_name("FILE");
+  app.add_option("--trajectory", outputs.trajectory, "Write the poses here (TUM format; .kitti, .json)")
+      ->type_name("FILE");
   app.add_option("--save-volume", outputs.volume, "Write the volume here (OpenVDB)")->type_name("FILE.vdb");
 }
 

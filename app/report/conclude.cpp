@@ -8,6 +8,7 @@
 #include "app/report/summary.h"
 #include "core/files/atomic_file.h"
 #include "export/report/report_page.h"
+#include "export/trajectory.h"
 
 namespace scanknit {
 namespace {
@@ -37,7 +38,9 @@ FilesByKind report_files(const Outputs& outputs) {
 
 Result<void> write_report(const std::string& json, const Outputs& outputs, const ScanResult& scan) {
   if (outputs.page) {
-    if (auto written = write_report_page(json, *outputs.page, tum_text(scan.trajectory)); !written) return written;
+    if (auto written = write_report_page(json, *outputs.page, to_tum_trajectory(stamped_poses(scan.trajectory)));
+        !written)
+      return written;
   }
   return write_file_atomically(*outputs.report, json);
 }

@@ -157,7 +157,7 @@ Result<void> AlignedFusion::write_poses() {
   }
   made_.files["trajectory"] = job_.files.trajectory->string();
   const std::string text =
-      "# scan tx ty tz qx qy qz qw; the world is " + inputs_.world + "\n" + to_tum_trajectory(poses);
+      trajectory_text(*job_.files.trajectory, poses, "scan tx ty tz qx qy qz qw; the world is " + inputs_.world);
   return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "export/trajectory.h"
@@ -37,6 +38,35 @@ TEST(TumTrajectory, IsOneLineAPose) {
 
 TEST(TumTrajectory, WithoutPosesIsEmpty) {
   EXPECT_EQ(to_tum_trajectory({}), "");
+}
+
+TEST(KittiTrajectory, HoldsTheUpperThreeRows) {
+  std::istringstream line(to_kitti_trajectory({{7, pose_at(2.0)}}));
+  for (int i = 0; i < 12; ++i) {
+    double number = 0;
+    ASSERT_TRUE(line >> number);
+    EXPECT_EQ(number, pose_at(2.0).matrix()(i / 4, i % 4));
+  }
+  EXPECT_EQ(to_kitti_trajectory({{1, Pose::Identity()}, {2, Pose::Identity()}}),
+            "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
+}
+
+TEST(JsonTrajectory, GivesEveryPoseBack) {
+  const auto json = nlohmann::json::parse(to_json_trajectory({{0.25, pose_at(2.0)}, {3, pose_at(4.0)}}, "a \"note\""));
+  EXPECT_EQ(json.at("note"), "a \"note\"");
+  ASSERT_EQ(json.at("poses").size(), 2u);
+  EXPECT_EQ(json["poses"][0].at("stamp"), 0.25);
+  for (int i = 0; i < 16; ++i) {
+    EXPECT_EQ(json["poses"][1].at("T_world_camera").at(i / 4).at(i % 4), pose_at(4.0).matrix()(i / 4, i % 4));
+  }
+  EXPECT_EQ(nlohmann::json::parse(to_json_trajectory({})).at("poses").size(), 0u);
+}
+
+TEST(TrajectoryText, GoesByTheEnding) {
+  const std::vector<StampedPose> poses = {{1, Pose::Identity()}};
+  EXPECT_EQ(trajectory_text("a.txt", poses, "of a scan"), "# of a scan\n1 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(trajectory_text("a.kitti", poses, "of a scan"), to_kitti_trajectory(poses));
+  EXPECT_EQ(trajectory_text("a.json", poses, "of a scan"), to_json_trajectory(poses, "of a scan"));
 }
 
 }  // namespace
