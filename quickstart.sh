@@ -71,7 +71,8 @@ build() {
   mkdir -p "$build_dir"
   local log="$build_dir/build.log"
   # A unity build: some sources at once, which takes about half of the time.
-  if ! { cmake -S . -B "$build_dir" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON "$@" && cmake --build "$build_dir"; } >"$log" 2>&1; then
+  if ! { cmake -S . -B "$build_dir" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON "$@" &&
+         cmake --build "$build_dir" -j "$(nproc)"; } >"$log" 2>&1; then
     tail -n 60 "$log" >&2
     echo "The build failed; the whole log is $log" >&2
     exit 1
