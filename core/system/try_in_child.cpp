@@ -1,6 +1,7 @@
 #include "core/system/try_in_child.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -13,7 +14,10 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <new>
+#include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -83,6 +87,46 @@ std::string answer_of(const std::function<Result<void>()>& work) {
   ::_exit(is_written ? 0 : 1);
 }
 
+/// What changes while a process works: its state, and its processor time and page faults; empty if the system does not
+/// say. "S" is asleep, and not for a disk.
+struct Progress {
+  char state = '?';
+  std::string work;
+  friend bool operator==(const Progress&, const Progress&) = default;
+};
+
+Progress progress_of(pid_t process) {
+  Progress progress;
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t after_name = text.rfind(')');  // proc(5): the name before it may hold anything
+  if (after_name == std::string::npos) return progress;
+  std::istringstream fields(text.substr(after_name + 1));
+  std::string field;
+  fields >> progress.state;
+  for (int number = 4; number <= 15 && fields >> field; ++number) {
+    if (number >= 10) progress.work += field + " ";  // minflt to stime
+  }
+  return progress;
+}
+
+/// Waits until the child writes or ends; false: it slept for so long without any progress.
+bool wait_for_answer(int descriptor, pid_t child, double stall_seconds) {
+  constexpr int kSteps = 10;
+  const int step_ms = std::max(1, static_cast<int>(1000 * stall_seconds / kSteps));
+  Progress before = progress_of(child);
+  for (int asleep = 0; asleep < kSteps;) {
+    pollfd answer{descriptor, POLLIN, 0};
+    const int ready = ::poll(&answer, 1, step_ms);
+    if (ready > 0 || (ready < 0 && errno != EINTR)) return true;
+    const Progress now = progress_of(child);
+    asleep = now.state == 'S' && now == before ? asleep + 1 : 0;
+    before = now;
+  }
+  return false;
+}
+
 std::string read_all(int descriptor) {
   std::string text;
   char part[512];
@@ -107,9 +151,8 @@ Result<void> wait_for(pid_t child) {
   return Error{ErrorCode::kInput, "it is damaged in a way that crashes its reader"};
 }
 
-}  // namespace
-
-Result<void> try_in_child(const std::function<Result<void>()>& work, const ChildLimits& limits) {
+/// Nothing: the child stalled.
+std::optional<Result<void>> try_once(const std::function<Result<void>()>& work, const ChildLimits& limits) {
   int ends[2] = {-1, -1};
   if (::pipe2(ends, O_CLOEXEC) != 0) {
     return Error{ErrorCode::kBudget, std::string("no pipe to a child process: ") + std::strerror(errno)};
@@ -120,10 +163,25 @@ Result<void> try_in_child(const std::function<Result<void>()>& work, const Child
   if (child < 0) return Error{ErrorCode::kBudget, std::string("no child process: ") + std::strerror(errno)};
   if (child == 0) be_child(work, limits, answer_to.number());
   answer_to.close();
+  if (!wait_for_answer(answer.number(), child, limits.stall_seconds)) {
+    ::kill(child, SIGKILL);
+    (void)wait_for(child);
+    return std::nullopt;
+  }
   const std::string text = read_all(answer.number());
   if (auto ended = wait_for(child); !ended) return ended;
-  if (text.empty()) return {};
+  if (text.empty()) return Result<void>();
   return Error{static_cast<ErrorCode>(text[0]), text.substr(1)};
+}
+
+}  // namespace
+
+Result<void> try_in_child(const std::function<Result<void>()>& work, const ChildLimits& limits) {
+  constexpr int kTries = 3;
+  for (int i = 0; i < kTries; ++i) {
+    if (auto result = try_once(work, limits)) return *result;
+  }
+  return Error{ErrorCode::kBudget, "a child process that reads it first does not come to its end; try again"};
 }
 
 }  // namespace scanknit

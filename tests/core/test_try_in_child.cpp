@@ -1,11 +1,15 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "core/system/try_in_child.h"
+#include "tests/core/temporary_folder.h"
 
 namespace scanknit {
 namespace {
@@ -72,6 +76,36 @@ TEST(TryInChild, EndsWorkThatTakesTooLong) {
   ASSERT_FALSE(endless);
   EXPECT_EQ(endless.error().code, ErrorCode::kInput);
   EXPECT_NE(endless.error().message.find("too long"), std::string::npos) << endless.error().message;
+}
+
+/// Sleeps without an end in the first `sleepers` children.
+Result<void> try_sleeping(const std::filesystem::path& folder, int sleepers) {
+  constexpr ChildLimits kImpatient{.memory_bytes = 64 * kMebibyte, .seconds = 1, .stall_seconds = 0.2};
+  return try_in_child(
+      [&]() -> Result<void> {
+        int before = 0;
+        while (std::filesystem::exists(folder / std::to_string(before))) ++before;
+        test::write_text(folder / std::to_string(before), "");
+        if (before < sleepers) {
+          for (;;) ::pause();
+        }
+        return {};
+      },
+      kImpatient);
+}
+
+TEST(TryInChild, TriesAgainWhenAChildStalls) {
+  const test::TemporaryFolder folder;
+  EXPECT_TRUE(try_sleeping(folder.path(), 2));
+  EXPECT_EQ(folder.entries(), 3u);
+}
+
+TEST(TryInChild, GivesUpWhenAllChildrenStall) {
+  const test::TemporaryFolder folder;
+  const auto stalled = try_sleeping(folder.path(), 100);
+  ASSERT_FALSE(stalled);
+  EXPECT_EQ(stalled.error().code, ErrorCode::kBudget);
+  EXPECT_EQ(folder.entries(), 3u);
 }
 
 }  // namespace
