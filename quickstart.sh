@@ -67,10 +67,10 @@ install_page_packages() {
 }
 
 build() {
-  echo "Building in $build_dir (about a quarter of an hour the first time on two cores, with tests half an hour) ..."
+  echo "Building in $build_dir (a quarter of an hour the first time on two cores, with tests up to forty minutes) ..."
   mkdir -p "$build_dir"
   local log="$build_dir/build.log"
-  # A unity build: some sources at once, which takes about half of the time.
+  # A unity build: docs/testing.md.
   if ! { cmake -S . -B "$build_dir" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON "$@" &&
          cmake --build "$build_dir" -j "$(nproc)"; } >"$log" 2>&1; then
     tail -n 60 "$log" >&2
