@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kPointStep = 4;                // pixels of depth from one point to the next
-constexpr std::size_t kMostPoints = 100000;  // of the model: enough to begin a Gaussian splatting with
+constexpr int kPointStep = 4;  // pixels of depth from one point to the next
+constexpr std::size_t kMostPoints = 100000;
 
 struct ModelPoint {
   Eigen::Vector3f p_world;

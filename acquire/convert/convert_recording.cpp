@@ -42,7 +42,7 @@ class NewFolder {
 };
 
 OpenedTarget open_target(ConvertTarget target, const fs::path& output, UpAxis world_up) {
-  if (is_file(target)) {
+  if (is_one_file(target)) {
     if (auto is_new = check_is_new_recording(output); !is_new) return is_new.error();
     return target == ConvertTarget::kRos2 ? open_ros2_target(output) : open_mcap_target(output);
   }
@@ -136,7 +136,7 @@ Result<ConvertSummary> convert_recording(FrameSource& source, ConvertTarget targ
   const auto opened = open_target(target, output, source.info().world_up);
   if (!opened) return opened.error();
   std::optional<NewFolder> folder;
-  if (!is_file(target)) folder.emplace(output, was_there);
+  if (!is_one_file(target)) folder.emplace(output, was_there);
   RecordingTarget& recording = **opened;
   ConvertSummary summary;
   const double units = source.info().depth_scale.value_or(kUnitsWithoutRaw);

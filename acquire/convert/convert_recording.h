@@ -15,8 +15,8 @@ namespace scanknit {
 
 enum class ConvertTarget { kMcap, kTum, kOpen3d, kSevenScenes, kFakenect, kNerfstudio, kColmap, kRos2 };
 
-/// The output is one file; of the others, a folder.
-[[nodiscard]] constexpr bool is_file(ConvertTarget target) {
+/// Is the output one file? Else it is a folder.
+[[nodiscard]] constexpr bool is_one_file(ConvertTarget target) {
   return target == ConvertTarget::kMcap || target == ConvertTarget::kRos2;
 }
 
@@ -31,7 +31,7 @@ struct ConvertSummary {
 
 using ConvertProgress = std::function<void(std::size_t done)>;
 
-/// Writes the frames of `source` to `output`: a file if is_file(target), else a folder that is new or empty. Open
+/// Writes the frames of `source` to `output`: a file if is_one_file(target), else a folder that is new or empty. Open
 /// `source` with PoseMode::kTrack, so that frames without a pose are not dropped. Depth keeps its raw units; colour
 /// files are copied byte by byte if the target can hold them. If the target cannot hold a separate colour camera,
 /// resamples colour into the depth picture. The file appears when it is complete; after an error, a folder is as

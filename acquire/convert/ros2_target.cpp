@@ -97,7 +97,9 @@ class Ros2Target final : public RecordingTarget {
     const Frame& frame = converted.frame;
     constexpr std::int64_t kLatest_ns = std::int64_t{std::numeric_limits<std::int32_t>::max()} * 1'000'000'000;
     if (converted.time_ns < 0 || converted.time_ns > kLatest_ns) {
-      return Error{ErrorCode::kInput, fmt::format("frame {} is of a time that ROS 2 cannot tell", frame.sequence)};
+      return Error{ErrorCode::kInput,
+                   fmt::format("frame {} has the time {} s, and a bag of ROS 2 holds times from 0 to 2147483647 s",
+                               frame.sequence, static_cast<double>(converted.time_ns) * 1e-9)};
     }
     time_ns_ = converted.time_ns;
     if (!writer_) {

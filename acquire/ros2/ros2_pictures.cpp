@@ -20,10 +20,10 @@ namespace scanknit {
 namespace {
 
 /// How the bytes of a picture hold its colours.
-enum class Mosaic {
-  kNone,   ///< each pixel has all channels
-  kYuv,    ///< two pixels share their chroma
-  kBayer,  ///< each pixel has one channel, in squares of 2 x 2
+enum class ColourLayout {
+  kChannels,  ///< each pixel has all channels
+  kYuv422,    ///< two pixels share their chroma
+  kBayer,     ///< each pixel has one channel, in squares of 2 x 2
 };
 
 /// `places`: of red, green and blue in the bytes of a pixel; of a Bayer mosaic the channels of a square, row by row (0
@@ -33,25 +33,26 @@ struct Encoding {
   Ros2Content content;
   std::size_t pixel_bytes;
   std::array<std::size_t, 4> places = {};
-  Mosaic mosaic = Mosaic::kNone;
+  ColourLayout layout = ColourLayout::kChannels;
   PixelFormat yuv = PixelFormat::kUyvy;
 };
-constexpr Encoding kEncodings[] = {{"16UC1", Ros2Content::kRawDepth, 2},
-                                   {"mono16", Ros2Content::kRawDepth, 2},
-                                   {"32FC1", Ros2Content::kMetricDepth, 4},
-                                   {"mono8", Ros2Content::kGrey, 1},
-                                   {"rgb8", Ros2Content::kColour, 3, {0, 1, 2}},
-                                   {"bgr8", Ros2Content::kColour, 3, {2, 1, 0}},
-                                   {"rgba8", Ros2Content::kColour, 4, {0, 1, 2}},
-                                   {"bgra8", Ros2Content::kColour, 4, {2, 1, 0}},
-                                   {"yuv422", Ros2Content::kColour, 2, {}, Mosaic::kYuv, PixelFormat::kUyvy},
-                                   {"uyvy", Ros2Content::kColour, 2, {}, Mosaic::kYuv, PixelFormat::kUyvy},
-                                   {"yuv422_yuy2", Ros2Content::kColour, 2, {}, Mosaic::kYuv, PixelFormat::kYuyv},
-                                   {"yuyv", Ros2Content::kColour, 2, {}, Mosaic::kYuv, PixelFormat::kYuyv},
-                                   {"bayer_rggb8", Ros2Content::kColour, 1, {0, 1, 1, 2}, Mosaic::kBayer},
-                                   {"bayer_bggr8", Ros2Content::kColour, 1, {2, 1, 1, 0}, Mosaic::kBayer},
-                                   {"bayer_gbrg8", Ros2Content::kColour, 1, {1, 2, 0, 1}, Mosaic::kBayer},
-                                   {"bayer_grbg8", Ros2Content::kColour, 1, {1, 0, 2, 1}, Mosaic::kBayer}};
+constexpr Encoding kEncodings[] = {
+    {"16UC1", Ros2Content::kRawDepth, 2},
+    {"mono16", Ros2Content::kRawDepth, 2},
+    {"32FC1", Ros2Content::kMetricDepth, 4},
+    {"mono8", Ros2Content::kGrey, 1},
+    {"rgb8", Ros2Content::kColour, 3, {0, 1, 2}},
+    {"bgr8", Ros2Content::kColour, 3, {2, 1, 0}},
+    {"rgba8", Ros2Content::kColour, 4, {0, 1, 2}},
+    {"bgra8", Ros2Content::kColour, 4, {2, 1, 0}},
+    {"yuv422", Ros2Content::kColour, 2, {}, ColourLayout::kYuv422, PixelFormat::kUyvy},
+    {"uyvy", Ros2Content::kColour, 2, {}, ColourLayout::kYuv422, PixelFormat::kUyvy},
+    {"yuv422_yuy2", Ros2Content::kColour, 2, {}, ColourLayout::kYuv422, PixelFormat::kYuyv},
+    {"yuyv", Ros2Content::kColour, 2, {}, ColourLayout::kYuv422, PixelFormat::kYuyv},
+    {"bayer_rggb8", Ros2Content::kColour, 1, {0, 1, 1, 2}, ColourLayout::kBayer},
+    {"bayer_bggr8", Ros2Content::kColour, 1, {2, 1, 1, 0}, ColourLayout::kBayer},
+    {"bayer_gbrg8", Ros2Content::kColour, 1, {1, 2, 0, 1}, ColourLayout::kBayer},
+    {"bayer_grbg8", Ros2Content::kColour, 1, {1, 0, 2, 1}, ColourLayout::kBayer}};
 
 Error refuse_picture(const std::string& what) {
   return {ErrorCode::kInput, what};
@@ -250,14 +251,14 @@ Result<Ros2Colour> decode_ros2_colour(std::span<const std::byte> message, bool i
   const auto encoding = check_image(*image, limits);
   if (!encoding) return encoding.error();
   if (is_depth((*encoding)->content)) return refuse_picture("'" + image->encoding + "' is no colour");
-  switch ((*encoding)->mosaic) {
-    case Mosaic::kYuv: {
+  switch ((*encoding)->layout) {
+    case ColourLayout::kYuv422: {
       auto colour = decode_yuv(*image, **encoding, limits);
       if (!colour) return colour.error();
       return Ros2Colour{*std::move(colour)};
     }
-    case Mosaic::kBayer: return Ros2Colour{decode_bayer(*image, **encoding)};
-    case Mosaic::kNone: break;
+    case ColourLayout::kBayer: return Ros2Colour{decode_bayer(*image, **encoding)};
+    case ColourLayout::kChannels: break;
   }
   return Ros2Colour{decode_channels(*image, **encoding)};
 }

@@ -217,7 +217,7 @@ void add_convert(CLI::App& app, CommandLine& line) {
   add_common(*command, line);
   command->final_callback([&line] {
     const std::string why = why_not_mcap(line.convert.output.string());
-    if (is_file(line.convert.target) && !why.empty()) throw CLI::ValidationError("--output", why);
+    if (is_one_file(line.convert.target) && !why.empty()) throw CLI::ValidationError("--output", why);
     line.command = from_module(line, &CommandsModule::convert, line.convert);
   });
 }

@@ -89,13 +89,28 @@ class ConvertedFiles : public ::testing::Test {
     input_ = open3d;
   }
 
+  /// A frame whose colour has a camera of its own.
+  [[nodiscard]] fs::path write_two_cameras() const {
+    const fs::path path = folder_ / "two_cameras.mcap";
+    auto file = AppendFile::create(path);
+    EXPECT_TRUE(file);
+    RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); },
+                           raw_calibration(640, 480));
+    EXPECT_TRUE(writer.begin());
+    EXPECT_TRUE(writer.write(depth_frame(0, 640, 480)));
+    writer.write_pose(depth_frame(0, 640, 480), Pose::Identity());
+    EXPECT_TRUE(writer.write(colour_frame(0)));
+    EXPECT_TRUE(writer.finish());
+    return path;
+  }
+
   TemporaryFolder folder_;
   fs::path input_;
 };
 
 class Convert : public ConvertedFiles, public ::testing::WithParamInterface<Named> {
  protected:
-  [[nodiscard]] fs::path output() const { return folder_ / (is_file(GetParam().target) ? "out.mcap" : "out"); }
+  [[nodiscard]] fs::path output() const { return folder_ / (is_one_file(GetParam().target) ? "out.mcap" : "out"); }
 };
 
 TEST_P(Convert, KeepsDepthToTheLastBit) {
@@ -162,7 +177,7 @@ TEST_P(Convert, KeepsTimesWhereTheTargetHasThem) {
 }
 
 TEST_P(Convert, NeverOverwritesARecording) {
-  const fs::path precious = is_file(GetParam().target) ? output() : output() / "precious.txt";
+  const fs::path precious = is_one_file(GetParam().target) ? output() : output() / "precious.txt";
   write_text(precious, "mine");
   auto source = open_recording(input_, keep_all());
   const auto summary = convert_recording(**source, GetParam().target, output());
@@ -195,7 +210,7 @@ TEST_P(Convert, LeavesNothingOfWhatFailed) {
   BrokenSource broken(**source);
   EXPECT_FALSE(convert_recording(broken, GetParam().target, output()));
   EXPECT_FALSE(fs::exists(output()));
-  if (is_file(GetParam().target)) return;
+  if (is_one_file(GetParam().target)) return;
   fs::create_directories(output());
   auto again = open_recording(input_, keep_all());
   BrokenSource broken_again(**again);
@@ -212,20 +227,11 @@ TEST_P(Convert, WarnsOfPosesThatHaveNoPlace) {
 
 TEST_P(Convert, WarnsWhereColourHasToBeResampled) {
   EXPECT_FALSE(is_colour_resampled(convert(input_, GetParam().target, output())));
-  const fs::path path = folder_ / "two_cameras.mcap";
-  auto file = AppendFile::create(path);
-  ASSERT_TRUE(file);
-  RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); },
-                         raw_calibration(640, 480));
-  ASSERT_TRUE(writer.begin());
-  ASSERT_TRUE(writer.write(depth_frame(0, 640, 480)));
-  writer.write_pose(depth_frame(0, 640, 480), Pose::Identity());
-  ASSERT_TRUE(writer.write(colour_frame(0)));
-  ASSERT_TRUE(writer.finish());
+  const fs::path path = write_two_cameras();
   fs::remove_all(output());
   const ConvertSummary summary = convert(path, GetParam().target, output());
   EXPECT_EQ(summary.colour, 1u);
-  EXPECT_EQ(is_colour_resampled(summary), !is_file(GetParam().target));
+  EXPECT_EQ(is_colour_resampled(summary), !is_one_file(GetParam().target));
   fs::remove_all(output());
   EXPECT_FALSE(is_colour_resampled(convert(path, ConvertTarget::kColmap, output()))) << "its model is that of colour";
 }
@@ -375,16 +381,7 @@ TEST_F(ConvertToRos2, IsDecodedByFoxglovesLibraries) {
 }
 
 TEST_F(ConvertToRos2, KeepsTheColourCameraBesideDepth) {
-  const fs::path path = folder_ / "two_cameras.mcap";
-  auto file = AppendFile::create(path);
-  ASSERT_TRUE(file);
-  RecordingWriter writer([&](std::span<const std::byte> bytes) { return file->append(bytes); },
-                         raw_calibration(640, 480));
-  ASSERT_TRUE(writer.begin());
-  ASSERT_TRUE(writer.write(depth_frame(0, 640, 480)));
-  writer.write_pose(depth_frame(0, 640, 480), Pose::Identity());
-  ASSERT_TRUE(writer.write(colour_frame(0)));
-  ASSERT_TRUE(writer.finish());
+  const fs::path path = write_two_cameras();
   (void)convert(path, ConvertTarget::kRos2, folder_ / "out.mcap");
   const Frame before = play(path, keep_all()).frames.at(0);
   const Frame after = play(folder_ / "out.mcap", keep_all()).frames.at(0);

@@ -7,16 +7,15 @@
 #include <cstdlib>
 #include <iomanip>
 #include <limits>
-#include <random>
 #include <sstream>
 
 #include "acquire/replay/raw_recording.h"
 #include "acquire/ros2/ros2_messages.h"
-#include "acquire/ros2/rvl.h"
 #include "acquire/ros2/transform_tree.h"
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 #include "ros2_bag.h"
+#include "rvl_writer.h"
 #include "test_replay_support.h"
 #include "tests/support/text.h"
 
@@ -36,52 +35,6 @@ AcquireConfig still() {
   config.poses = PoseMode::kStill;
   return config;
 }
-
-/// Written by Wilson's description (2017), apart from the reader.
-class RvlWriter {
- public:
-  explicit RvlWriter(std::span<const std::uint16_t> pixels) {
-    std::int32_t previous = 0;
-    for (std::size_t i = 0; i < pixels.size();) {
-      const auto run = [&](bool is_empty) {
-        std::size_t end = i;
-        while (end < pixels.size() && (pixels[end] == 0) == is_empty) ++end;
-        return end - i;
-      };
-      const std::size_t empty = run(true);
-      number(static_cast<std::uint32_t>(empty));
-      i += empty;
-      const std::size_t full = run(false);
-      number(static_cast<std::uint32_t>(full));
-      for (const std::size_t end = i + full; i < end; ++i) {
-        const std::int32_t step = pixels[i] - previous;
-        previous = pixels[i];
-        number(static_cast<std::uint32_t>(step < 0 ? -2 * step - 1 : 2 * step));
-      }
-    }
-    while (nibbles_.size() % 8 != 0) nibbles_.push_back(0);
-  }
-
-  [[nodiscard]] Bytes bytes() const {
-    Bytes packed;
-    for (std::size_t word = 0; word < nibbles_.size(); word += 8) {
-      std::uint32_t value = 0;
-      for (std::size_t i = 0; i < 8; ++i) value = value << 4 | nibbles_[word + i];
-      ByteAppender(packed).little_endian(value);
-    }
-    return packed;
-  }
-
- private:
-  void number(std::uint32_t value) {
-    do {
-      nibbles_.push_back((value & 7) | (value > 7 ? 8 : 0));
-      value >>= 3;
-    } while (value != 0);
-  }
-
-  std::vector<std::uint32_t> nibbles_;
-};
 
 class Ros2 : public ::testing::Test {
  protected:
@@ -288,39 +241,6 @@ TEST_F(Ros2, ReadsDepthThatRvlCompressed) {
     EXPECT_TRUE(torn.frames.empty());
     EXPECT_EQ(torn.dropped.size(), 1u);
   }
-}
-
-TEST(Rvl, GivesThePictureThatWasPacked) {
-  std::mt19937 random(7);
-  for (int round = 0; round < 200; ++round) {
-    Image<std::uint16_t> picture(1 + static_cast<int>(random() % 9), 1 + static_cast<int>(random() % 7));
-    for (std::uint16_t& depth : picture.pixels()) {
-      depth = static_cast<std::uint16_t>(random() % 3 == 0 ? 0 : random() % 2 == 0 ? 1000 + random() % 9 : random());
-    }
-    const Bytes packed = RvlWriter(picture.pixels()).bytes();
-    const auto unpacked = unpack_rvl(packed, picture.width(), picture.height());
-    ASSERT_TRUE(unpacked);
-    EXPECT_TRUE(std::ranges::equal(unpacked->pixels(), picture.pixels())) << round;
-    for (std::size_t size = 0; size + 4 <= packed.size(); ++size) {
-      EXPECT_FALSE(unpack_rvl(std::span(packed).first(size), picture.width(), picture.height())) << size;
-    }
-  }
-}
-
-TEST(Rvl, IsThatOfTheReference) {
-  // 0 0 5 5 4: two without depth, three with it, then +5, 0, -1 as 10 (2, then 1), 0 and 1.
-  const auto picture = unpack_rvl(as_bytes({0x00, 0x01, 0xA1, 0x23}), 5, 1);
-  ASSERT_TRUE(picture);
-  const auto pixels = picture->pixels();
-  EXPECT_EQ(std::vector<std::uint16_t>(pixels.begin(), pixels.end()), (std::vector<std::uint16_t>{0, 0, 5, 5, 4}));
-}
-
-TEST(Rvl, ThatPromisesTooMuchIsRefused) {
-  const auto unpacked = [](std::vector<std::uint8_t> words) { return unpack_rvl(as_bytes(words), 2, 2); };
-  EXPECT_FALSE(unpacked({0, 0, 0, 0x50})) << "five without depth";
-  EXPECT_FALSE(unpacked({0, 0, 0, 0x25})) << "two, then five";
-  EXPECT_FALSE(unpacked({0, 0, 0, 0})) << "runs of nothing";
-  EXPECT_FALSE(unpacked({0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF})) << "a number without an end";
 }
 
 TEST_F(Ros2, ReadsColourOfAllKinds) {
