@@ -12,6 +12,7 @@
 
 #include "acquire/device_rules.h"
 #include "acquire/usb/device_holders.h"
+#include "acquire/usb/keep_for_ever.h"
 
 namespace scanknit {
 namespace {
@@ -310,7 +311,7 @@ int UsbHandle::send(std::uint8_t type, std::uint8_t request, std::uint16_t value
     patience_->is_over = patience_->is_hurried;
     libusb_cancel_transfer(own->transfer);
     if (!changed.wait_for(lock, kLongestReturn, is_done)) {
-      (void)own.release();  // the system may still write into it: leaked on purpose
+      keep_for_ever(std::move(own));  // the system may still write into it
       return LIBUSB_ERROR_TIMEOUT;
     }
   }

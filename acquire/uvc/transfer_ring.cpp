@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "acquire/steady_now.h"
+#include "acquire/usb/keep_for_ever.h"
 #include "acquire/usb/usb_context.h"
 
 namespace scanknit {
@@ -109,9 +110,8 @@ bool TransferRing::stop() {
   }
   const bool all_returned = returned_.wait_for(lock, kLongestReturn, [this] { return in_flight_ == 0; });
   if (!all_returned) {
-    // The system may still write into them: leaked on purpose.
     for (auto& slot : slots_) {
-      if (slot->is_in_flight) (void)slot.release();
+      if (slot->is_in_flight) keep_for_ever(std::move(slot));  // the system may still write into it
     }
     in_flight_ = 0;
   }

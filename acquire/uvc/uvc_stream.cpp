@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acquire/steady_now.h"
+#include "acquire/usb/keep_for_ever.h"
 
 namespace scanknit {
 namespace {
@@ -121,8 +122,7 @@ Result<void> UvcStream::start() {
 
 void UvcStream::take_back() {
   if (ring_ && !ring_->stop()) {
-    // Transfers are still out there and would call us: leaked on purpose, as their memory.
-    (void)ring_.release();
+    keep_for_ever(std::move(ring_));  // transfers are still out there and would call it
   }
 }
 
