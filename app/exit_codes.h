@@ -42,7 +42,7 @@ inline constexpr std::array<ExitCode, 11> kExitCodes = {{
     {exit_code_of(ErrorCode::kInput), "input unreadable or no usable frame"},
     {exit_code_of(ErrorCode::kDevice), "device"},
     {exit_code_of(ErrorCode::kTooLittle), "tracking lost or too little data"},
-    {exit_code_of(ErrorCode::kMesh), "empty or invalid mesh"},
+    {exit_code_of(ErrorCode::kMesh), "empty or invalid mesh (or beyond its tolerance)"},
     {exit_code_of(ErrorCode::kOutput), "output not writable"},
     {exit_code_of(ErrorCode::kBudget), "memory budget"},
     {kExitInterrupted, "interrupted (the result so far was written)"},

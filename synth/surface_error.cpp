@@ -8,9 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/mesh/mesh_area.h"
-#include "synth/counter_random.h"
-#include "synth/scene/triangle_bvh.h"
+#include "measure/area_points.h"
+#include "measure/tree/triangle_bvh.h"
 #include "synth/truth_files.h"
 
 namespace scanknit {
@@ -53,46 +52,6 @@ std::vector<double> measure(std::size_t count, const DistanceOf& distance_of) {
   return distances_m;
 }
 
-/// Divides the mesh's area, in the order of its triangles, into `count` equal shares, and draws one point in each.
-/// Empty when the mesh has no area.
-std::vector<Vector3d> spread_over(const Mesh& mesh, std::size_t count) {
-  std::vector<double> area_up_to;
-  area_up_to.reserve(mesh.triangles.size());
-  double total = 0;
-  const auto at = [&](std::uint32_t v) -> Vector3d { return mesh.positions_m[v].cast<double>(); };
-  for (const Triangle& t : mesh.triangles) {
-    total += area_vector_m2(mesh, t).norm();
-    area_up_to.push_back(total);
-  }
-  std::vector<Vector3d> points;
-  if (!(total > 0)) return points;
-  points.reserve(count);
-  std::size_t triangle = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    CounterRandom random(0, 0, i);
-    const double target = (static_cast<double>(i) + random.uniform()) / static_cast<double>(count) * total;
-    while (triangle + 1 < area_up_to.size() && area_up_to[triangle] <= target) ++triangle;
-    const Triangle& t = mesh.triangles[triangle];
-    // Uniform in the triangle: the square root corrects for the small area near the first corner.
-    const double u = std::sqrt(random.uniform());
-    const double v = random.uniform();
-    points.push_back((1 - u) * at(t[0]) + u * (1 - v) * at(t[1]) + u * v * at(t[2]));
-  }
-  return points;
-}
-
-Result<void> check_measurable(const Mesh& mesh) {
-  const auto refuse = [](const char* what) { return Error{ErrorCode::kMesh, what}; };
-  if (mesh.empty()) return refuse("the mesh has no triangles");
-  for (const Eigen::Vector3f& p : mesh.positions_m) {
-    if (!p.allFinite()) return refuse("a vertex of the mesh is not finite");
-  }
-  for (const Triangle& t : mesh.triangles) {
-    if (std::max({t[0], t[1], t[2]}) >= mesh.positions_m.size()) return refuse("a triangle's index is out of range");
-  }
-  return {};
-}
-
 }  // namespace
 
 Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& start) {
@@ -130,8 +89,7 @@ Pose fit_to_surface(const Mesh& mesh, const SyntheticScene& scene, const Pose& s
 Result<SurfaceError> measure_surface(const Mesh& mesh, const SyntheticScene& scene,
                                      const std::vector<TruthPoint>& visible, const SurfaceErrorConfig& config) {
   if (auto measurable = check_measurable(mesh); !measurable) return measurable.error();
-  const std::vector<Vector3d> samples = spread_over(mesh, config.area_samples);
-  if (samples.empty() && config.area_samples > 0) return Error{ErrorCode::kMesh, "the mesh has no area"};
+  const std::vector<Vector3d> samples = positions_of(spread_over_area(mesh, config.area_samples));
 
   SurfaceError error;
   error.threshold_m = config.threshold_m;

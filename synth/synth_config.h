@@ -35,6 +35,7 @@ struct SynthConfig {
   std::optional<RigConfig> turntable = std::nullopt;
   double depth_scale = 10'000;         ///< raw units per metre of the depth pictures: 0.1 mm, up to 6.5 m
   bool jpeg_colour = false;            ///< colour as JPEG of quality 95 instead of PNG
+  bool masks = false;                  ///< masks/NNNNNN.png, too: white where a faultless camera sees a surface
   std::size_t truth_points = 200'000;  ///< number sampled on the surface; only the visible ones are written
   int min_views = 3;                   ///< a truth point counts as visible when this many frames see it
 };

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/counter_random.h"
 #include "core/rotation.h"
-#include "synth/counter_random.h"
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/surface_samples.h"

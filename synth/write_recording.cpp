@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -35,13 +36,15 @@ Result<void> remove_old_pictures(const fs::path& folder) {
   return {};
 }
 
-Result<void> prepare_folder(const fs::path& folder) {
+Result<void> prepare_folder(const SynthConfig& config, const fs::path& folder) {
   std::error_code code;
   const bool is_foreign = fs::exists(folder / "depth", code) && !fs::exists(folder / kGroundTruthFile, code);
   if (is_foreign) {
     return Error{ErrorCode::kOutput, "holds a recording that is not synthetic; choose another folder", folder.string()};
   }
-  for (const char* part : {"depth", "color"}) {
+  for (const char* part : {"depth", "color", "masks"}) {
+    const bool is_wanted = config.masks || std::string_view(part) != "masks";
+    if (!is_wanted && !fs::exists(folder / part, code)) continue;
     fs::create_directories(folder / part, code);
     if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), (folder / part).string()};
     if (auto removed = remove_old_pictures(folder / part); !removed) return removed;
@@ -91,9 +94,22 @@ Result<void> write_poses(const SyntheticScanner& scanner, const SynthConfig& con
   return write_file_atomically(folder / kEncoderFile, encoder_text(*rig, scanner.times(), frames));
 }
 
+/// White where there is a surface.
+ColourImage mask_of(const DepthImage& depth_m) {
+  ColourImage mask(depth_m.width(), depth_m.height());
+  std::transform(depth_m.pixels().begin(), depth_m.pixels().end(), mask.pixels().begin(), [](float depth) {
+    return depth > 0 ? Rgb8{255, 255, 255} : Rgb8{};
+  });
+  return mask;
+}
+
 Result<void> write_shot(const Shot& shot, std::size_t number, const SynthConfig& config, const fs::path& folder) {
   const fs::path depth_path = folder / "depth" / fmt::format("{:06}.png", number);
   if (auto done = write_depth_png(to_raw_depth(shot.depth_m, units_per_metre(config)), depth_path); !done) return done;
+  if (config.masks) {
+    const fs::path mask_path = folder / "masks" / fmt::format("{:06}.png", number);
+    if (auto done = write_colour_png(mask_of(shot.exact.depth_m), mask_path); !done) return done;
+  }
   const fs::path colour_path = folder / "color" / fmt::format("{:06}.{}", number, config.jpeg_colour ? "jpg" : "png");
   return config.jpeg_colour ? write_colour_jpeg(shot.colour, colour_path) : write_colour_png(shot.colour, colour_path);
 }
@@ -104,7 +120,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
                                                const fs::path& folder, const SynthProgress& progress,
                                                std::stop_token stop) {
   if (auto valid = validate(config); !valid) return valid.error();
-  if (auto ready = prepare_folder(folder); !ready) return ready.error();
+  if (auto ready = prepare_folder(config, folder); !ready) return ready.error();
   // Written first as well as last: it marks the folder as ours even if the run is killed.
   if (auto marked = write_truth(scene, config, 0, {}, folder); !marked) return marked.error();
   const fs::path camera_file = folder / "camera_intrinsic.json";

@@ -5,10 +5,12 @@
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/measure/compare_meshes_command.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/up_rotation.h"
+#include "export/mesh/write_mesh.h"
 #include "synth/surface_error.h"
 #include "synth/truth_files.h"
 
@@ -97,7 +99,18 @@ Result<void> to_true_world(Mesh& mesh, const std::filesystem::path& trajectory, 
 }  // namespace
 
 int distance_command(const DistanceArguments& arguments, const CommonArguments& common) {
-  const auto& [mesh_file, truth, trajectory] = arguments;
+  const auto& [mesh_file, truth, trajectory, comparison] = arguments;
+  std::error_code ignored;
+  if (is_mesh_path(truth) && !std::filesystem::is_directory(truth, ignored)) {
+    return compare_meshes_command(arguments, common);
+  }
+  if (!comparison.is_default()) {
+    return fail(
+        {ErrorCode::kUsage,
+         fmt::format("{}: alignment, units, tolerance and -o need a mesh (.stl, .ply, .obj, .glb) as the reference",
+                     truth.string())},
+        common);
+  }
   auto mesh = read_mesh(mesh_file);
   if (!mesh) return fail(mesh.error(), common);
   to_recording_world(*mesh, mesh_file);

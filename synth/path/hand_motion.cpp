@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/counter_random.h"
 #include "core/rotation.h"
-#include "synth/counter_random.h"
 
 namespace scanknit {
 namespace {

@@ -6,10 +6,11 @@
 
 #include "core/check.h"
 #include "core/rotation.h"
+#include "measure/tree/pseudonormals.h"
+#include "measure/tree/triangle_bvh.h"
 #include "synth/scene/camera_paths.h"
 #include "synth/scene/scene.h"
 #include "synth/scene/texture.h"
-#include "synth/scene/triangle_bvh.h"
 
 namespace scanknit {
 namespace {
@@ -22,81 +23,6 @@ std::array<Vector3d, 3> corners(const Mesh& mesh, const Triangle& t) {
   return {mesh.positions_m[t[0]].cast<double>(), mesh.positions_m[t[1]].cast<double>(),
           mesh.positions_m[t[2]].cast<double>()};
 }
-
-/// The unit normal; zero for a triangle without area.
-Vector3d face_normal(const Mesh& mesh, const Triangle& t) {
-  const auto [a, b, c] = corners(mesh, t);
-  return (b - a).cross(c - a).stableNormalized();
-}
-
-/// Normals that distinguish outside from inside at any nearest point of a closed mesh: the angle-weighted pseudonormals
-/// of Baerentzen & Aanaes 2005, "Signed Distance Computation Using the Angle Weighted Pseudonormal".
-class Pseudonormals {
- public:
-  explicit Pseudonormals(const Mesh& mesh) : mesh_(mesh) {
-    faces_.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) faces_.push_back(face_normal(mesh, t));
-    add_edges();
-    add_vertices();
-  }
-
-  [[nodiscard]] const Vector3d& face(std::uint32_t triangle) const { return faces_[triangle]; }
-
-  [[nodiscard]] const Vector3d& at(std::uint32_t triangle, TriangleFeature feature) const {
-    switch (feature) {
-      case TriangleFeature::kVertex0: return vertices_[mesh_.triangles[triangle][0]];
-      case TriangleFeature::kVertex1: return vertices_[mesh_.triangles[triangle][1]];
-      case TriangleFeature::kVertex2: return vertices_[mesh_.triangles[triangle][2]];
-      case TriangleFeature::kEdge01: return edges_[triangle][0];
-      case TriangleFeature::kEdge12: return edges_[triangle][1];
-      case TriangleFeature::kEdge20: return edges_[triangle][2];
-      case TriangleFeature::kFace: break;
-    }
-    return faces_[triangle];
-  }
-
- private:
-  void add_edges() {
-    struct Side {
-      std::pair<std::uint32_t, std::uint32_t> edge;
-      std::uint32_t triangle;
-      std::size_t number;
-    };
-    std::vector<Side> sides;
-    sides.reserve(3 * faces_.size());
-    for (std::uint32_t i = 0; i < faces_.size(); ++i) {
-      const Triangle& t = mesh_.triangles[i];
-      for (std::size_t k = 0; k < 3; ++k) sides.push_back({std::minmax(t[k], t[(k + 1) % 3]), i, k});
-    }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-      return std::pair(a.edge, a.triangle) < std::pair(b.edge, b.triangle);
-    });
-    edges_.resize(faces_.size());
-    for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {  // closed and manifold: sides come in pairs
-      const Vector3d sum = faces_[sides[i].triangle] + faces_[sides[i + 1].triangle];
-      edges_[sides[i].triangle][sides[i].number] = sum;
-      edges_[sides[i + 1].triangle][sides[i + 1].number] = sum;
-    }
-  }
-
-  void add_vertices() {
-    vertices_.assign(mesh_.positions_m.size(), Vector3d::Zero());
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
-      const auto p = corners(mesh_, mesh_.triangles[i]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector3d to_next = p[(k + 1) % 3] - p[k];
-        const Vector3d to_last = p[(k + 2) % 3] - p[k];
-        const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
-        vertices_[mesh_.triangles[i][k]] += angle * faces_[i];
-      }
-    }
-  }
-
-  const Mesh& mesh_;
-  std::vector<Vector3d> faces_;
-  std::vector<std::array<Vector3d, 3>> edges_;
-  std::vector<Vector3d> vertices_;
-};
 
 class MeshScene final : public SyntheticScene {
  public:

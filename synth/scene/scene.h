@@ -15,16 +15,9 @@
 #include "core/mesh.h"
 #include "core/pose.h"
 #include "core/result.h"
+#include "measure/tree/ray.h"
 
 namespace scanknit {
-
-/// `direction` is a unit vector.
-struct Ray {
-  Eigen::Vector3d origin;
-  Eigen::Vector3d direction;
-
-  [[nodiscard]] Eigen::Vector3d at(double t_m) const { return origin + t_m * direction; }
-};
 
 /// A point of the surface. `part` is the solid or triangle that it belongs to; `normal` is unit and points outwards.
 struct SurfacePoint {

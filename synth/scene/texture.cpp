@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 
 namespace scanknit {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 #include "synth/scene/texture.h"
 
 namespace scanknit {

@@ -1,6 +1,6 @@
 #include "synth/sensor/frame_times.h"
 
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 
 namespace scanknit {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/check.h"
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 
 namespace scanknit {
 namespace {

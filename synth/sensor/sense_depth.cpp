@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/check.h"
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 #include "synth/sensor/correlated_noise.h"
 #include "synth/sensor/depth_effects.h"
 

@@ -98,7 +98,7 @@ TEST(Start, ARunOfPicturesAndInfoLoadFewLibraries) {
     EXPECT_LE(libraries.size(), kMostOfARun) << listed(libraries);
     for (const char* heavy :
          {"libpcl_io", "libpcl_features", "libpcl_filters", "libvtk", "libITK", "libgdcm", "libopencv_aruco",
-          "libscanknit_synth", "libscanknit_calibrate", "libgdal", "libcurl", "libOpenNI2"}) {
+          "libscanknit_synth", "libscanknit_calibrate", "libscanknit_measure", "libgdal", "libcurl", "libOpenNI2"}) {
       EXPECT_FALSE(has(libraries, heavy)) << heavy;
     }
   }

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "app/cli/volume_arguments.h"
+#include "app/config/volume_arguments.h"
 
 namespace scanknit {
 namespace {

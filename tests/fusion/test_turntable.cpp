@@ -3,13 +3,13 @@
 
 #include <cmath>
 
+#include "core/counter_random.h"
 #include "core/rotation.h"
 #include "fusion/turntable/look_through.h"
 #include "fusion/turntable/still_scene.h"
 #include "fusion/turntable/turntable_prior.h"
 #include "fusion/turntable/turntable_solver.h"
 #include "fusion/turntable/turntable_space.h"
-#include "synth/counter_random.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {

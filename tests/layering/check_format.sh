@@ -6,4 +6,4 @@ if ! clang-format --version 2>/dev/null | grep -q ' 14\.'; then
   echo "SKIPPED: clang-format 14 is not installed (Debian package clang-format)"
   exit 77
 fi
-find core acquire synth fusion extract finish export scan view app bench examples python tests -name '*.h' -o -name '*.cpp' | xargs clang-format --dry-run -Werror
+find core acquire measure synth fusion extract finish export scan view app bench examples python tests -name '*.h' -o -name '*.cpp' | xargs clang-format --dry-run -Werror

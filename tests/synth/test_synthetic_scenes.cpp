@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "synth/counter_random.h"
+#include "core/counter_random.h"
 #include "synth/render.h"
 #include "synth/scene/analytic_scene.h"
 #include "synth/scene/camera_paths.h"

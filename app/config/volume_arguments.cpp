@@ -1,4 +1,4 @@
-#include "app/cli/volume_arguments.h"
+#include "app/config/volume_arguments.h"
 
 #include <limits>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "synth/scene/triangle_bvh.h"
+#include "measure/tree/triangle_bvh.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/mesh.h"
-#include "synth/scene/scene.h"
+#include "measure/tree/ray.h"
 
 namespace scanknit {
 
