@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "core/noise_model.h"
 
@@ -32,6 +33,8 @@ struct TurntableConfig {
   double rpm = 0;                    ///< turns a minute, steady, >= 0; 0: not known. Needs frames with times
   double step_degrees = 0;           ///< between two frames, steady, 0 to 170; 0: not known
   double angle_sigma_degrees = 0.5;  ///< standard deviation of known angles, > 0
+  /// Of silhouettes, which do not tell a size: how far before the camera the axis is. Nothing: not known.
+  std::optional<double> distance_m = {};
 };
 
 }  // namespace scanknit

@@ -13,6 +13,7 @@
 #include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/passes.h"
+#include "scan/silhouettes/scan_silhouettes.h"
 
 namespace scanknit {
 namespace {
@@ -167,6 +168,7 @@ class RecordingScan {
 }  // namespace
 
 ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop) {
+  if (job.config.acquire.geometry == Geometry::kSilhouettes) return scan_silhouettes(job, observer, stop);
   return RecordingScan(job, observer, stop).run();
 }
 

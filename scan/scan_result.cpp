@@ -32,6 +32,7 @@ const char* to_string(WarningCode code) {
     case WarningCode::kTurntableNotTried: return "turntable_not_tried";
     case WarningCode::kMeshHasHoles: return "mesh_has_holes";
     case WarningCode::kVolumeFile: return "volume_file";
+    case WarningCode::kSilhouettes: return "silhouettes";
     case WarningCode::kPointsOnly: return "points_only";
   }
   return "";

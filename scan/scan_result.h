@@ -48,6 +48,7 @@ enum class WarningCode {
   kTurntableNotTried,
   kMeshHasHoles,  ///< because of the chosen decider
   kVolumeFile,    ///< parts of a volume file were not used
+  kSilhouettes,   ///< a silhouette that the hull does not fill
   kPointsOnly,    ///< aligning only meshes and points makes no mesh
 };
 
@@ -256,6 +257,14 @@ struct AlignmentResult {
   std::vector<Pair> pairs;
 };
 
+/// How well a visual hull fills the silhouettes that carved it.
+struct SilhouetteResult {
+  std::size_t pictures = 0;
+  double agreement = 1;      ///< share of the pixels in which mesh and mask agree, mean of the pictures
+  double worst_overlap = 1;  ///< pixels of both over pixels of either, in the picture in which that is least
+  std::string worst_picture = {};
+};
+
 /// How long a stage took, each time that it ran.
 struct StageTimes {
   std::vector<double> samples_ms;
@@ -272,11 +281,12 @@ struct ScanResult {
   std::string input;     ///< the recording, the volume's file, or the scanner that was found
   ScanConfig config;     ///< the configuration in force, with all values that were chosen on the way
   FrameCounts frames;
-  std::optional<LossCounters> losses;        ///< of a scanner: pictures that never arrived
-  std::optional<TrackingResult> tracking;    ///< nothing unless poses were tracked
-  std::optional<LoopResult> loops;           ///< nothing unless the scan looked for loops
-  std::optional<TurntableResult> turntable;  ///< nothing unless the job asks for one
-  std::optional<AlignmentResult> alignment;  ///< nothing unless scans were aligned
+  std::optional<LossCounters> losses;           ///< of a scanner: pictures that never arrived
+  std::optional<TrackingResult> tracking;       ///< nothing unless poses were tracked
+  std::optional<LoopResult> loops;              ///< nothing unless the scan looked for loops
+  std::optional<TurntableResult> turntable;     ///< nothing unless the job asks for one
+  std::optional<AlignmentResult> alignment;     ///< nothing unless scans were aligned
+  std::optional<SilhouetteResult> silhouettes;  ///< nothing unless they carved the volume
   VolumeResult volume;
   MeshResult mesh;
   std::optional<TextureResult> texture;  ///< nothing unless the job asks for one

@@ -106,6 +106,14 @@ Json pose_json(const Pose& pose) {
   return rows;
 }
 
+Json silhouettes_json(const std::optional<SilhouetteResult>& silhouettes) {
+  if (!silhouettes) return nullptr;
+  return {{"pictures", silhouettes->pictures},
+          {"agreement", finite(silhouettes->agreement)},
+          {"worst_overlap", finite(silhouettes->worst_overlap)},
+          {"worst_picture", silhouettes->worst_picture}};
+}
+
 Json alignment_json(const std::optional<AlignmentResult>& aligned) {
   if (!aligned) return nullptr;
   Json json;
@@ -318,6 +326,7 @@ bool is_reported(WarningCode code) {
     case WarningCode::kTurntableNotTried:
     case WarningCode::kMeshHasHoles:
     case WarningCode::kVolumeFile:
+    case WarningCode::kSilhouettes:
     case WarningCode::kPointsOnly: return false;
     default: return true;
   }
@@ -362,6 +371,7 @@ std::string report_json(const CommandRun& run) {
   json["tracking"] = tracking_json(scan);
   json["turntable"] = turntable_json(scan.turntable);
   json["alignment"] = alignment_json(scan.alignment);
+  json["silhouettes"] = silhouettes_json(scan.silhouettes);
   json["stages"] = stages_json(scan.stages);
   json["total_ms"] = finite(run.total_ms);
   json["peak_rss_mib"] = finite(run.peak_rss_mib);

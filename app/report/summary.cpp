@@ -106,9 +106,9 @@ std::string texture_line(const ScanResult& scan) {
 
 std::string time_line(const CommandRun& run) {
   std::vector<std::string> parts;
-  for (const char* stage :
-       {"read", "acquire", "filter", "track", "raycast", "deskew", "integrate", "key_frames", "track_later", "loops",
-        "refine", "align", "fuse_again", "extract", "finish", "texture", "export", "write"}) {
+  for (const char* stage : {"read",       "acquire",     "filter",  "track",  "raycast", "deskew",     "integrate",
+                            "key_frames", "track_later", "loops",   "refine", "align",   "fuse_again", "prepare",
+                            "colour",     "agreement",   "extract", "finish", "texture", "export",     "write"}) {
     const auto found = run.scan.stages.find(stage);
     if (found == run.scan.stages.end() || found->second.samples_ms.empty()) continue;
     parts.push_back(fmt::format("{} {:.2f}", stage, found->second.total_ms() / 1000));
@@ -131,7 +131,7 @@ std::string next_line(const ScanResult& scan) {
   if (scan.volume.is_budget_reached) {
     ideas.push_back("complete it: a larger fusion.voxel_size or fusion.memory_budget");
   } else if (scan.frames.read > 0) {
-    ideas.push_back(fmt::format("finer: --set fusion.voxel_size={}mm", format_number(scan.volume.voxel_size_m * 500)));
+    ideas.push_back(fmt::format("finer: --set fusion.voxel_size={:.3g}mm", scan.volume.voxel_size_m * 500));
   }
   return ideas.empty() ? "" : fmt::format("Next     {}\n", fmt::join(ideas, "\n         "));
 }
@@ -149,6 +149,13 @@ std::string alignment_text(const ScanResult& scan) {
                         pair.reason.empty() ? "" : ": ", pair.reason);
   }
   return text;
+}
+
+std::string silhouettes_line(const ScanResult& scan) {
+  if (!scan.silhouettes) return "";
+  return fmt::format("Outline  mesh and masks agree in {:.2f} % of the pixels; least overlap {:.1f} %, in {}\n",
+                     100 * scan.silhouettes->agreement, 100 * scan.silhouettes->worst_overlap,
+                     scan.silhouettes->worst_picture);
 }
 
 /// One line for each finishing step.
@@ -169,7 +176,7 @@ std::string finish_text(const ScanResult& scan) {
 std::string summary_text(const CommandRun& run) {
   const ScanResult& scan = run.scan;
   std::string text = frames_line(scan) + tracking_line(scan) + turntable_line(scan) + alignment_text(scan) +
-                     volume_line(scan) + isovalue_line(scan);
+                     silhouettes_line(scan) + volume_line(scan) + isovalue_line(scan);
   text += finish_text(scan);
   if (scan.mesh.check) text += mesh_line(scan);
   return text + texture_line(scan) + time_line(run) + files_line(run) + next_line(scan);

@@ -3,6 +3,8 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstring>
@@ -50,6 +52,8 @@ void swap_bytes_as_here(png_structp png) {
   if constexpr (std::endian::native == std::endian::little) png_set_swap(png);  // of 16 bits; PNG is big-endian
 }
 
+enum class Samples { kGrey, kColour, kColourAndAlpha };
+
 class PngReader {
  public:
   explicit PngReader(std::span<const std::byte> bytes)
@@ -62,15 +66,15 @@ class PngReader {
   PngReader(const PngReader&) = delete;
   PngReader& operator=(const PngReader&) = delete;
 
-  /// The picture into `rows` of `row_bytes` each, as grey or as 8-bit colours; false if the data are corrupt.
-  [[nodiscard]] bool read(std::span<png_bytep> rows, std::size_t row_bytes, bool as_colour) {
+  /// The picture into `rows` of `row_bytes` each; false if the data are corrupt.
+  [[nodiscard]] bool read(std::span<png_bytep> rows, std::size_t row_bytes, Samples samples) {
     if (png_ == nullptr || info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_read_info(png_, info_);
-    if (as_colour) {
-      ask_for_colour();
-    } else {
+    if (samples == Samples::kGrey) {
       swap_bytes_as_here(png_);
+    } else {
+      ask_for_colour(samples == Samples::kColourAndAlpha);
     }
     png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
@@ -81,9 +85,9 @@ class PngReader {
   }
 
  private:
-  void ask_for_colour() {
+  void ask_for_colour(bool with_alpha) {
     png_set_strip_16(png_);
-    png_set_strip_alpha(png_);
+    if (!with_alpha) png_set_strip_alpha(png_);
     const png_byte type = png_get_color_type(png_, info_);
     if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png_);
     if ((type & PNG_COLOR_MASK_COLOR) == 0) png_set_gray_to_rgb(png_);
@@ -95,13 +99,13 @@ class PngReader {
 };
 
 template <typename T>
-Result<Image<T>> decode(const PngFile& file, bool as_colour) {
+Result<Image<T>> decode(const PngFile& file, Samples samples) {
   auto image = Image<T>::uninitialised(file.header.width, file.header.height);
   std::vector<png_bytep> rows;
   rows.reserve(static_cast<std::size_t>(image.height()));
   for (int y = 0; y < image.height(); ++y) rows.push_back(reinterpret_cast<png_bytep>(image.row(y).data()));
   PngReader reader(file.critical);
-  if (reader.read(rows, image.row(0).size_bytes(), as_colour)) return image;
+  if (reader.read(rows, image.row(0).size_bytes(), samples)) return image;
   return Error{ErrorCode::kInput, "the picture's compressed data are corrupt"};
 }
 
@@ -167,14 +171,24 @@ Result<std::vector<std::uint8_t>> encode(const Image<T>& image, PngEffort effort
 template <typename T>
 Result<Image<T>> decode_png_grey(const PngFile& file) {
   SCANKNIT_CHECK(file.header.is_grey && file.header.bit_depth == static_cast<int>(8 * sizeof(T)));
-  return decode<T>(file, false);
+  return decode<T>(file, Samples::kGrey);
 }
 
 template Result<Image<std::uint8_t>> decode_png_grey(const PngFile& file);
 template Result<Image<std::uint16_t>> decode_png_grey(const PngFile& file);
 
 Result<ColourImage> decode_png_colour(const PngFile& file) {
-  return decode<Rgb8>(file, true);
+  return decode<Rgb8>(file, Samples::kColour);
+}
+
+Result<Image<std::uint8_t>> decode_png_alpha(const PngFile& file) {
+  SCANKNIT_CHECK(file.header.has_alpha);
+  const auto pixels = decode<std::array<std::uint8_t, 4>>(file, Samples::kColourAndAlpha);
+  if (!pixels) return pixels.error();
+  Image<std::uint8_t> alpha(pixels->width(), pixels->height());
+  std::transform(pixels->pixels().begin(), pixels->pixels().end(), alpha.pixels().begin(),
+                 [](const auto& pixel) { return pixel[3]; });
+  return alpha;
 }
 
 Result<std::vector<std::uint8_t>> encode_png(const Image<std::uint16_t>& image, PngEffort effort) {

@@ -19,6 +19,9 @@ template <typename T>
 /// A PNG of any kind. Alpha is left out, and so is the lower byte of 16 bits.
 [[nodiscard]] Result<ColourImage> decode_png_colour(const PngFile& file);
 
+/// The alpha channel, without the lower byte of 16 bits. `file.header` must say that there is one.
+[[nodiscard]] Result<Image<std::uint8_t>> decode_png_alpha(const PngFile& file);
+
 enum class PngEffort {
   kFast,    ///< a third of the time of kSmall
   kMedium,  ///< for the many pictures of a recording

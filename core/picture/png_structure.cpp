@@ -65,7 +65,8 @@ Result<PngHeader> parse_ihdr(std::span<const std::byte> data, const Limits& limi
                                         " pixels; pictures of 1 to " + std::to_string(limits.max_image_pixels) +
                                         " pixels are read"};
   }
-  return PngHeader{static_cast<int>(*width), static_cast<int>(*height), *bit_depth, *colour_type == 0};
+  return PngHeader{static_cast<int>(*width), static_cast<int>(*height), *bit_depth, *colour_type == 0,
+                   (*colour_type & 4) != 0};
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ struct PngHeader {
   int width = 0;
   int height = 0;
   int bit_depth = 0;
-  bool is_grey = false;  ///< one channel, no palette, no alpha
+  bool is_grey = false;    ///< one channel, no palette, no alpha
+  bool has_alpha = false;  ///< a channel of it
 };
 
 /// Signature and IHDR only. Errors (kInput): not a PNG, dimensions of zero or beyond the limits.
