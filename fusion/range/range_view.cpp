@@ -12,7 +12,10 @@
 namespace scanknit {
 namespace {
 
-constexpr double kMostPixels = 64e6;  // of the raster; a finer grid than that is drawn coarser
+// The raster is drawn coarser where it would have more pixels than this: a few wild points must not cost the memory.
+constexpr double kMostPixels = 64e6;
+constexpr double kMostPixelsPerPoint = 16;
+constexpr double kLongestSide = 1 << 16;
 
 /// The difference of two u, the shorter way round.
 double across(double from, double to, double period) {
@@ -99,10 +102,13 @@ void RangeView::choose_raster(const Image<SightLines::Sight>& sights, const Imag
   step_u_ = std::max(median(steps[0]), median(steps[2]));
   step_v_ = std::max(median(steps[1]), median(steps[3]));
   if (!(step_u_ > 0) || !(step_v_ > 0)) return;
+  step_u_ = std::max(step_u_, (high_u - low_u) / kLongestSide);
+  step_v_ = std::max(step_v_, (high_v - low_v) / kLongestSide);
   const double pixels = ((high_u - low_u) / step_u_ + 3) * ((high_v - low_v) / step_v_ + 3);
-  if (pixels > kMostPixels) {
-    step_u_ *= std::sqrt(pixels / kMostPixels);
-    step_v_ *= std::sqrt(pixels / kMostPixels);
+  const double most = std::min(kMostPixels, kMostPixelsPerPoint * static_cast<double>(points.size()));
+  if (pixels > most) {
+    step_u_ *= std::sqrt(pixels / most);
+    step_v_ *= std::sqrt(pixels / most);
   }
   wraps_around_ = period > 0 && high_u - low_u > period - 4 * step_u_;
   int width = static_cast<int>((high_u - low_u) / step_u_) + 3;
