@@ -33,13 +33,21 @@ enum class RecordingFormat {
   kOpen3d,
   kNerfstudio,
   kPhoneLidar,
+  kStrayScanner,
+  kArkitscenes,
+  kPolycam,
+  kRecord3d,
+  kReplica,
+  kBop,
   kPcd,
   kPclzf,
   kFakenect,
   kMcap,
   kRos2,
+  kRos1,
   kRealsenseBag,
-  kOni
+  kOni,
+  kSens,
 };
 
 /// A kind of depth sensor, of which range, noise and in part the camera are known (acquire/sensor/sensor_profile.h).
@@ -74,11 +82,33 @@ enum class ScannerColour {
   kOff,         ///< do not use it
 };
 
+/// The topics of a bag of ROS that are read; nothing: chosen by what the bag says.
+struct BagTopics {
+  std::optional<std::string> depth = {};          ///< pictures, or organised point clouds
+  std::optional<std::string> colour = {};         ///< pictures; "none": colour is not read
+  std::optional<std::string> depth_camera = {};   ///< sensor_msgs/CameraInfo
+  std::optional<std::string> colour_camera = {};  ///< sensor_msgs/CameraInfo
+  std::optional<std::string> poses = {};          ///< PoseStamped or PoseWithCovarianceStamped, of the depth camera
+
+  friend bool operator==(const BagTopics&, const BagTopics&) = default;
+};
+
+/// What pictures become a volume.
+enum class Geometry {
+  kDepth,        ///< depth pictures are fused
+  kSilhouettes,  ///< pictures from known places carve a visual hull (acquire/pictures/picture_set.h)
+};
+
 struct AcquireConfig {
+  Geometry geometry = Geometry::kDepth;
   RecordingFormat format = RecordingFormat::kAuto;
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
   std::optional<CameraModel> intrinsics;  ///< overrides the recording's
   std::optional<SensorModel> sensor;      ///< nothing: recognised by the recording
+  BagTopics topics;
+  std::optional<std::string> masks;  ///< a folder of masks, from the pictures' folder; nothing: found by its name
+  std::optional<int> mask_class;     ///< the value of a mask's pixels that are the thing; nothing: how bright they are
+  std::optional<std::string> background;  ///< a picture without the thing; masks are the difference from it
   PoseMode poses = PoseMode::kAuto;
   ScannerColour colour = ScannerColour::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped

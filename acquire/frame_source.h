@@ -28,7 +28,8 @@ struct RecognisedSensor {
 /// The properties of a recording that are known without decoding all frames.
 struct RecordingInfo {
   std::string format;                     ///< "7-scenes", "tum", "open3d", "nerfstudio", "phone-lidar", "pcd", "pclzf",
-                                          ///< "fakenect", "mcap", "ros2", "realsense-bag", "oni"
+                                          ///< "fakenect", "mcap", "ros2", "ros1", "realsense-bag", "oni", "sens",
+                                          ///< "stray-scanner", "arkitscenes", "polycam", "record3d", "replica", "bop"
   std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
                                           ///< or the file that is all of it
   std::size_t frames = 0;                 ///< all frames of the recording, also those that from/to/every do not select

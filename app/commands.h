@@ -13,6 +13,7 @@
 #include "acquire/replay/paced_source.h"
 #include "app/config/config_load.h"
 #include "app/config/outputs.h"
+#include "app/measure/measure_arguments.h"
 #include "app/terminal/console.h"
 #include "extract/volume/slice_reader.h"
 #include "scan/align/align.h"
@@ -62,6 +63,7 @@ struct ReportArguments {
 struct ConvertArguments {
   std::filesystem::path recording, output;
   ConvertTarget target = ConvertTarget::kMcap;
+  std::size_t frames = 0;  ///< 0: all
 };
 
 struct RepairArguments {
@@ -111,6 +113,7 @@ struct SynthArguments {
   PersonKind person = PersonKind::kNobody;
   std::filesystem::path trajectory;  ///< a recorded path; empty: none
   bool has_jpeg_colour = false;
+  bool has_masks = false;
   std::uint64_t seed = 1;
   double size_m = 0.2;           ///< of a mesh's longest side
   bool is_on_turntable = false;  ///< the scanner stands still, the scene turns
@@ -121,8 +124,9 @@ struct SynthArguments {
 };
 
 struct DistanceArguments {
-  std::filesystem::path mesh, truth;
+  std::filesystem::path mesh, truth;                ///< truth: a folder that `synth` wrote, or a mesh
   std::optional<std::filesystem::path> trajectory;  ///< trajectory of the run that made the mesh, in the mesh's world
+  ComparisonArguments comparison;                   ///< with a mesh
 };
 
 struct ConfigArguments {
@@ -155,6 +159,7 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int distance_command(const DistanceArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int measure_command(const MeasureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int devices_command(const CommonArguments& common);
 [[nodiscard]] int doctor_command(const CommonArguments& common);
 /// `device`: empty for all known cameras.

@@ -10,7 +10,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
-#include "acquire/layouts/opengl_pose.h"
+#include "acquire/parse/opengl_pose.h"
 #include "core/files/atomic_file.h"
 
 namespace scanknit {

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "acquire/bag/bag_messages.h"
 #include "acquire/mcap/append_file.h"
 #include "acquire/mcap/mcap_reader.h"
 #include "acquire/record/picture_message.h"
@@ -83,7 +84,7 @@ Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::fi
     const auto& channels = reader->channels();
     const bool is_of_ros2 = std::any_of(channels.begin(), channels.end(),
                                         [](const McapChannel& channel) { return channel.message_encoding == "cdr"; });
-    if (is_of_ros2) return index_ros2(*std::move(reader), path, config);
+    if (is_of_ros2) return index_bag(messages_of_mcap(*std::move(reader), config.limits), path, config);
     return Error{ErrorCode::kInput,
                  std::string("an MCAP file, but not a recording of ours: it has no channel ") + kDepthTopic,
                  path.string()};

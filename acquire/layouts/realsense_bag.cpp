@@ -6,7 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "acquire/layouts/ros_bag.h"
+#include "acquire/bag/bag_messages.h"
+#include "acquire/bag/ros_bag.h"
 #include "acquire/replay/raw_recording.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
@@ -245,16 +246,36 @@ Result<RawFrame> read_picture(BagRecording& file, StreamKind kind, std::size_t i
   return frame;
 }
 
+// RealSense's topics begin with their device.
+bool is_of_others(const RosBag& bag) {
+  const auto& connections = bag.connections();
+  return !connections.empty() && std::none_of(connections.begin(), connections.end(), [](const auto& connection) {
+    return connection.topic.starts_with("/device_");
+  });
+}
+
 }  // namespace
 
 bool fits_realsense_bag(const RandomAccess& file) {
   return is_ros_bag(file);
 }
 
+bool fits_ros1(const RandomAccess& file) {
+  return is_ros_bag(file);
+}
+
+Result<Recording> index_ros1(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                             const AcquireConfig& config) {
+  auto bag = RosBag::open(std::move(file), config.limits);
+  if (!bag) return located(bag.error(), path);
+  return index_bag(messages_of_ros1(*std::move(bag)), path, config);
+}
+
 Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> access, const std::filesystem::path& path,
                                       const AcquireConfig& config) {
   auto bag = RosBag::open(std::move(access), config.limits);
   if (!bag) return located(bag.error(), path);
+  if (is_of_others(*bag)) return index_bag(messages_of_ros1(*std::move(bag)), path, config);
   const auto file = std::make_shared<BagRecording>(BagRecording{*std::move(bag), config.limits});
   sort_messages(*file);
   const std::optional<std::string>& fault = file->bag.fault();
@@ -263,7 +284,7 @@ Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> access, cons
     return Error{ErrorCode::kInput,
                  fault ? "the bag is torn, and no " + depth + " can be read from it: " + *fault +
                              "; copy it again where the original is whole, else record anew"
-                       : "a bag without " + depth + ": other bags are not read",
+                       : "a bag without " + depth,
                  path.string()};
   }
   RawRecording raw{.format = "realsense-bag", .file = path};

@@ -18,8 +18,8 @@ void sort_by_time(std::vector<TimedPose>& poses) {
                    [](const TimedPose& a, const TimedPose& b) { return a.time_ns < b.time_ns; });
 }
 
-std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns) {
-  constexpr std::int64_t kMaxGap_ns = 100'000'000;  // 10 poses a second are dense enough to interpolate
+std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns,
+                                    std::int64_t max_gap_ns) {
   const auto after = std::lower_bound(poses.begin(), poses.end(), time_ns,
                                       [](const TimedPose& pose, std::int64_t time) { return pose.time_ns < time; });
   if (after != poses.end() && after->time_ns == time_ns) return after->pose;
@@ -34,7 +34,7 @@ std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::in
   const TimedPose& before = *std::prev(after);
   const std::int64_t gap = distance_ns(before.time_ns, after->time_ns);
   const std::int64_t to_nearest = std::min(distance_ns(before.time_ns, time_ns), distance_ns(after->time_ns, time_ns));
-  if (gap > kMaxGap_ns && to_nearest > kMaxDifference_ns) return std::nullopt;
+  if (gap > max_gap_ns && to_nearest > kMaxDifference_ns) return std::nullopt;
   if (!before.pose) return before.pose;
   if (!after->pose) return after->pose;
   const double fraction = static_cast<double>(distance_ns(before.time_ns, time_ns)) / static_cast<double>(gap);

@@ -24,9 +24,13 @@ struct TimedPose {
 /// Poses of one time keep their order.
 void sort_by_time(std::vector<TimedPose>& poses);
 
-/// The pose at `time_ns`, of `poses` sorted by time: interpolated between its neighbours where these are at most 100 ms
-/// apart or one of them is within kMaxDifference_ns; beyond an end the last one, within kMaxDifference_ns. Nothing
-/// where there is none.
-[[nodiscard]] std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns);
+/// 10 poses a second are dense enough to interpolate.
+inline constexpr std::int64_t kMaxGap_ns = 100'000'000;
+
+/// The pose at `time_ns`, of `poses` sorted by time: interpolated between its neighbours where these are at most
+/// `max_gap_ns` apart or one of them is within kMaxDifference_ns; beyond an end the last one, within kMaxDifference_ns.
+/// Nothing where there is none.
+[[nodiscard]] std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns,
+                                                  std::int64_t max_gap_ns = kMaxGap_ns);
 
 }  // namespace scanknit

@@ -101,8 +101,9 @@ Result<void> McapReader::walk_file() {
       continue;
     }
     note_fault("it ends early or is damaged " + at_byte(at) + " of " + std::to_string(size));
-    // A length may be what is damaged: the next chunk is where one is found.
-    const auto next = find_chunk(after_chunk);
+    // A length may be what is damaged: the next chunk is where one is found. Where messages lie bare there is none.
+    const bool has_bare_messages = !has_chunks_ && !messages_.empty();
+    const auto next = has_bare_messages ? std::nullopt : find_chunk(after_chunk);
     if (!next) return {};
     at = *next;
   }
@@ -114,7 +115,7 @@ std::optional<std::uint64_t> McapReader::find_chunk(std::uint64_t from) {
   constexpr std::size_t kBlock = 1u << 16;
   std::vector<std::byte> block(kBlock + kMcapRecordHeader);
   const std::uint64_t size = file_->size();
-  for (std::uint64_t at = from; at < size; at += kBlock) {
+  for (std::uint64_t at = file_->next_data(from); at < size; at = file_->next_data(at + kBlock)) {
     const auto bytes =
         std::span(block).first(static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), size - at)));
     if (!file_->read(at, bytes)) return std::nullopt;

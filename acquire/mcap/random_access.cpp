@@ -32,6 +32,12 @@ class FileAccess final : public RandomAccess {
     return true;
   }
 
+  [[nodiscard]] std::uint64_t next_data(std::uint64_t offset) const override {
+    const off_t found = ::lseek(descriptor_, static_cast<off_t>(offset), SEEK_DATA);
+    if (found >= 0) return static_cast<std::uint64_t>(found);
+    return errno == ENXIO ? size_ : offset;
+  }
+
  private:
   int descriptor_;
   std::uint64_t size_;

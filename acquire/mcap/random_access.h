@@ -18,6 +18,10 @@ class RandomAccess {
 
   /// Fills `to` with the bytes from `offset` on; false when some of them do not exist or cannot be read.
   [[nodiscard]] virtual bool read(std::uint64_t offset, std::span<std::byte> to) const = 0;
+
+  /// The first byte from `offset` on that is not in a hole, which reads as zeros; `offset` itself where holes are not
+  /// known, size() where nothing else comes.
+  [[nodiscard]] virtual std::uint64_t next_data(std::uint64_t offset) const { return offset; }
 };
 
 /// Opens a file, read with pread. The file may grow or shrink meanwhile. Errors (kInput): it does not exist, is not a

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "acquire/masks/mask_files.h"
 #include "acquire/replay/undistort.h"
 #include "acquire/sensor/recognise_sensor.h"
 
@@ -187,6 +188,9 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
   Frame frame;
   frame.intrinsics = std::get<CameraIntrinsics>(camera);
   frame.depth_m = std::move(decoded.depth_m);
+  if (config_.masks) {
+    if (auto drop = keep_masked(entry, frame.depth_m)) return *std::move(drop);
+  }
   const Distortion distortion = config_.intrinsics ? config_.intrinsics->distortion : Distortion{};
   if (distortion != Distortion{}) frame.depth_m = undistort(frame.depth_m, frame.intrinsics, distortion);
   if (!decoded.colour.empty()) {
@@ -195,6 +199,20 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
     frame.colour = std::get<ColourFrame>(std::move(colour));
   }
   return frame;
+}
+
+/// Leaves the depth within the frame's mask.
+std::optional<Drop> IndexedSource::keep_masked(const FrameEntry& entry, DepthImage& depth_m) const {
+  const std::filesystem::path masks = (recording_.folder / *config_.masks).lexically_normal();
+  std::filesystem::path path = find_mask(masks, entry.depth);
+  if (path.empty() && !entry.colour.empty()) path = find_mask(masks, entry.colour);
+  if (path.empty()) {
+    return make_drop(DropReason::kMissingFile, "no mask of this frame in " + masks.string(), entry.depth);
+  }
+  const auto mask = read_mask(path, config_);
+  if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message, path);
+  keep_within(*mask, depth_m);
+  return std::nullopt;
 }
 
 std::optional<Drop> IndexedSource::settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,

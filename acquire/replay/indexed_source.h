@@ -22,6 +22,7 @@ class IndexedSource final : public FrameSource {
  private:
   [[nodiscard]] OrDrop<Frame> load(std::size_t index);
   [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;
+  [[nodiscard]] std::optional<Drop> keep_masked(const FrameEntry& entry, DepthImage& depth_m) const;
   [[nodiscard]] std::optional<Drop> settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
                                                 Frame& frame) const;
   void describe();

@@ -26,11 +26,30 @@ namespace scanknit {
 [[nodiscard]] bool fits_phone_lidar(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_phone_lidar(const Folder& folder, const AcquireConfig& config);
 
+[[nodiscard]] bool fits_stray_scanner(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_stray_scanner(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_arkitscenes(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_arkitscenes(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_polycam(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_polycam(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_replica(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_replica(const Folder& folder, const AcquireConfig& config);
+
+[[nodiscard]] bool fits_bop(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_bop(const Folder& folder, const AcquireConfig& config);
+
 [[nodiscard]] bool fits_fakenect(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_fakenect(const Folder& folder, const AcquireConfig& config);
 
 [[nodiscard]] bool fits_pcd(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_pcd(const Folder& folder, const AcquireConfig& config);
+
+/// A bag of ROS 2 in several files.
+[[nodiscard]] bool fits_split_bag(const Folder& folder, const Limits& limits);
+[[nodiscard]] Result<Recording> index_split_bag(const Folder& folder, const AcquireConfig& config);
 
 [[nodiscard]] bool fits_pclzf(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_pclzf(const Folder& folder, const AcquireConfig& config);

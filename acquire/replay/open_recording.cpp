@@ -25,12 +25,21 @@ struct Layout {
   Result<Recording> (*index)(const Folder&, const AcquireConfig&);
 };
 
-// Asked in this order; the first that fits is taken.
+// Asked in this order; the first that fits is taken. Some would fit `open3d`, too, which asks for less, and come first.
 constexpr std::array kLayouts = {
     Layout{RecordingFormat::kSevenScenes, "7-scenes", "frame-000000.depth.png with .color.png and .pose.txt",
            fits_seven_scenes, index_seven_scenes},
     Layout{RecordingFormat::kPhoneLidar, "phone-lidar", "depth_00000.png with frame_00000.json", fits_phone_lidar,
            index_phone_lidar},
+    Layout{RecordingFormat::kStrayScanner, "stray-scanner", "odometry.csv with depth/000000.png and camera_matrix.csv",
+           fits_stray_scanner, index_stray_scanner},
+    Layout{RecordingFormat::kArkitscenes, "arkitscenes",
+           "lowres_depth/ID_TIME.png with lowres_wide.traj and lowres_wide_intrinsics/", fits_arkitscenes,
+           index_arkitscenes},
+    Layout{RecordingFormat::kPolycam, "polycam", "keyframes/ with depth/ and corrected_cameras/ or cameras/",
+           fits_polycam, index_polycam},
+    Layout{RecordingFormat::kReplica, "replica", "traj.txt with results/depth000000.png", fits_replica, index_replica},
+    Layout{RecordingFormat::kBop, "bop", "scene_camera.json with depth/000000.png", fits_bop, index_bop},
     Layout{RecordingFormat::kTum, "tum", "depth.txt with rgb.txt and groundtruth.txt", fits_tum, index_tum},
     Layout{RecordingFormat::kNerfstudio, "nerfstudio", "transforms.json whose frames have a depth_file_path",
            fits_nerfstudio, index_nerfstudio},
@@ -38,6 +47,8 @@ constexpr std::array kLayouts = {
            fits_open3d, index_open3d},
     Layout{RecordingFormat::kFakenect, "fakenect", "INDEX.txt with d-*.pgm and r-*.ppm", fits_fakenect, index_fakenect},
     Layout{RecordingFormat::kPclzf, "pclzf", "NAME_depth.pclzf with NAME.xml", fits_pclzf, index_pclzf},
+    Layout{RecordingFormat::kRos2, "ros2", "a bag of ROS 2: metadata.yaml with several .mcap or .db3 files",
+           fits_split_bag, index_split_bag},
     Layout{RecordingFormat::kPcd, "pcd", "organised point clouds *.pcd", fits_pcd, index_pcd},
 };
 
@@ -51,11 +62,15 @@ struct FileLayout {
 
 // Recordings that are one file.
 constexpr std::array kFileLayouts = {
-    FileLayout{RecordingFormat::kRos2, "ros2", "an .mcap file of ROS 2 with depth pictures", fits_ros2, index_ros2},
+    FileLayout{RecordingFormat::kRos2, "ros2", "an .mcap or .db3 file of ROS 2 with depth pictures", fits_ros2,
+               index_ros2},
     FileLayout{RecordingFormat::kMcap, "mcap", "an .mcap file of ScanKnit", fits_mcap, index_mcap},
     FileLayout{RecordingFormat::kRealsenseBag, "realsense-bag", "a .bag of RealSense Viewer", fits_realsense_bag,
                index_realsense_bag},
+    FileLayout{RecordingFormat::kRos1, "ros1", "a .bag of ROS 1 with depth pictures", fits_ros1, index_ros1},
     FileLayout{RecordingFormat::kOni, "oni", "an .oni file of OpenNI 1 or 2", fits_oni, index_oni},
+    FileLayout{RecordingFormat::kRecord3d, "record3d", "an .r3d file of Record3D", fits_record3d, index_record3d},
+    FileLayout{RecordingFormat::kSens, "sens", "a .sens file of ScanNet", fits_sens, index_sens},
 };
 
 constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
@@ -95,7 +110,7 @@ const FileLayout* layout_of(const RandomAccess& file, const AcquireConfig& confi
 
 // Recordings that are one file each, by the usual ends of their names.
 std::vector<Found> find_file_recordings(const Folder& folder, const AcquireConfig& config) {
-  constexpr std::array kEnds = {".mcap", ".bag", ".oni"};
+  constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag", ".oni", ".sens", ".r3d"};
   std::vector<Found> found;
   for (const std::string& name : folder.files) {
     if (std::none_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return name.ends_with(end); })) continue;
@@ -246,7 +261,9 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
                      std::to_string(frames) + ", counted from 0",
                  recording->folder.string()};
   }
-  if (!config.sensor) recording->sensor = sensor_by_name({recording->format, recording->folder, recording->device});
+  if (!config.sensor && !recording->sensor) {
+    recording->sensor = sensor_by_name({recording->format, recording->folder, recording->device});
+  }
   AcquireConfig config_with_camera = config;
   if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
     const auto recognised = recording->sensor ? recording->sensor->model : SensorModel::kNone;

@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
-#include "acquire/mcap/mcap_reader.h"
 #include "acquire/mcap/random_access.h"
 #include "acquire/raw_frame.h"
 #include "acquire/replay/recording.h"
 #include "core/result.h"
 
 namespace scanknit {
+
+class BagMessages;
 
 /// The properties of a picture that are known before it is read.
 struct RawStamp {
@@ -52,13 +53,27 @@ struct RawRecording {
 [[nodiscard]] bool fits_ros2(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_ros2(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                            const AcquireConfig& config);
-[[nodiscard]] Result<Recording> index_ros2(McapReader reader, const std::filesystem::path& path,
+/// Of a bag whose files are open.
+[[nodiscard]] Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const std::filesystem::path& path,
+                                          const AcquireConfig& config);
+
+[[nodiscard]] bool fits_sens(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_sens(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                            const AcquireConfig& config);
+
+[[nodiscard]] bool fits_record3d(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_record3d(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                               const AcquireConfig& config);
 
 [[nodiscard]] bool fits_oni(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_oni(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                           const AcquireConfig& config);
 
+[[nodiscard]] bool fits_ros1(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_ros1(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                           const AcquireConfig& config);
+
+/// A bag of ROS 1 that is not RealSense's is index_ros1()'s.
 [[nodiscard]] bool fits_realsense_bag(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_realsense_bag(std::unique_ptr<RandomAccess> file,
                                                     const std::filesystem::path& path, const AcquireConfig& config);

@@ -65,6 +65,17 @@ Result<Pose> pose_from_numbers(const std::vector<double>& row_major) {
   return pose_from_matrix(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(row_major.data()));
 }
 
+Result<Pose> pose_from_quaternion(const Eigen::Vector3d& position, const Eigen::Vector4d& xyzw) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = Eigen::Quaterniond(xyzw[3], xyzw[0], xyzw[1], xyzw[2]).toRotationMatrix();
+  matrix.topRightCorner<3, 1>() = position;
+  // A zero quaternion gives the identity matrix: it says nothing and is refused like any other that is not of length 1.
+  if (position.allFinite() && xyzw.allFinite() && std::abs(xyzw.norm() - 1) > 0.01) {
+    return Error{ErrorCode::kInput, "the pose is not rigid: its quaternion's length is not 1"};
+  }
+  return pose_from_matrix(matrix);
+}
+
 Result<Pose> parse_tum_pose(const TextLine& line) {
   Eigen::Matrix<double, 7, 1> values;
   if (line.words.size() < 8) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
@@ -73,15 +84,7 @@ Result<Pose> parse_tum_pose(const TextLine& line) {
     if (!number) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'"};
     values[i] = *number;
   }
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<3, 3>() = Eigen::Quaterniond(values[6], values[3], values[4], values[5]).toRotationMatrix();
-  matrix.topRightCorner<3, 1>() = values.head<3>();
-  // A zero quaternion gives the identity matrix: it says nothing and is refused like any other that is not of length 1.
-  const double length = values.tail<4>().norm();
-  if (values.allFinite() && std::abs(length - 1) > 0.01) {
-    return Error{ErrorCode::kInput, "the pose is not rigid: its quaternion's length is not 1"};
-  }
-  return pose_from_matrix(matrix);
+  return pose_from_quaternion(values.head<3>(), values.tail<4>());
 }
 
 }  // namespace scanknit

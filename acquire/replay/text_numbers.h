@@ -30,6 +30,9 @@ struct TextLine {
 /// A pose from sixteen numbers, row by row; see pose_from_matrix.
 [[nodiscard]] Result<Pose> pose_from_numbers(const std::vector<double>& row_major);
 
+/// Errors (kInput): the quaternion (x, y, z, w) has not the length 1; see pose_from_matrix.
+[[nodiscard]] Result<Pose> pose_from_quaternion(const Eigen::Vector3d& position, const Eigen::Vector4d& xyzw);
+
 /// A pose of the TUM format, "seconds tx ty tz qx qy qz qw": all but the seconds. Errors: kInput where the line is
 /// short, a word is no number, or the pose is not rigid.
 [[nodiscard]] Result<Pose> parse_tum_pose(const TextLine& line);

@@ -7,9 +7,8 @@
 namespace scanknit {
 namespace {
 
-template <typename T, typename Sample>
-Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const RationalDistortion& distortion,
-                  Sample sample) {
+template <typename T, typename Lens, typename Sample>
+Image<T> resample(const Image<T>& image, const CameraIntrinsics& camera, const Lens& distortion, Sample sample) {
   Image<T> straight(image.width(), image.height());
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
@@ -60,11 +59,31 @@ Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera
   return {camera.fx * bent_x + camera.cx, camera.fy * bent_y + camera.cy};
 }
 
+Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera, const FisheyeDistortion& distortion) {
+  const auto [k1, k2, k3, k4] = distortion.k;
+  const double x = (u - camera.cx) / camera.fx;
+  const double y = (v - camera.cy) / camera.fy;
+  const double r = std::hypot(x, y);
+  if (!(r > 0)) return {u, v};  // the middle
+  const double theta = std::atan(r);
+  const double t2 = theta * theta;
+  const double scale = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))) / r;
+  return {camera.fx * scale * x + camera.cx, camera.fy * scale * y + camera.cy};
+}
+
 DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
   return resample(depth_m, camera, distortion, sample_nearest);
 }
 
 ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
+  return resample(colour, camera, distortion, sample_bilinear);
+}
+
+DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const FisheyeDistortion& distortion) {
+  return resample(depth_m, camera, distortion, sample_nearest);
+}
+
+ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const FisheyeDistortion& distortion) {
   return resample(colour, camera, distortion, sample_bilinear);
 }
 

@@ -17,6 +17,14 @@ using RationalDistortion = std::array<double, 8>;
   return {d[0], d[1], d[2], d[3], d[4], 0, 0, 0};
 }
 
+/// A fisheye, which ROS calls equidistant: k1 to k4 (J. Kannala and S. S. Brandt 2006, equation (6)). With four zeros
+/// the angle to the axis, and not its tangent, is proportional to the distance from the middle.
+struct FisheyeDistortion {
+  std::array<double, 4> k{};
+
+  friend bool operator==(const FisheyeDistortion&, const FisheyeDistortion&) = default;
+};
+
 /// The position of the ideal pixel (u, v) of `camera` in the distorted picture: D. C. Brown 1966 / J. G. Fryer and D.
 /// C. Brown 1986; the radial term is divided by 1 + k4 r^2 + k5 r^4 + k6 r^6 (D. Claus and A. W. Fitzgibbon 2005, as
 /// OpenCV has it).
@@ -27,6 +35,9 @@ using RationalDistortion = std::array<double, 8>;
   return distort_pixel(u, v, camera, rational(distortion));
 }
 
+[[nodiscard]] Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera,
+                                            const FisheyeDistortion& distortion);
+
 /// The picture of the same camera without distortion; `camera` has its size. Depth takes the nearest pixel, because the
 /// mean of two depths can be a point without any surface; outside of the picture it is 0.
 [[nodiscard]] DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera,
@@ -35,6 +46,11 @@ using RationalDistortion = std::array<double, 8>;
 /// The same for colour, with bilinear interpolation; outside of the picture it is black.
 [[nodiscard]] ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
                                     const RationalDistortion& distortion);
+
+[[nodiscard]] DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera,
+                                   const FisheyeDistortion& distortion);
+[[nodiscard]] ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
+                                    const FisheyeDistortion& distortion);
 
 /// The same of a picture of either kind, for a lens without a denominator.
 template <typename Picture>

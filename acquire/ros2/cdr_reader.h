@@ -1,5 +1,6 @@
 // CdrReader: reads a message of ROS 2, which is plain CDR (OMG Common Object Request Broker Architecture 3.3, part 2,
-// section 9.3) after four bytes that say its byte order (OMG DDSI-RTPS 2.2, section 10.2).
+// section 9.3) after four bytes that say its byte order (OMG DDSI-RTPS 2.2, section 10.2); or one of ROS 1, which has
+// the same fields in the same order, little endian, none of them aligned, strings without a NUL (wiki.ros.org/msg).
 #pragma once
 
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "acquire/bag/ros_message.h"
 #include "core/files/byte_reader.h"
 
 namespace scanknit {
@@ -16,18 +18,23 @@ namespace scanknit {
 class CdrReader {
  public:
   /// Nothing: too short, or neither CDR_BE nor CDR_LE.
-  [[nodiscard]] static std::optional<CdrReader> open(std::span<const std::byte> message) {
+  [[nodiscard]] static std::optional<CdrReader> open(const RosMessage& message) {
+    if (message.encoding == RosEncoding::kRos1) return CdrReader(message.bytes, true, true);
     constexpr std::size_t kHeader = 4;
-    ByteReader reader(message);
+    ByteReader reader(message.bytes);
     const auto encoding = reader.big_endian<std::uint16_t>();
-    if (message.size() < kHeader || *encoding > 1) return std::nullopt;
-    return CdrReader(message.subspan(kHeader), *encoding == 1);
+    if (message.bytes.size() < kHeader || *encoding > 1) return std::nullopt;
+    return CdrReader(message.bytes.subspan(kHeader), *encoding == 1, false);
   }
 
-  /// T: an integer or float of 1, 2, 4 or 8 bytes, which lies at a multiple of its size from the message's begin.
+  /// A header has a number in front.
+  [[nodiscard]] bool is_ros1() const { return is_ros1_; }
+
+  /// T: an integer or float of 1, 2, 4 or 8 bytes, which in CDR lies at a multiple of its size from the message's
+  /// begin.
   template <typename T>
   [[nodiscard]] std::optional<T> number() {
-    const std::size_t beyond = reader_.offset() % sizeof(T);
+    const std::size_t beyond = is_ros1_ ? 0 : reader_.offset() % sizeof(T);
     if (beyond != 0 && !reader_.take(sizeof(T) - beyond)) return std::nullopt;
     return is_little_ ? reader_.little_endian<T>() : reader_.big_endian<T>();
   }
@@ -43,7 +50,7 @@ class CdrReader {
     return true;
   }
 
-  /// A string: its length with the NUL at its end, which is left out.
+  /// A string: its length, in CDR with the NUL at its end, which is left out.
   [[nodiscard]] std::optional<std::string> text() {
     const auto bytes = sequence();
     if (!bytes) return std::nullopt;
@@ -60,10 +67,12 @@ class CdrReader {
   }
 
  private:
-  CdrReader(std::span<const std::byte> body, bool is_little) : reader_(body), is_little_(is_little) {}
+  CdrReader(std::span<const std::byte> body, bool is_little, bool is_ros1)
+      : reader_(body), is_little_(is_little), is_ros1_(is_ros1) {}
 
   ByteReader reader_;
   bool is_little_;
+  bool is_ros1_;
 };
 
 }  // namespace scanknit

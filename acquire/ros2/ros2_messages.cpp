@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "acquire/ros2/cdr_reader.h"
-
 namespace scanknit {
 namespace {
 
@@ -19,20 +17,12 @@ Error refuse(const std::string& what) {
 }
 
 Error truncated(const char* type) {
-  return refuse(std::string("a message of ") + type + " is truncated, or no plain CDR");
+  return refuse(std::string("a message of ") + type + " is truncated, or not as its type is written");
 }
 
 std::string without_slash(std::string frame) {
   if (frame.starts_with('/')) frame.erase(0, 1);
   return frame;
-}
-
-std::optional<Ros2Header> take_header(CdrReader& reader) {
-  const auto seconds = reader.number<std::int32_t>();
-  const auto nanoseconds = reader.number<std::uint32_t>();
-  auto frame = reader.text();
-  if (!seconds || !nanoseconds || !frame) return std::nullopt;
-  return Ros2Header{std::int64_t{*seconds} * 1'000'000'000 + *nanoseconds, without_slash(*std::move(frame))};
 }
 
 /// geometry_msgs/Transform and Pose: a position, then a quaternion x y z w. Nothing: truncated.
@@ -63,8 +53,13 @@ std::optional<Lens> take_lens(CdrReader& reader) {
   return reader.numbers(lens.coefficients) ? std::optional(std::move(lens)) : std::nullopt;
 }
 
-// "plumb_bob" has five coefficients, "rational_polynomial" eight, both in OpenCV's order.
+// "plumb_bob" has five coefficients, "rational_polynomial" eight, both in OpenCV's order; "equidistant" four.
 void set_distortion(const Lens& lens, Ros2Camera& camera) {
+  if (lens.model == "equidistant" && lens.coefficients.size() <= 4) {
+    camera.fisheye.emplace();
+    std::copy(lens.coefficients.begin(), lens.coefficients.end(), camera.fisheye->k.begin());
+    return;
+  }
   const std::size_t held = lens.model == "plumb_bob" ? 5 : lens.model == "rational_polynomial" ? 8 : 0;
   for (std::size_t i = 0; i < lens.coefficients.size(); ++i) {
     if (i < held) {
@@ -84,7 +79,16 @@ std::optional<bool> take_is_whole(CdrReader& reader) {
 
 }  // namespace
 
-Result<Ros2Image> parse_image(std::span<const std::byte> message) {
+std::optional<Ros2Header> take_header(CdrReader& reader) {
+  if (reader.is_ros1() && !reader.number<std::uint32_t>()) return std::nullopt;  // the message's number
+  const auto seconds = reader.number<std::int32_t>();
+  const auto nanoseconds = reader.number<std::uint32_t>();
+  auto frame = reader.text();
+  if (!seconds || !nanoseconds || !frame) return std::nullopt;
+  return Ros2Header{std::int64_t{*seconds} * 1'000'000'000 + *nanoseconds, without_slash(*std::move(frame))};
+}
+
+Result<Ros2Image> parse_image(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   auto header = reader ? take_header(*reader) : std::nullopt;
   if (!header) return truncated("sensor_msgs/Image");
@@ -98,7 +102,7 @@ Result<Ros2Image> parse_image(std::span<const std::byte> message) {
   return Ros2Image{*std::move(header), *width, *height, *std::move(encoding), *is_big_endian != 0, *step, *data};
 }
 
-Result<Ros2CompressedImage> parse_compressed_image(std::span<const std::byte> message) {
+Result<Ros2CompressedImage> parse_compressed_image(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   auto header = reader ? take_header(*reader) : std::nullopt;
   auto format = header ? reader->text() : std::nullopt;
@@ -107,7 +111,7 @@ Result<Ros2CompressedImage> parse_compressed_image(std::span<const std::byte> me
   return Ros2CompressedImage{*std::move(header), *std::move(format), *data};
 }
 
-Result<Ros2Camera> parse_camera_info(std::span<const std::byte> message) {
+Result<Ros2Camera> parse_camera_info(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   const auto header = reader ? take_header(*reader) : std::nullopt;
   if (!header) return truncated("sensor_msgs/CameraInfo");
@@ -126,13 +130,13 @@ Result<Ros2Camera> parse_camera_info(std::span<const std::byte> message) {
   camera.rectified = {static_cast<int>(*width), static_cast<int>(*height), p[0], p[5], p[2], p[6]};
   set_distortion(*lens, camera);
   if (!camera.rectified.is_valid()) camera.rectified = camera.raw;
-  const bool is_finite = std::all_of(camera.distortion.begin(), camera.distortion.end(),
+  const bool is_finite = std::all_of(lens->coefficients.begin(), lens->coefficients.end(),
                                      [](double coefficient) { return std::isfinite(coefficient); });
   if (!camera.raw.is_valid() || !is_finite) return refuse("the camera is not calibrated: its matrix K is not usable");
   return camera;
 }
 
-Result<std::vector<Ros2Transform>> parse_transforms(std::span<const std::byte> message) {
+Result<std::vector<Ros2Transform>> parse_transforms(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   const auto count = reader ? reader->number<std::uint32_t>() : std::nullopt;
   if (!count) return truncated("tf2_msgs/TFMessage");
@@ -149,7 +153,7 @@ Result<std::vector<Ros2Transform>> parse_transforms(std::span<const std::byte> m
   return transforms;
 }
 
-Result<Ros2Transform> parse_odometry(std::span<const std::byte> message) {
+Result<Ros2Transform> parse_odometry(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   auto header = reader ? take_header(*reader) : std::nullopt;
   auto child = header ? reader->text() : std::nullopt;
@@ -158,7 +162,7 @@ Result<Ros2Transform> parse_odometry(std::span<const std::byte> message) {
   return Ros2Transform{header->stamp_ns, std::move(header->frame), without_slash(*std::move(child)), *std::move(pose)};
 }
 
-Result<Ros2Transform> parse_pose_stamped(std::span<const std::byte> message) {
+Result<Ros2Transform> parse_pose_stamped(const RosMessage& message) {
   auto reader = CdrReader::open(message);
   auto header = reader ? take_header(*reader) : std::nullopt;
   auto pose = header ? take_pose(*reader) : std::nullopt;

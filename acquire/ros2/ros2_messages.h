@@ -1,4 +1,4 @@
-// The messages of ROS 2 that tell of depth, colour, cameras and poses (common_interfaces, tf2_msgs).
+// The messages of ROS 2 and ROS 1 that tell of depth, colour, cameras and poses (common_interfaces, tf2_msgs).
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "acquire/bag/ros_message.h"
 #include "acquire/replay/undistort.h"
+#include "acquire/ros2/cdr_reader.h"
 #include "core/camera.h"
 #include "core/pose.h"
 #include "core/result.h"
@@ -40,9 +42,10 @@ struct Ros2CompressedImage {
 
 /// sensor_msgs/CameraInfo.
 struct Ros2Camera {
-  CameraIntrinsics raw, rectified;  ///< by the matrices K and P
-  RationalDistortion distortion{};  ///< of the raw picture
-  bool has_other_lens = false;      ///< its distortion is of another kind, or has more coefficients, and is left out
+  CameraIntrinsics raw, rectified;                ///< by the matrices K and P
+  RationalDistortion distortion{};                ///< of the raw picture
+  std::optional<FisheyeDistortion> fisheye = {};  ///< in its place
+  bool has_other_lens = false;  ///< its distortion is of another kind, or has more coefficients, and is left out
 };
 
 struct Ros2Transform {
@@ -51,21 +54,24 @@ struct Ros2Transform {
   Result<Pose> T_parent_child;  ///< an Error: why it is not rigid
 };
 
+/// std_msgs/Header, with which a message begins. Nothing: truncated.
+[[nodiscard]] std::optional<Ros2Header> take_header(CdrReader& reader);
+
 // Each reads one message. Errors (kInput, without `where`): truncated, no plain CDR, or as stated.
 
-[[nodiscard]] Result<Ros2Image> parse_image(std::span<const std::byte> message);
-[[nodiscard]] Result<Ros2CompressedImage> parse_compressed_image(std::span<const std::byte> message);
+[[nodiscard]] Result<Ros2Image> parse_image(const RosMessage& message);
+[[nodiscard]] Result<Ros2CompressedImage> parse_compressed_image(const RosMessage& message);
 
 /// Errors also: no valid camera; binning or a region of interest, which change the camera.
-[[nodiscard]] Result<Ros2Camera> parse_camera_info(std::span<const std::byte> message);
+[[nodiscard]] Result<Ros2Camera> parse_camera_info(const RosMessage& message);
 
 /// tf2_msgs/TFMessage. Errors also: more than 1000 transforms.
-[[nodiscard]] Result<std::vector<Ros2Transform>> parse_transforms(std::span<const std::byte> message);
+[[nodiscard]] Result<std::vector<Ros2Transform>> parse_transforms(const RosMessage& message);
 
 /// nav_msgs/Odometry as the transform from its header's frame to its child.
-[[nodiscard]] Result<Ros2Transform> parse_odometry(std::span<const std::byte> message);
+[[nodiscard]] Result<Ros2Transform> parse_odometry(const RosMessage& message);
 
 /// geometry_msgs/PoseStamped and PoseWithCovarianceStamped, with an empty child.
-[[nodiscard]] Result<Ros2Transform> parse_pose_stamped(std::span<const std::byte> message);
+[[nodiscard]] Result<Ros2Transform> parse_pose_stamped(const RosMessage& message);
 
 }  // namespace scanknit

@@ -227,7 +227,7 @@ Ros2Content content_of_format(std::string_view format) {
   return names("jpeg") || names("jpg") || names("png") ? Ros2Content::kColour : Ros2Content::kNone;
 }
 
-Result<DepthImage> decode_ros2_depth(std::span<const std::byte> message, bool is_compressed, double raw_per_metre,
+Result<DepthImage> decode_ros2_depth(const RosMessage& message, bool is_compressed, double raw_per_metre,
                                      const Limits& limits) {
   if (is_compressed) {
     const auto picture = parse_compressed_image(message);
@@ -237,7 +237,7 @@ Result<DepthImage> decode_ros2_depth(std::span<const std::byte> message, bool is
   return image ? decode_image_depth(*image, raw_per_metre, limits) : image.error();
 }
 
-Result<Ros2Colour> decode_ros2_colour(std::span<const std::byte> message, bool is_compressed, const Limits& limits) {
+Result<Ros2Colour> decode_ros2_colour(const RosMessage& message, bool is_compressed, const Limits& limits) {
   if (is_compressed) {
     const auto picture = parse_compressed_image(message);
     if (!picture) return picture.error();

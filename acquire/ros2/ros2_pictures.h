@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "acquire/bag/ros_message.h"
 #include "core/image.h"
 #include "core/limits.h"
 #include "core/result.h"
@@ -36,15 +37,15 @@ enum class Ros2Content {
 
 /// Metres; 0 is "no return". `raw_per_metre` holds for 16 bits. Compressed depth of floating point is a quantised
 /// inverse (compressed_depth_image_transport): z = a / (raw - b), with a and b from its head.
-[[nodiscard]] Result<DepthImage> decode_ros2_depth(std::span<const std::byte> message, bool is_compressed,
-                                                   double raw_per_metre, const Limits& limits);
+[[nodiscard]] Result<DepthImage> decode_ros2_depth(const RosMessage& message, bool is_compressed, double raw_per_metre,
+                                                   const Limits& limits);
 
 struct Ros2Colour {
   ColourImage image;
   std::shared_ptr<const std::vector<std::byte>> encoded = nullptr;  ///< the JPEG or PNG file; null: there was none
 };
 
-[[nodiscard]] Result<Ros2Colour> decode_ros2_colour(std::span<const std::byte> message, bool is_compressed,
+[[nodiscard]] Result<Ros2Colour> decode_ros2_colour(const RosMessage& message, bool is_compressed,
                                                     const Limits& limits);
 
 }  // namespace scanknit

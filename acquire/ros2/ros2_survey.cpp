@@ -5,17 +5,26 @@
 #include <tuple>
 #include <utility>
 
+#include "acquire/ros2/ros2_cloud.h"
+
 namespace scanknit {
 namespace {
 
-constexpr std::string_view kCompressed = "sensor_msgs/CompressedImage";
+constexpr const char* kWithoutColour = "none";
 
 constexpr std::size_t kTries = 3;  // pictures of a topic that are read to know its encoding: some may be damaged
 
 enum class Role { kNone, kPicture, kCamera, kTransforms, kOdometry, kPose };
 
+std::optional<PictureKind> kind_of(const std::string& type) {
+  if (type == "sensor_msgs/Image") return PictureKind::kImage;
+  if (type == "sensor_msgs/CompressedImage") return PictureKind::kCompressed;
+  if (type == "sensor_msgs/PointCloud2") return PictureKind::kCloud;
+  return std::nullopt;
+}
+
 Role role_of(const std::string& type) {
-  if (type == "sensor_msgs/Image" || type == kCompressed) return Role::kPicture;
+  if (kind_of(type)) return Role::kPicture;
   if (type == "sensor_msgs/CameraInfo") return Role::kCamera;
   if (type == "tf2_msgs/TFMessage") return Role::kTransforms;
   if (type == "nav_msgs/Odometry") return Role::kOdometry;
@@ -23,75 +32,70 @@ Role role_of(const std::string& type) {
   return is_pose ? Role::kPose : Role::kNone;
 }
 
-/// "sensor_msgs/msg/Image" is also written "sensor_msgs/Image".
-std::string type_of(const McapReader& reader, const McapChannel& channel) {
-  if (channel.message_encoding != "cdr") return {};
-  for (const McapSchema& schema : reader.schemas()) {
-    if (schema.id != channel.schema_id) continue;
-    std::string type = schema.name;
-    if (const auto middle = type.find("/msg/"); middle != std::string::npos) type.erase(middle, 4);
-    return type;
-  }
-  return {};
-}
-
 /// Goes over the messages of a bag once.
 class Surveyor {
  public:
-  explicit Surveyor(McapReader& reader) : reader_(reader) {
-    for (const McapChannel& channel : reader.channels()) {
-      const std::string type = type_of(reader, channel);
-      const Role role = role_of(type);
-      roles_[channel.id] = {role, channel.topic};
-      if (role == Role::kNone) survey_.other_topics.push_back(channel.topic + " (" + type + ")");
-      if (role == Role::kPicture) pictures_[channel.topic].is_compressed = type == kCompressed;
+  explicit Surveyor(BagMessages& bag) : bag_(bag) {
+    for (const BagTopic& topic : bag.topics()) {
+      const Role role = role_of(topic.type);
+      roles_.push_back(role);
+      if (role == Role::kNone) survey_.other_topics.push_back(topic.name + " (" + topic.type + ")");
+      if (role == Role::kPicture) pictures_[topic.name].kind = *kind_of(topic.type);
     }
   }
 
   [[nodiscard]] Ros2Survey survey() {
-    for (const McapMessagePlace& place : reader_.messages()) {
-      const auto channel = roles_.find(place.channel);
-      if (channel != roles_.end()) note(channel->second.first, channel->second.second, place);
+    for (std::size_t i = 0; i < bag_.size(); ++i) {
+      const std::size_t topic = bag_.entry(i).topic;
+      note(roles_[topic], bag_.topics()[topic].name, i);
     }
     add_odometry();
     survey_.tree.sort();
     for (auto& [topic, poses] : survey_.tracked) sort_by_time(poses);
     for (auto& [name, picture] : pictures_) {
       picture.name = name;
-      const auto camera = cameras_.find(picture.camera_topic());
-      if (camera != cameras_.end()) picture.camera = camera->second;
+      const auto camera = survey_.cameras.find(picture.camera_topic());
+      if (camera != survey_.cameras.end()) picture.camera = camera->second;
       survey_.pictures.push_back(std::move(picture));
     }
     return std::move(survey_);
   }
 
  private:
-  void note(Role role, const std::string& topic, const McapMessagePlace& place) {
-    if (role == Role::kNone || (role == Role::kCamera && cameras_.contains(topic))) return;
+  void note(Role role, const std::string& topic, std::size_t number) {
+    if (role == Role::kNone || (role == Role::kCamera && survey_.cameras.contains(topic))) return;
     if (role == Role::kPicture) {
       PictureTopic& picture = pictures_[topic];
-      picture.messages.push_back(place);
+      picture.messages.push_back(number);
       if (picture.content != Ros2Content::kNone || picture.messages.size() > kTries) return;
     }
-    const auto message = reader_.read(place);
-    if (!message) return;
-    if (role == Role::kPicture) note_content(pictures_[topic], *message);
-    if (role == Role::kTransforms) note_transforms(topic, *message);
+    const auto bytes = bag_.read(number);
+    if (!bytes) return;
+    const RosMessage message(*bytes, bag_.encoding());
+    if (role == Role::kPicture) note_content(pictures_[topic], message);
+    if (role == Role::kTransforms) note_transforms(topic, message);
     if (role == Role::kCamera) {
-      if (const auto camera = parse_camera_info(*message)) cameras_.emplace(topic, *camera);
+      if (const auto camera = parse_camera_info(message)) survey_.cameras.emplace(topic, *camera);
     }
     if (role == Role::kOdometry) {
-      if (auto odometry = parse_odometry(*message)) odometry_.push_back(*std::move(odometry));
+      if (auto odometry = parse_odometry(message)) odometry_.push_back(*std::move(odometry));
     }
     if (role == Role::kPose) {
-      if (auto pose = parse_pose_stamped(*message)) {
+      if (auto pose = parse_pose_stamped(message)) {
         survey_.tracked[topic].push_back({pose->stamp_ns, std::move(pose->T_parent_child)});
       }
     }
   }
 
-  static void note_content(PictureTopic& picture, std::span<const std::byte> message) {
-    if (picture.is_compressed) {
+  static void note_content(PictureTopic& picture, const RosMessage& message) {
+    if (picture.is_cloud()) {
+      const auto cloud = parse_cloud_head(message);
+      if (!cloud) return;
+      picture.content = cloud->is_organised ? Ros2Content::kMetricDepth : Ros2Content::kNone;
+      picture.is_unorganised = !cloud->is_organised;
+      picture.has_colours = cloud->has_colour;
+      picture.frame = cloud->header.frame;
+    } else if (picture.is_compressed()) {
       const auto image = parse_compressed_image(message);
       if (!image) return;
       picture.content = content_of_format(image->format);
@@ -104,7 +108,7 @@ class Surveyor {
     }
   }
 
-  void note_transforms(const std::string& topic, std::span<const std::byte> message) {
+  void note_transforms(const std::string& topic, const RosMessage& message) {
     auto transforms = parse_transforms(message);
     if (!transforms) return;
     const bool is_static = topic.ends_with("tf_static");
@@ -121,11 +125,10 @@ class Surveyor {
     }
   }
 
-  McapReader& reader_;
+  BagMessages& bag_;
   Ros2Survey survey_;
-  std::map<std::uint16_t, std::pair<Role, std::string>> roles_;  ///< with the topic, by channel
+  std::vector<Role> roles_;  ///< by topic
   std::map<std::string, PictureTopic> pictures_;
-  std::map<std::string, Ros2Camera> cameras_;
   std::vector<Ros2Transform> odometry_;
 };
 
@@ -141,14 +144,18 @@ std::ptrdiff_t common_beginning(const std::string& a, const std::string& b) {
   return std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin();
 }
 
-ChosenTopics with_colour(const Ros2Survey& survey, const PictureTopic& depth) {
+ChosenTopics with_colour(const Ros2Survey& survey, const PictureTopic& depth, const BagTopics& wanted) {
   ChosenTopics best{&depth, nullptr, std::nullopt};
+  const bool has_its_own = depth.is_cloud() && depth.has_colours;
+  if (wanted.colour == kWithoutColour || (has_its_own && !wanted.colour)) return best;
   const auto merits = [&](const PictureTopic& colour, bool is_way_known) {
     return std::tuple(is_way_known, colour.content == Ros2Content::kColour, colour.camera.has_value(),
-                      common_beginning(colour.name, depth.name), !colour.is_compressed);
+                      common_beginning(colour.name, depth.name), !colour.is_compressed());
   };
   for (const PictureTopic& colour : survey.pictures) {
-    if (!colour.is_colour() || is_infrared(colour)) continue;
+    const bool is_candidate =
+        wanted.colour ? colour.name == *wanted.colour : colour.is_colour() && !is_infrared(colour);
+    if (!is_candidate) continue;
     const auto way = way_between(survey, colour, depth);
     const bool is_better = best.colour == nullptr ||
                            merits(colour, way.has_value()) > merits(*best.colour, best.T_colour_depth.has_value());
@@ -157,27 +164,83 @@ ChosenTopics with_colour(const Ros2Survey& survey, const PictureTopic& depth) {
   return best;
 }
 
+template <typename Names>
+Error no_such_topic(const char* key, const std::string& name, const char* what, const Names& there) {
+  std::string list;
+  for (const std::string& other : there) list += (list.empty() ? "" : ", ") + other;
+  return {ErrorCode::kInput, std::string("acquire.topics.") + key + ": the bag has no topic '" + name + "' of " + what +
+                                 "; it has " + (list.empty() ? "none" : list)};
+}
+
+std::vector<std::string> names_of(const std::vector<PictureTopic>& topics, bool (PictureTopic::*is_of_kind)() const) {
+  std::vector<std::string> names;
+  for (const PictureTopic& topic : topics) {
+    if ((topic.*is_of_kind)()) names.push_back(topic.name);
+  }
+  return names;
+}
+
+template <typename Map>
+std::vector<std::string> keys_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+/// Clouds that are not organised pass: of them a later message tells.
+Result<void> check_wanted(const Ros2Survey& survey, const BagTopics& wanted) {
+  const auto has = [](const std::vector<std::string>& names, const std::optional<std::string>& name) {
+    return !name || std::find(names.begin(), names.end(), *name) != names.end();
+  };
+  const PictureTopic* depth_topic = wanted.depth ? survey.find_picture(*wanted.depth) : nullptr;
+  const auto depth = names_of(survey.pictures, &PictureTopic::is_depth);
+  const auto colour = names_of(survey.pictures, &PictureTopic::is_colour);
+  const auto cameras = keys_of(survey.cameras);
+  const auto poses = keys_of(survey.tracked);
+  const bool is_unorganised = depth_topic != nullptr && depth_topic->is_unorganised;
+  if (!has(depth, wanted.depth) && !is_unorganised) return no_such_topic("depth", *wanted.depth, "depth", depth);
+  if (wanted.colour != kWithoutColour && !has(colour, wanted.colour)) {
+    return no_such_topic("colour", *wanted.colour, "colour", colour);
+  }
+  if (!has(cameras, wanted.depth_camera)) {
+    return no_such_topic("depth_camera", *wanted.depth_camera, "a usable sensor_msgs/CameraInfo", cameras);
+  }
+  if (!has(cameras, wanted.colour_camera)) {
+    return no_such_topic("colour_camera", *wanted.colour_camera, "a usable sensor_msgs/CameraInfo", cameras);
+  }
+  if (!has(poses, wanted.poses)) return no_such_topic("poses", *wanted.poses, "geometry_msgs/PoseStamped", poses);
+  return {};
+}
+
 }  // namespace
 
 std::string PictureTopic::camera_topic() const {
   std::string topic = name;
-  for (int last = is_compressed ? 2 : 1; last > 0; --last) topic.erase(std::min(topic.rfind('/'), topic.size()));
+  for (int last = is_compressed() ? 2 : 1; last > 0; --last) topic.erase(std::min(topic.rfind('/'), topic.size()));
   return topic + "/camera_info";
 }
 
-Ros2Survey survey_ros2(McapReader& reader) {
-  return Surveyor(reader).survey();
+Ros2Survey survey_ros2(BagMessages& bag) {
+  return Surveyor(bag).survey();
 }
 
-ChosenTopics choose_topics(const Ros2Survey& survey) {
+const PictureTopic* Ros2Survey::find_picture(const std::string& name) const {
+  const auto found =
+      std::find_if(pictures.begin(), pictures.end(), [&](const PictureTopic& topic) { return topic.name == name; });
+  return found == pictures.end() ? nullptr : &*found;
+}
+
+Result<ChosenTopics> choose_topics(const Ros2Survey& survey, const BagTopics& wanted) {
+  if (const auto checked = check_wanted(survey, wanted); !checked) return checked.error();
   ChosenTopics best;
   const auto merits = [](const ChosenTopics& chosen) {
-    return std::tuple(chosen.depth->camera.has_value(), chosen.T_colour_depth.has_value(),
+    return std::tuple(!chosen.depth->is_cloud(), chosen.depth->camera.has_value(), chosen.T_colour_depth.has_value(),
                       chosen.depth->messages.size());
   };
   for (const PictureTopic& depth : survey.pictures) {
-    if (!depth.is_depth() || is_infrared(depth)) continue;
-    const ChosenTopics chosen = with_colour(survey, depth);
+    const bool is_candidate = wanted.depth ? depth.name == *wanted.depth : depth.is_depth() && !is_infrared(depth);
+    if (!is_candidate) continue;
+    const ChosenTopics chosen = with_colour(survey, depth, wanted);
     if (best.depth == nullptr || merits(chosen) > merits(best)) best = chosen;
   }
   return best;

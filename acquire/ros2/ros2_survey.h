@@ -1,4 +1,4 @@
-// What a bag of ROS 2 holds: its picture topics with their cameras, and where its frames of reference are.
+// What a bag of ROS holds: its picture topics with their cameras, and where its frames of reference are.
 #pragma once
 
 #include <map>
@@ -6,23 +6,30 @@
 #include <string>
 #include <vector>
 
+#include "acquire/acquire_config.h"
+#include "acquire/bag/bag_messages.h"
 #include "acquire/layouts/timed_poses.h"
-#include "acquire/mcap/mcap_reader.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "acquire/ros2/ros2_pictures.h"
 #include "acquire/ros2/transform_tree.h"
 
 namespace scanknit {
 
-/// A topic of sensor_msgs/Image or sensor_msgs/CompressedImage.
+enum class PictureKind { kImage, kCompressed, kCloud };
+
+/// A topic of sensor_msgs/Image, sensor_msgs/CompressedImage or sensor_msgs/PointCloud2.
 struct PictureTopic {
   std::string name;
-  bool is_compressed = false;
+  PictureKind kind = PictureKind::kImage;
+  bool has_colours = false;                  ///< a cloud's points have colours
+  bool is_unorganised = false;               ///< a cloud that is no picture
   Ros2Content content = Ros2Content::kNone;  ///< of its first message that can be read
   std::string frame;                         ///< of reference, from that message
   std::optional<Ros2Camera> camera = {};     ///< of camera_info beside it
-  std::vector<McapMessagePlace> messages = {};
+  std::vector<std::size_t> messages = {};
 
+  [[nodiscard]] bool is_cloud() const { return kind == PictureKind::kCloud; }
+  [[nodiscard]] bool is_compressed() const { return kind == PictureKind::kCompressed; }
   [[nodiscard]] bool is_depth() const {
     return content == Ros2Content::kRawDepth || content == Ros2Content::kMetricDepth;
   }
@@ -35,11 +42,14 @@ struct Ros2Survey {
   std::vector<PictureTopic> pictures;                     ///< in the order of their names
   TransformTree tree;                                     ///< of tf, tf_static and Odometry
   std::map<std::string, std::vector<TimedPose>> tracked;  ///< of topics of PoseStamped, sorted by time
+  std::map<std::string, Ros2Camera> cameras;              ///< of topics of CameraInfo
   std::vector<std::string> other_topics;                  ///< "NAME (TYPE)"
+
+  [[nodiscard]] const PictureTopic* find_picture(const std::string& name) const;
 };
 
 /// Reads all messages but the pictures, of which it reads the first. Those that are damaged are passed over.
-[[nodiscard]] Ros2Survey survey_ros2(McapReader& reader);
+[[nodiscard]] Ros2Survey survey_ros2(BagMessages& bag);
 
 /// The depth topic that is read, and its colour.
 struct ChosenTopics {
@@ -48,9 +58,11 @@ struct ChosenTopics {
   std::optional<Pose> T_colour_depth;    ///< nothing: the bag does not say it
 };
 
-/// In this order: depth with a camera; depth whose place beside its colour is known; more pictures; the first name. Of
-/// colour: its place beside depth is known; no grey; with a camera; the longest common beginning of the names; not
-/// compressed; the first name. Infrared pictures are neither.
-[[nodiscard]] ChosenTopics choose_topics(const Ros2Survey& survey);
+/// Those that `wanted` names. Else in this order: depth in pictures, not in clouds; depth with a camera; depth whose
+/// place beside its colour is known; more pictures; the first name. Of colour: its place beside depth is known; no
+/// grey; with a camera; the longest common beginning of the names; not compressed; the first name. Infrared pictures
+/// are neither. A cloud whose points have colours needs no other. Errors (kInput, without `where`): there is no such
+/// topic, or it is of another kind.
+[[nodiscard]] Result<ChosenTopics> choose_topics(const Ros2Survey& survey, const BagTopics& wanted);
 
 }  // namespace scanknit

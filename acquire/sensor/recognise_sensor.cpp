@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
@@ -32,6 +33,8 @@ constexpr std::array kDataSets = {
     NamedModel{"freiburg1", SensorModel::kTumFreiburg1}, NamedModel{"fr1", SensorModel::kTumFreiburg1},
     NamedModel{"freiburg2", SensorModel::kTumFreiburg2}, NamedModel{"fr2", SensorModel::kTumFreiburg2},
     NamedModel{"freiburg3", SensorModel::kTumFreiburg3}, NamedModel{"fr3", SensorModel::kTumFreiburg3}};
+
+constexpr std::array<std::string_view, 4> kPhoneFormats = {"phone-lidar", "stray-scanner", "arkitscenes", "polycam"};
 
 /// "rgbd_dataset_freiburg1_desk": rgbd, dataset, freiburg1, desk.
 std::vector<std::string> words_of(const std::string& name) {
@@ -132,7 +135,9 @@ std::optional<RecognisedSensor> sensor_by_name(const RecordingNames& names) {
     if (names.device.find(device.name) == std::string_view::npos) continue;
     return RecognisedSensor{device.model, fmt::format("it calls itself '{}'", names.device)};
   }
-  if (names.format == "phone-lidar") return RecognisedSensor{SensorModel::kPhoneLidar, "it is a phone's export"};
+  if (std::find(kPhoneFormats.begin(), kPhoneFormats.end(), names.format) != kPhoneFormats.end()) {
+    return RecognisedSensor{SensorModel::kPhoneLidar, "it is a phone's export"};
+  }
   if (names.format == "tum") return tum_camera(names.folder);
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 
 #include "app/cli/cli_align.h"
 #include "app/cli/cli_calibrate.h"
+#include "app/cli/cli_measure.h"
 #include "app/cli/cli_options.h"
 #include "app/cli/command_tree.h"
 #include "app/cli/rig_options.h"
@@ -59,6 +60,8 @@ void add_run(CLI::App& app, CommandLine& line) {
              {{"fast", Pace::kFast}, {"realtime", Pace::kRealtime}, {"stepped", Pace::kStepped}})
       ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
+  add_shorthand(*command, line, "--geometry", "acquire.geometry",
+                "depth, or silhouettes: a visual hull from pictures with masks");
   add_shorthand(*command, line, "--poses", "acquire.poses",
                 "Where poses come from: auto, recording, track, refine, still");
   add_turntable_options(*command, run);
@@ -172,6 +175,8 @@ void add_synth(CLI::App& app, CommandLine& line) {
   auto* noise = command->add_flag("--noise", synth.has_noise, "Simple noise like a Kinect's");
   command->add_option("--seed", synth.seed, "Seed of the noise")->check(CLI::NonNegativeNumber)->type_name("N");
   command->add_flag("--jpeg", synth.has_jpeg_colour, "Colour pictures as JPEG, smaller than PNG");
+  command->add_flag("--masks", synth.has_masks,
+                    "Masks, too: white where there is a surface (acquire.geometry=silhouettes; of a MESH alone)");
   const auto set_size = [&synth](const std::string& text) {
     const auto length = parse_length(text);
     if (!length || length->metres <= 0) throw CLI::ValidationError("--size", "expected a length such as 20cm, 0.2");
@@ -213,9 +218,18 @@ void add_convert(CLI::App& app, CommandLine& line) {
               {"ros2", ConvertTarget::kRos2}})
       ->required()
       ->type_name("LAYOUT");
+  command
+      ->add_option("--frames", convert.frames,
+                   "nerfstudio, colmap: only N frames, the sharpest of each of N equal parts of the camera's way")
+      ->check(CLI::Range(1, 1'000'000))
+      ->type_name("N");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording that is read");
   add_common(*command, line);
   command->final_callback([&line] {
+    const ConvertTarget target = line.convert.target;
+    if (line.convert.frames > 0 && target != ConvertTarget::kNerfstudio && target != ConvertTarget::kColmap) {
+      throw CLI::ValidationError("--frames", "only with --to nerfstudio or --to colmap");
+    }
     const std::string why = why_not_mcap(line.convert.output.string());
     if (is_one_file(line.convert.target) && !why.empty()) throw CLI::ValidationError("--output", why);
     line.command = from_module(line, &CommandsModule::convert, line.convert);
@@ -242,15 +256,18 @@ void add_info(CLI::App& app, CommandLine& line) {
 }
 
 void add_distance(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("distance", "Accuracy and completeness of a mesh against a synthetic scene");
-  command->add_option("mesh", line.distance.mesh, "The mesh")->required()->type_name("MESH");
-  command->add_option("truth", line.distance.truth, "Folder that `synth` wrote")->required()->type_name("DIR");
-  command
-      ->add_option("--trajectory", line.distance.trajectory,
-                   "The run's trajectory.txt, where it has a world of its own")
-      ->type_name("FILE");
+  CLI::App* command =
+      app.add_subcommand("distance", "Deviations of a mesh from a reference mesh, or from a synthetic scene");
+  add_distance_options(*command, line);
   add_common(*command, line);
   command->final_callback([&line] { line.command = from_module(line, &SynthCommandsModule::distance, line.distance); });
+}
+
+void add_measure(CLI::App& app, CommandLine& line) {
+  CLI::App* command = app.add_subcommand("measure", "Box, volume, area, thickness, holes, sections and fits of a mesh");
+  add_measure_options(*command, line);
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = from_module(line, &SynthCommandsModule::measure, line.measure); });
 }
 
 void add_calibrate(CLI::App& app, CommandLine& line) {
@@ -342,6 +359,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_repair(app, line);
   add_info(app, line);
   add_distance(app, line);
+  add_measure(app, line);
   add_calibrate(app, line);
   add_devices(app, line);
   add_config(app, line);

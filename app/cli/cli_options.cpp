@@ -9,9 +9,9 @@
 #include <optional>
 #include <string_view>
 
-#include "app/cli/volume_arguments.h"
 #include "app/config/config_schema.h"
 #include "app/config/presets.h"
+#include "app/config/volume_arguments.h"
 #include "extract/volume/sample_type.h"
 
 namespace scanknit {

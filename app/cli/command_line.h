@@ -28,6 +28,7 @@ struct CommandLine {
   ConvertArguments convert;
   RepairArguments repair;
   DistanceArguments distance;
+  MeasureArguments measure;
   CalibrateTargetArguments calibrate_target;
   CalibrateCameraArguments calibrate_camera;
   CompletionArguments completion;

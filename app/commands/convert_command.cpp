@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "acquire/convert/sharpest_frames.h"
 #include "acquire/frame_source.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
@@ -34,11 +35,21 @@ int convert_command(const ConvertArguments& arguments, const CommonArguments& co
   if (!loaded) return fail(loaded.error(), common);
   AcquireConfig& acquire = loaded->config.acquire;
   acquire.poses = PoseMode::kTrack;  // keeps poses, and frames without a pose
-  const auto source = open_recording(arguments.recording, acquire);
+  auto source = open_recording(arguments.recording, acquire);
   if (!source) return fail(source.error(), common);
   Console console(common.verbosity);
   for (const std::string& warning : (*source)->info().warnings) console.warn(warning);
-  const std::size_t frames = (*source)->info().frames;
+  std::size_t frames = (*source)->info().frames;
+  if (arguments.frames > 0) {
+    const auto choosing = [&](std::size_t done) { console.progress("choosing frames", done, frames); };
+    const auto chosen = find_sharpest_frames(**source, arguments.frames, choosing, stop_on_signal.token());
+    if (!chosen) return fail(chosen.error(), common);
+    if (stop_on_signal.token().stop_requested()) return kExitInterrupted;
+    source = open_recording(arguments.recording, acquire);
+    if (!source) return fail(source.error(), common);
+    frames = chosen->size();
+    source = only_frames(*std::move(source), *chosen);
+  }
   const auto progress = [&](std::size_t done) { console.progress("converting", done, frames); };
   const auto summary =
       convert_recording(**source, arguments.target, arguments.output, progress, stop_on_signal.token());

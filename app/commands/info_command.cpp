@@ -4,6 +4,8 @@
 #include <openvdb/tools/Count.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -135,8 +137,11 @@ Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& c
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const ScanConfig& config) {
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
+  constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d"};
   const auto extension = arguments.file.extension();
-  if (extension == ".mcap" || extension == ".bag" || extension == ".oni") return recording.error();
+  if (std::find(kEndsOfRecordings.begin(), kEndsOfRecordings.end(), extension) != kEndsOfRecordings.end()) {
+    return recording.error();
+  }
   const auto volume = describe_volume(arguments, config);
   std::error_code ignored;
   if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;

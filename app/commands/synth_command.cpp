@@ -82,6 +82,7 @@ Result<SynthConfig> synth_config(const SynthArguments& arguments) {
   config.noise = arguments.has_noise;
   config.seed = arguments.seed;
   config.jpeg_colour = arguments.has_jpeg_colour;
+  config.masks = arguments.has_masks;
   if (arguments.is_on_turntable) {
     config.turntable = RigConfig{.turns = arguments.turns,
                                  .angle_noise_rad = arguments.angle_noise_degrees * std::numbers::pi / 180,

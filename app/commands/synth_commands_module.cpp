@@ -10,6 +10,7 @@ namespace {
 constexpr SynthCommandsModule kCommands = {
     .synth = with_threads<synth_command>,
     .distance = with_threads<distance_command>,
+    .measure = with_threads<measure_command>,
     .calibrate_target = with_threads<calibrate_target_command>,
     .calibrate_camera = with_threads<calibrate_camera_command>,
 };

@@ -1,4 +1,4 @@
-// What libscanknit_synth_commands.so gives: the commands that need synth/ or calibrate/, which no scan needs.
+// What libscanknit_synth_commands.so gives: the commands that need synth/, calibrate/ or measure/, which no scan needs.
 #pragma once
 
 #include "app/calibrate/calibrate_arguments.h"
@@ -13,6 +13,7 @@ struct SynthCommandsModule {
 
   int (*synth)(const SynthArguments&, const CommonArguments&);
   int (*distance)(const DistanceArguments&, const CommonArguments&);
+  int (*measure)(const MeasureArguments&, const CommonArguments&);
   int (*calibrate_target)(const CalibrateTargetArguments&, const CommonArguments&);
   int (*calibrate_camera)(const CalibrateCameraArguments&, const CommonArguments&);
 };

@@ -108,6 +108,8 @@ std::string allowed_text(const ConfigKey& key) {
     case ConfigType::kBool: return "true, false";
     case ConfigType::kEnum: return range;
     case ConfigType::kList: return "some of " + range;
+    case ConfigType::kTopic: return "auto, a topic's name";
+    case ConfigType::kPath: return "auto, a path";
     case ConfigType::kIntrinsics: return "auto, [fx, fy, cx, cy], a map, a file";
     default: break;
   }
@@ -158,6 +160,8 @@ Json value_schema(const ConfigKey& key) {
       const Json list = {{"type", "array"}, {"items", words}, {"minItems", 1}, {"uniqueItems", true}};
       return {{"anyOf", {words, list}}};
     }
+    case ConfigType::kTopic: return text_schema("^[A-Za-z0-9/_.~-]+$");
+    case ConfigType::kPath: return text_schema("^[^\\x00-\\x1f]+$");
     case ConfigType::kIntrinsics: return intrinsics_schema();
   }
   return {};

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
 #include <utility>
 
@@ -84,16 +85,88 @@ std::vector<ConfigKey> picture_keys() {
            {"open3d", RecordingFormat::kOpen3d},
            {"nerfstudio", RecordingFormat::kNerfstudio},
            {"phone-lidar", RecordingFormat::kPhoneLidar},
+           {"stray-scanner", RecordingFormat::kStrayScanner},
+           {"arkitscenes", RecordingFormat::kArkitscenes},
+           {"polycam", RecordingFormat::kPolycam},
+           {"record3d", RecordingFormat::kRecord3d},
+           {"replica", RecordingFormat::kReplica},
+           {"bop", RecordingFormat::kBop},
            {"pcd", RecordingFormat::kPcd},
            {"pclzf", RecordingFormat::kPclzf},
            {"fakenect", RecordingFormat::kFakenect},
            {"mcap", RecordingFormat::kMcap},
            {"ros2", RecordingFormat::kRos2},
+           {"ros1", RecordingFormat::kRos1},
            {"realsense-bag", RecordingFormat::kRealsenseBag},
-           {"oni", RecordingFormat::kOni}},
+           {"oni", RecordingFormat::kOni},
+           {"sens", RecordingFormat::kSens}},
           [](auto& c) -> auto& { return c.acquire.format; }),
       std::move(depth_scale),
       std::move(intrinsics),
+  };
+}
+
+/// Pictures without depth, and masks.
+std::vector<ConfigKey> mask_keys() {
+  ConfigKey masks = describe(
+      ConfigType::kPath,
+      {"acquire.masks", "",
+       "The folder of masks, as seen from the recording's: pictures with the names of depth or colour, white where the "
+       "thing is. Only depth within them is fused. auto: all depth; of silhouettes what the layout names, else masks, "
+       "mask or silhouettes, else the pictures' own alpha."});
+  bind_optional<std::string>(
+      masks, [](auto& c) -> auto& { return c.acquire.masks; });
+  ConfigKey mask_class = describe(
+      ConfigType::kInteger,
+      {"acquire.mask_class", "", "The value of the masks' pixels that are the thing. auto: the brighter half."},
+      {0, 255});
+  bind_optional<std::int64_t>(
+      mask_class, [](auto& c) -> auto& { return c.acquire.mask_class; });
+  ConfigKey background = describe(
+      ConfigType::kPath, {"acquire.background", "",
+                          "Silhouettes: a picture of the same camera and place without the thing, for pictures "
+                          "without masks. What differs from it is the thing."});
+  bind_optional<std::string>(
+      background, [](auto& c) -> auto& { return c.acquire.background; });
+  return {
+      choice<Geometry>(
+          {"acquire.geometry", "",
+           "What becomes the volume. depth: depth pictures are fused; silhouettes: pictures without depth, from known "
+           "places, carve a visual hull out of their masks."},
+          {{"depth", Geometry::kDepth}, {"silhouettes", Geometry::kSilhouettes}},
+          [](auto& c) -> auto& { return c.acquire.geometry; }),
+      std::move(masks),
+      std::move(mask_class),
+      std::move(background),
+  };
+}
+
+/// The topics of a bag of ROS.
+std::vector<ConfigKey> topic_keys() {
+  const auto topic = [](const Key& description, std::optional<std::string> BagTopics::*member) {
+    ConfigKey key = describe(ConfigType::kTopic, description);
+    bind_optional<std::string>(
+        key, [member](auto& c) -> auto& { return c.acquire.topics.*member; });
+    return key;
+  };
+  return {
+      topic(
+          {"acquire.topics.depth", "",
+           "ROS: the topic of depth pictures, or of organised point clouds. auto: chosen by what the bag says; `info` "
+           "lists what else there is."},
+          &BagTopics::depth),
+      topic({"acquire.topics.colour", "", "ROS: the topic of colour pictures; none: colour is not read."},
+            &BagTopics::colour),
+      topic({"acquire.topics.depth_camera", "",
+             "ROS: the topic of the depth camera's CameraInfo. auto: camera_info beside the pictures."},
+            &BagTopics::depth_camera),
+      topic({"acquire.topics.colour_camera", "", "ROS: the topic of the colour camera's CameraInfo."},
+            &BagTopics::colour_camera),
+      topic(
+          {"acquire.topics.poses", "",
+           "ROS: a topic of PoseStamped or PoseWithCovarianceStamped that are the depth camera's poses. auto: tf, else "
+           "the topic with the most of them."},
+          &BagTopics::poses),
   };
 }
 
@@ -285,6 +358,12 @@ std::vector<ConfigKey> turntable_keys() {
           {"turntable.angle_sigma", "degrees",
            "How far angles that are known (rpm, step, --angles) may be off: standard deviation."},
           {0.001, 30}, [](auto& c) -> auto& { return c.turntable.angle_sigma_degrees; }),
+      optional_length(
+          {"turntable.distance", "",
+           "Silhouettes, which do not tell a size: how far before the camera the axis is, where it passes the middle "
+           "of "
+           "the picture. auto: 1 m, with a warning."},
+          {0.001, 1000}, [](auto& c) -> auto& { return c.turntable.distance_m; }),
   };
 }
 
@@ -400,9 +479,9 @@ std::vector<ConfigKey> export_keys() {
 
 std::vector<ConfigKey> all_keys() {
   std::vector<ConfigKey> keys;
-  for (auto section :
-       {picture_keys(), sensor_keys(), scanner_keys(), depth_range_keys(), timing_keys(), filter_keys(), band_keys(),
-        noise_keys(), volume_keys(), turntable_keys(), extract_keys(), finish_keys(), export_keys()}) {
+  for (auto section : {picture_keys(), topic_keys(), mask_keys(), sensor_keys(), scanner_keys(), depth_range_keys(),
+                       timing_keys(), filter_keys(), band_keys(), noise_keys(), volume_keys(), turntable_keys(),
+                       extract_keys(), finish_keys(), export_keys()}) {
     std::move(section.begin(), section.end(), std::back_inserter(keys));
   }
   return keys;
@@ -445,6 +524,21 @@ Result<ConfigValue> checked(const ConfigKey& key, const std::optional<Stored>& p
   return ConfigValue(*parsed);
 }
 
+bool is_topic_name(std::string_view word) {
+  constexpr std::string_view kMarks = "/_-.~";
+  constexpr std::size_t kLongest = 255;
+  return !word.empty() && word.size() <= kLongest && std::all_of(word.begin(), word.end(), [&](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || kMarks.find(c) != std::string_view::npos;
+  });
+}
+
+bool is_path(std::string_view word) {
+  constexpr std::size_t kLongest = 4096;
+  return !word.empty() && word.size() <= kLongest && std::none_of(word.begin(), word.end(), [](char c) {
+    return std::iscntrl(static_cast<unsigned char>(c)) != 0;
+  });
+}
+
 Result<ConfigValue> parse_choice(const ConfigKey& key, std::string_view word) {
   if (std::find(key.choices.begin(), key.choices.end(), word) != key.choices.end()) {
     if (key.type == ConfigType::kList) return ConfigValue(std::vector{std::string(word)});
@@ -484,6 +578,12 @@ Result<ConfigValue> parse_config_word(const ConfigKey& key, std::string_view wor
     case ConfigType::kMemory: return checked(key, parse_memory_mib(word), "memory such as 4GiB, 512MiB", word);
     case ConfigType::kEnum:
     case ConfigType::kList: return parse_choice(key, word);
+    case ConfigType::kTopic:
+      if (is_topic_name(word)) return ConfigValue(std::string(word));
+      return complaint(fmt::format("expected the name of a topic such as /camera/depth/image_raw, got '{}'", word));
+    case ConfigType::kPath:
+      if (is_path(word)) return ConfigValue(std::string(word));
+      return complaint(fmt::format("expected a path, got '{}'", word));
     case ConfigType::kIntrinsics: break;
   }
   return complaint(fmt::format("expected [fx, fy, cx, cy], a map or a file, got '{}'", word));

@@ -22,6 +22,8 @@ enum class ConfigType {
   kMemory,      ///< mebibytes; written "512MiB", "2GiB" or plain mebibytes
   kEnum,        ///< one of `choices`
   kList,        ///< some of `choices`, in order, none of them twice
+  kTopic,       ///< the name of a topic of ROS: letters, digits, and / _ - . ~
+  kPath,        ///< the name of a file or folder
   kIntrinsics,  ///< [fx, fy, cx, cy], a map, or the name of a file
 };
 

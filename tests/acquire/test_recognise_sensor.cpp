@@ -81,7 +81,9 @@ TEST(SensorByName, KnowsWhatCamerasCallThemselves) {
   EXPECT_EQ(model_of(sensor_by_name({"mcap", {}, "Intel RealSense D435i"})), SensorModel::kRealsenseD400);
   EXPECT_EQ(model_of(sensor_by_name({"realsense-bag", {}, "Intel RealSense D455"})), SensorModel::kRealsenseD400);
   EXPECT_EQ(model_of(sensor_by_name({"live", {}, "Kinect for Xbox 360"})), SensorModel::kKinectV1);
-  EXPECT_EQ(model_of(sensor_by_name({"phone-lidar", {}, {}})), SensorModel::kPhoneLidar);
+  for (const char* format : {"phone-lidar", "stray-scanner", "arkitscenes", "polycam"}) {
+    EXPECT_EQ(model_of(sensor_by_name({format, {}, {}})), SensorModel::kPhoneLidar) << format;
+  }
 }
 
 TEST(SensorByName, LeavesOtherCamerasOfAMakerUnrecognised) {

@@ -14,6 +14,7 @@
 #include "acquire/ros2/transform_tree.h"
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
+#include "robot_frames.h"
 #include "ros2_bag.h"
 #include "rvl_writer.h"
 #include "test_replay_support.h"
@@ -57,24 +58,6 @@ class Ros2 : public ::testing::Test {
   TemporaryFolder folder_;
   Ros2Writer ros_;
 };
-
-void expect_robot(const Played& p) {
-  EXPECT_TRUE(p.dropped.empty());
-  ASSERT_EQ(p.frames.size(), 2u);
-  const Frame& frame = p.frames[1];
-  EXPECT_EQ(frame.timestamp_ns, 1'050'000'000) << "of the header, not of the recorder";
-  EXPECT_EQ(frame.intrinsics, (CameraIntrinsics{4, 2, 4, 4.5, 1.5, 0.5}));
-  EXPECT_EQ(frame.depth_m.at(0, 0), 1.0F);
-  EXPECT_EQ(frame.depth_m.at(3, 1), 1.007F);
-  ASSERT_TRUE(frame.colour);
-  EXPECT_EQ(frame.colour->image.at(3, 1), (Rgb8{77, 77, 77}));
-  EXPECT_EQ(frame.colour->intrinsics, (CameraIntrinsics{4, 2, 5, 5, 1.5, 0.5}));
-  EXPECT_TRUE(frame.colour->T_colour_depth.isApprox(Pose(Eigen::Translation3d(-0.015, 0, 0))));
-  ASSERT_TRUE(frame.T_world_camera);
-  EXPECT_TRUE((*frame.T_world_camera * Eigen::Vector3d(0, 0, 3)).isApprox(Eigen::Vector3d(5, 0, 0)))
-      << "forward is the robot's x";
-  EXPECT_TRUE((frame.T_world_camera->linear() * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitZ()));
-}
 
 struct Kind {
   bool is_little;
@@ -321,14 +304,32 @@ TEST_F(Ros2, StraightensBothKindsOfLens) {
   const DepthImage straight = undistort(bent, camera, rational);
   EXPECT_NE(straight, undistort(bent, camera, Distortion{0.5, -0.1, 0.01, 0.02, 0.05}));
   EXPECT_EQ(played_with("/d/image_raw", "rational_polynomial", {rational.begin(), rational.end()}).depth_m, straight);
+  const FisheyeDistortion fisheye = {{0.1, -0.05, 0.02, 0.01}};
+  const DepthImage of_fisheye = undistort(bent, camera, fisheye);
+  EXPECT_NE(of_fisheye, bent);
+  EXPECT_EQ(played_with("/d/image_raw", "equidistant", {0.1, -0.05, 0.02, 0.01}).depth_m, of_fisheye);
+  EXPECT_EQ(played_with("/d/image_raw", "equidistant", {}).depth_m, undistort(bent, camera, FisheyeDistortion{}));
   const Frame rectified = played_with("/d/image_rect_raw", "plumb_bob", {0.3, -0.1, 0.01, 0.02, 0.05});
   EXPECT_EQ(rectified.depth_m, bent) << "straight already";
   EXPECT_EQ(rectified.intrinsics.fx, 32) << "the matrix P";
 }
 
+TEST(FisheyeLens, BendsAsKannalaAndBrandtSay) {
+  const CameraIntrinsics camera{100, 100, 50, 40, 49.5, 49.5};
+  const double angle = std::atan(0.6);  // of the ray through 30 pixels beside the middle
+  const Eigen::Vector2d plain = distort_pixel(49.5 + 30, 49.5, camera, FisheyeDistortion{});
+  EXPECT_NEAR(plain.x(), 49.5 + 50 * angle, 1e-12);
+  EXPECT_NEAR(plain.y(), 49.5, 1e-12);
+  const double bent = angle * (1 + 0.1 * std::pow(angle, 2) - 0.2 * std::pow(angle, 4) + 0.3 * std::pow(angle, 6) -
+                               0.4 * std::pow(angle, 8));
+  EXPECT_NEAR(distort_pixel(49.5 + 30, 49.5, camera, FisheyeDistortion{{0.1, -0.2, 0.3, -0.4}}).x(), 49.5 + 50 * bent,
+              1e-12);
+  EXPECT_EQ(distort_pixel(49.5, 49.5, camera, FisheyeDistortion{{1, 1, 1, 1}}), Eigen::Vector2d(49.5, 49.5));
+}
+
 TEST_F(Ros2, SaysWhenItCannotStraightenALens) {
   Ros2Bag bag;
-  bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}, "equidistant", {0.1, 0, 0, 0}));
+  bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}, "omnidirectional", {0.1, 0, 0, 0}));
   bag.add("/d/image_raw", kImageType, 1, ros_.image(1, "d", "16UC1", 4, 2, counted_depth(1000, 8)));
   EXPECT_EQ(described(bag).warnings.size(), 1u);
 }
@@ -350,7 +351,7 @@ TEST_F(Ros2, WithoutDepthListsItsTopics) {
   Ros2Bag bag;
   bag.add("/points", "sensor_msgs/msg/PointCloud2", 1, {});
   bag.add("/c/image", kImageType, 1, ros_.image(1, "c", "rgb8", 1, 1, Bytes(3)));
-  EXPECT_TRUE(contains(refused(bag), "its topics: /c/image, /points (sensor_msgs/PointCloud2)")) << refused(bag);
+  EXPECT_TRUE(contains(refused(bag), "its topics: /c/image, /points")) << refused(bag);
 }
 
 TEST_F(Ros2, TakesOdometryWhereTfIsSilent) {

@@ -342,5 +342,21 @@ TEST(Presets, AllAreWithoutErrors) {
   }
 }
 
+TEST(ConfigTopics, AreNamedInAMapOrOneByOne) {
+  const ScanConfig config = config_of("acquire:\n  topics: {depth: /cam/depth/image_raw, colour: none}\n");
+  EXPECT_EQ(config.acquire.topics.depth, "/cam/depth/image_raw");
+  EXPECT_EQ(config.acquire.topics.colour, "none");
+  EXPECT_FALSE(config.acquire.topics.poses) << "auto";
+  EXPECT_FALSE(config_of("acquire: {topics: {depth: auto}}").acquire.topics.depth);
+}
+
+TEST(ConfigTopics, ThatAreNoNamesAreRefused) {
+  EXPECT_NE(problems_of("acquire: {topics: {depth: 'a b'}}")
+                .find("acquire.topics.depth: expected the name of a topic such as /camera/depth/image_raw, got 'a b'"),
+            std::string::npos);
+  EXPECT_NE(problems_of("acquire: {topics: {dept: /a}}").find("did you mean 'acquire.topics.depth'?"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace scanknit

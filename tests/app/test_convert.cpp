@@ -46,6 +46,23 @@ TEST(ConvertCommand, SaysWhatItDidAsJson) {
   EXPECT_TRUE(json["warnings"].is_array());
 }
 
+TEST(ConvertCommand, WritesOnlyTheSharpestFrames) {
+  const Scan scan;
+  const auto chosen = [&](const std::string& target, const std::string& count) {
+    return scanknit_command({"convert", scan.recording().string(), "-o", (scan / (target + count)).string(), "--to",
+                             target, "--frames", count, "--json"});
+  };
+  for (const char* target : {"nerfstudio", "colmap"}) {
+    const Outcome outcome = chosen(target, "1");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(Json::parse(outcome.out)["frames"], 1);
+  }
+  const Outcome refused = chosen("tum", "2");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--frames: only with --to nerfstudio or --to colmap"), std::string::npos) << refused.err;
+  EXPECT_EQ(chosen("nerfstudio", "0").exit_code, 2);
+}
+
 TEST(ConvertCommand, RefusesATargetThatDoesNotExist) {
   const Scan scan;
   const Outcome outcome = convert(scan.recording(), "betamax", scan / "x");

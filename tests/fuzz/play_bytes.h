@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-/// `index`: index_mcap, index_oni, index_realsense_bag, or index_ros2 of a file.
+/// `index`: index_mcap, index_oni, index_sens, index_record3d, index_realsense_bag, or index_ros2 of a file.
 template <typename Index>
 void play_bytes(const std::uint8_t* bytes, std::size_t size, Index index) {
   AcquireConfig config;

@@ -1,4 +1,4 @@
-#include "acquire/layouts/ros_bag.h"
+#include "acquire/bag/ros_bag.h"
 
 #include <bzlib.h>
 
@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::uint32_t kMaxHeaderBytes = 1u << 16;
+constexpr std::uint32_t kMaxDescriptionBytes = 1u << 20;  // of a connection, with the text of its type
 constexpr std::uint8_t kMessageOp = 0x02, kBagHeaderOp = 0x03, kChunkOp = 0x05, kChunkInfoOp = 0x06,
                        kConnectionOp = 0x07;
 
@@ -152,34 +153,56 @@ RosBag::RecordState RosBag::walk_record(std::uint64_t& at) {
   return RecordState::kWhole;
 }
 
+// A chunk that is not compressed is not read whole.
 bool RosBag::walk_chunk(const Chunk& chunk) {
+  if (chunk.compression == "none" && chunk.packed == chunk.unpacked) {
+    return walk_records(*file_, chunk.begin, chunk.begin + chunk.packed);
+  }
   const auto bytes = load(chunk);
-  if (!bytes) return false;
-  ByteReader reader(*bytes);
-  while (reader.remaining() > 0 && messages_.size() <= limits_.max_frames) {
-    const auto header_length = reader.little_endian<std::uint32_t>();
-    const auto header = header_length ? reader.take(*header_length) : std::nullopt;
+  return bytes && walk_records(MemoryAccess(*bytes), 0, bytes->size());
+}
+
+bool RosBag::walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end) {
+  const auto take = [&](std::uint64_t& at, std::uint32_t most) -> std::optional<std::vector<std::byte>> {
+    std::array<std::byte, sizeof(std::uint32_t)> raw{};
+    if (end - at < raw.size() || !bytes.read(at, raw)) return std::nullopt;
+    const auto length = ByteReader(raw).little_endian<std::uint32_t>().value_or(0);
+    at += raw.size();
+    if (length > end - at) return std::nullopt;
+    std::vector<std::byte> field(std::min(length, most));
+    if (!bytes.read(at, field)) return std::nullopt;
+    at += length;
+    return field;
+  };
+  for (std::uint64_t at = begin; at < end && messages_.size() <= limits_.max_frames;) {
+    const auto header = take(at, kMaxHeaderBytes);
     const auto fields = header ? parse_fields(*header) : std::nullopt;
-    const auto length = reader.little_endian<std::uint32_t>();
-    const std::size_t offset = reader.offset();
-    const auto data = length ? reader.take(*length) : std::nullopt;
-    if (!fields || !data) return false;
+    if (!fields) return false;
     const auto op = number_in<std::uint8_t>(*fields, "op");
+    const std::uint64_t offset = at - begin + sizeof(std::uint32_t);
+    const auto data = take(at, op == kConnectionOp ? kMaxDescriptionBytes : 0);
     const auto id = number_in<std::uint32_t>(*fields, "conn");
+    if (!data) return false;
     if (op == kConnectionOp && id) {
-      const auto has_id = [&](const BagConnection& connection) { return connection.id == *id; };
-      const auto description = parse_fields(*data);
-      if (!description || std::any_of(connections_.begin(), connections_.end(), has_id)) continue;
-      connections_.push_back({*id, text_in(*fields, "topic"), text_in(*description, "type")});
+      note_connection(*id, text_in(*fields, "topic"), *data);
     } else if (op == kMessageOp && id) {
       // Seconds and nanoseconds, 32 bits each.
       const auto time = number_in<std::uint64_t>(*fields, "time");
       if (!time) return false;
       const auto time_ns = static_cast<std::int64_t>((*time & 0xFFFF'FFFF) * 1'000'000'000 + (*time >> 32));
-      messages_.push_back({*id, time_ns, static_cast<std::uint32_t>(chunks_.size() - 1), offset, *length});
+      messages_.push_back({*id, time_ns, static_cast<std::uint32_t>(chunks_.size() - 1),
+                           static_cast<std::size_t>(offset), static_cast<std::size_t>(at - begin - offset)});
     }
   }
   return true;
+}
+
+// Later ones only repeat the first.
+void RosBag::note_connection(std::uint32_t id, std::string topic, std::span<const std::byte> description) {
+  const auto fields = parse_fields(description);
+  const auto has_id = [&](const BagConnection& connection) { return connection.id == id; };
+  if (!fields || std::any_of(connections_.begin(), connections_.end(), has_id)) return;
+  connections_.push_back({id, std::move(topic), text_in(*fields, "type")});
 }
 
 std::optional<std::vector<std::byte>> RosBag::load(const Chunk& chunk) const {
@@ -221,6 +244,16 @@ Result<std::span<const std::byte>> RosBag::read(const BagMessage& message) {
   const auto data = reader.take(message.length);
   if (!data) return changed;
   return *data;
+}
+
+bool RosBag::peek(const BagMessage& message, std::span<std::byte> to) {
+  if (to.size() > message.length) return false;
+  const Chunk& chunk = chunks_[message.chunk];
+  if (chunk.compression == "none") return file_->read(chunk.begin + message.offset, to);
+  const auto data = read(message);
+  if (!data) return false;
+  std::copy_n(data->begin(), to.size(), to.begin());
+  return true;
 }
 
 }  // namespace scanknit

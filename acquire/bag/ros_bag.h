@@ -32,8 +32,8 @@ struct BagMessage {
 /// Not thread-safe. A bag that ends early gives what came whole before.
 class RosBag {
  public:
-  /// Unpacks every chunk once, one at a time (none, bz2 and lz4). Errors (kInput, without `where`): not a bag, more
-  /// messages than `limits.max_frames`.
+  /// Unpacks every chunk that is compressed once, one at a time (bz2 and lz4; of others the records' heads are read).
+  /// Errors (kInput, without `where`): not a bag, more messages than `limits.max_frames`.
   [[nodiscard]] static Result<RosBag> open(std::unique_ptr<RandomAccess> file, const Limits& limits);
 
   [[nodiscard]] const std::vector<BagConnection>& connections() const { return connections_; }
@@ -41,6 +41,9 @@ class RosBag {
   [[nodiscard]] const std::vector<BagMessage>& messages() const { return messages_; }
   /// A message's data; valid until the next call. Errors (kInput, without `where`): its chunk cannot be read any more.
   [[nodiscard]] Result<std::span<const std::byte>> read(const BagMessage& message);
+  /// The first bytes of a message's data, `to` of them; false: there are not so many. Reads no more than these where
+  /// the chunk is not compressed.
+  [[nodiscard]] bool peek(const BagMessage& message, std::span<std::byte> to);
   /// What is wrong with the file as a whole ("it is cut off at byte 77, ..."); nothing when it has its index.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
 
@@ -63,6 +66,8 @@ class RosBag {
   [[nodiscard]] RecordState walk_record(std::uint64_t& at);
   [[nodiscard]] std::string describe_end(RecordState state, std::uint64_t begin) const;
   [[nodiscard]] bool walk_chunk(const Chunk& chunk);
+  [[nodiscard]] bool walk_records(const RandomAccess& bytes, std::uint64_t begin, std::uint64_t end);
+  void note_connection(std::uint32_t id, std::string topic, std::span<const std::byte> description);
   [[nodiscard]] std::optional<std::vector<std::byte>> load(const Chunk& chunk) const;
 
   std::unique_ptr<RandomAccess> file_;

@@ -2,16 +2,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include "acquire/layouts/opengl_pose.h"
+#include "acquire/parse/json_numbers.h"
+#include "acquire/parse/opengl_pose.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/located.h"
-#include "core/files/read_file.h"
 
 namespace scanknit {
 namespace {
@@ -25,18 +24,8 @@ constexpr double kPhoneDepthScale = 1000.0;  // millimetres
 constexpr double kSensorWidth = 1920;
 constexpr double kSensorHeight = 1440;
 
-std::optional<std::vector<double>> number_array(const nlohmann::json& json, const char* name, std::size_t count) {
-  if (!json.contains(name) || !json[name].is_array() || json[name].size() != count) return std::nullopt;
-  std::vector<double> numbers;
-  for (const auto& value : json[name]) {
-    if (!value.is_number()) return std::nullopt;
-    numbers.push_back(value.get<double>());
-  }
-  return numbers;
-}
-
 Result<Pose> arkit_pose(const nlohmann::json& json, const fs::path& path) {
-  const auto numbers = number_array(json, "cameraPoseARFrame", 16);
+  const auto numbers = json_numbers(json, "cameraPoseARFrame", 16);
   if (!numbers) return Error{ErrorCode::kInput, "cameraPoseARFrame: expected sixteen numbers", path.string()};
   const auto arkit = pose_from_numbers(*numbers);
   if (!arkit) return located(arkit.error(), path);
@@ -45,27 +34,20 @@ Result<Pose> arkit_pose(const nlohmann::json& json, const fs::path& path) {
 
 // Fills in what frame_NNNNN.json says: camera, pose, time.
 void read_frame_json(const fs::path& path, const Limits& limits, FrameEntry& entry) {
-  const auto text = read_text_file(path, limits.max_text_bytes);
-  if (!text) {
-    entry.fault = make_drop(DropReason::kUnreadable, text.error().message, path);
+  const auto json = read_json_object(path, limits);
+  if (!json) {
+    entry.fault = Drop{DropReason::kUnreadable, json.error()};
     return;
   }
-  const auto json = nlohmann::json::parse(*text, nullptr, false);
-  if (!json.is_object()) {
-    entry.fault = make_drop(DropReason::kUnreadable, "not a JSON object, or truncated", path);
-    return;
-  }
-  if (json.contains("cameraPoseARFrame")) entry.T_world_camera = arkit_pose(json, path);
-  if (const auto k = number_array(json, "intrinsics", 9)) {
+  if (json->contains("cameraPoseARFrame")) entry.T_world_camera = arkit_pose(*json, path);
+  if (const auto k = json_numbers(*json, "intrinsics", 9)) {
     const CameraIntrinsics sensor{
         static_cast<int>(kSensorWidth), static_cast<int>(kSensorHeight), (*k)[0], (*k)[4], (*k)[2], (*k)[5]};
     if (sensor.is_valid()) entry.camera = sensor;
   }
   constexpr double kMaxSeconds = 9.0e9;  // 2^63 ns is 9.22e9 s
-  if (json.contains("time") && json["time"].is_number()) {
-    const double seconds = json["time"].get<double>();
-    if (std::abs(seconds) <= kMaxSeconds) entry.timestamp_ns = std::llround(seconds * 1e9);
-  }
+  const auto seconds = json_number(*json, "time");
+  if (seconds && std::abs(*seconds) <= kMaxSeconds) entry.timestamp_ns = std::llround(*seconds * 1e9);
 }
 
 // The sensor's camera for a picture of this size: everything times width / 1920, as the export's makers do.

@@ -1,0 +1,80 @@
+// BagMessages: the messages of a bag of ROS, whatever files hold them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "acquire/bag/ros_bag.h"
+#include "acquire/bag/ros_message.h"
+#include "acquire/mcap/mcap_reader.h"
+#include "acquire/mcap/random_access.h"
+#include "core/limits.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/Image", without "msg"; empty: its messages are in an encoding that is not read
+};
+
+/// A message before it is read.
+struct BagEntry {
+  std::size_t topic = 0;    ///< in BagMessages::topics()
+  std::int64_t log_ns = 0;  ///< when it was recorded
+};
+
+/// Not thread-safe. Messages are numbered from 0 in the order in which they are held; none is kept in memory.
+class BagMessages {
+ public:
+  virtual ~BagMessages() = default;
+  [[nodiscard]] virtual RosEncoding encoding() const { return RosEncoding::kCdr; }
+  [[nodiscard]] virtual const std::vector<BagTopic>& topics() const = 0;
+  [[nodiscard]] virtual std::size_t size() const = 0;
+  [[nodiscard]] virtual BagEntry entry(std::size_t message) const = 0;
+
+  /// A message's bytes; valid until the next call. Errors (kInput, without `where`): damaged, beyond the limits.
+  [[nodiscard]] virtual Result<std::span<const std::byte>> read(std::size_t message) = 0;
+
+  /// The first bytes of a message, `to` of them; false: there are not so many. Reads little else where it can.
+  [[nodiscard]] virtual bool peek(std::size_t message, std::span<std::byte> to) = 0;
+
+  /// What is wrong with the files as a whole, as sentences; empty: nothing.
+  [[nodiscard]] virtual std::vector<std::string> faults() const = 0;
+};
+
+// Each gives the messages of one file, those that are packed by zstd (rosbag2_compression) unpacked.
+
+[[nodiscard]] std::unique_ptr<BagMessages> messages_of_mcap(McapReader reader, const Limits& limits);
+[[nodiscard]] std::unique_ptr<BagMessages> messages_of_ros1(RosBag bag);
+
+/// A file of rosbag2_storage_sqlite3. Errors (kInput, without `where`): no database of SQLite, no table that a bag has,
+/// more messages than `limits.max_frames`.
+[[nodiscard]] Result<std::unique_ptr<BagMessages>> open_db3_messages(std::unique_ptr<RandomAccess> file,
+                                                                     const Limits& limits);
+
+/// A file of ROS 2 of either kind, or one of these that zstd packed as a whole, by its first bytes.
+[[nodiscard]] bool is_bag_file(const RandomAccess& file);
+
+/// Errors (kInput, without `where`): those of its kind; no bag of ROS 2.
+[[nodiscard]] Result<std::unique_ptr<BagMessages>> open_bag_file(std::unique_ptr<RandomAccess> file,
+                                                                 const std::filesystem::path& path,
+                                                                 const Limits& limits);
+
+/// The parts of one bag, one after the other; topics of the same name are one. Errors (kInput, without `where`): more
+/// messages than `limits.max_frames`.
+[[nodiscard]] Result<std::unique_ptr<BagMessages>> join_messages(std::vector<std::unique_ptr<BagMessages>> parts,
+                                                                 const Limits& limits);
+
+/// `type` as BagTopic has it: "sensor_msgs/msg/Image" is also written "sensor_msgs/Image".
+[[nodiscard]] inline std::string without_msg(std::string type) {
+  if (const auto middle = type.find("/msg/"); middle != std::string::npos) type.erase(middle, 4);
+  return type;
+}
+
+}  // namespace scanknit

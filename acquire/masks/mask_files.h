@@ -1,0 +1,31 @@
+// Masks: which pixels of a picture are the thing.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "acquire/acquire_config.h"
+#include "core/image.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// How much of each pixel is the thing: 0 to 255.
+using Mask = Image<std::uint8_t>;
+
+/// The file in `masks` that belongs to a picture by its name, of "frame-17.depth.png": frame-17.depth.png,
+/// frame-17.depth.png.png, frame-17.mask.png or frame-17.png. Empty: there is none.
+[[nodiscard]] std::filesystem::path find_mask(const std::filesystem::path& masks, const std::filesystem::path& picture);
+
+/// A PNG of any kind; colours by their brightest channel. With config.mask_class, pixels of that value are 255, all
+/// others 0. Errors (kInput) name the file.
+[[nodiscard]] Result<Mask> read_mask(const std::filesystem::path& path, const AcquireConfig& config);
+
+/// The brightest channel.
+[[nodiscard]] Mask brightest(const ColourImage& colour);
+
+/// Removes the depth outside of the mask, and the one pixel inside of its rim, where masks are seldom exact. A mask of
+/// another size is scaled.
+void keep_within(const Mask& mask, DepthImage& depth_m);
+
+}  // namespace scanknit

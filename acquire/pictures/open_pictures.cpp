@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "acquire/masks/mask_files.h"
+#include "acquire/pictures/picture_layouts.h"
+#include "acquire/pictures/picture_set.h"
+
+namespace scanknit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PictureLayout {
+  bool (*fits)(const Folder&);
+  Result<PictureSet> (*list)(const Folder&, const AcquireConfig&);
+};
+
+// Asked in this order; the first that fits is taken.
+constexpr std::array kPictureLayouts = {PictureLayout{fits_transforms_pictures, list_transforms_pictures},
+                                        PictureLayout{fits_colmap_pictures, list_colmap_pictures},
+                                        PictureLayout{fits_par_pictures, list_par_pictures},
+                                        PictureLayout{fits_folder_pictures, list_folder_pictures},
+                                        PictureLayout{fits_still_camera_pictures, list_still_camera_pictures}};
+
+constexpr std::array kMaskFolders = {"masks", "mask", "silhouettes"};
+
+void find_masks(const AcquireConfig& config, PictureSet& set) {
+  for (PlacedPicture& picture : set.pictures) {
+    if (config.masks) {
+      picture.mask = find_mask(set.folder / *config.masks, picture.picture);
+      continue;
+    }
+    for (const char* name : kMaskFolders) {
+      if (!picture.mask.empty()) break;
+      picture.mask = find_mask(set.folder / name, picture.picture);
+    }
+  }
+}
+
+void choose(const AcquireConfig& config, std::vector<PlacedPicture>& pictures) {
+  std::vector<PlacedPicture> chosen;
+  for (std::size_t i = config.from; i < pictures.size() && i <= config.to; i += config.every) {
+    chosen.push_back(std::move(pictures[i]));
+    if (config.every > pictures.size()) break;
+  }
+  pictures = std::move(chosen);
+}
+
+}  // namespace
+
+Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& config) {
+  const auto folder = list_folder(path, config.limits);
+  if (!folder) return folder.error();
+  const auto layout = std::find_if(kPictureLayouts.begin(), kPictureLayouts.end(),
+                                   [&](const PictureLayout& known) { return known.fits(*folder); });
+  if (layout == kPictureLayouts.end()) {
+    return Error{
+        ErrorCode::kInput,
+        "no pictures with known cameras: expected transforms.json; or cameras.txt and images.txt of COLMAP; or "
+        "NAME_par.txt of Middlebury; or color/ or images/ with trajectory.log and camera_intrinsic.json, of a "
+        "turntable without trajectory.log",
+        path.string()};
+  }
+  auto set = layout->list(*folder, config);
+  if (!set) return set.error();
+  if (set->pictures.size() > config.limits.max_frames) {
+    return Error{ErrorCode::kInput, "more pictures than a recording may have", path.string()};
+  }
+  choose(config, set->pictures);
+  if (set->pictures.empty()) return Error{ErrorCode::kInput, "no picture with a pose", path.string()};
+  find_masks(config, *set);
+  return set;
+}
+
+}  // namespace scanknit

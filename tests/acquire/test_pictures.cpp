@@ -1,0 +1,406 @@
+// Pictures without depth: their layouts, and their masks.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "acquire/convert/picture_files.h"
+#include "acquire/frame_source.h"
+#include "acquire/parse/opengl_pose.h"
+#include "acquire/pictures/picture_set.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/support/text.h"
+
+namespace scanknit::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr CameraIntrinsics kPictureCamera{64, 48, 60, 61, 31.5, 23.5};
+constexpr int kPictures = 4;
+
+Pose pose_of_picture(int number) {
+  Pose pose = Pose::Identity();
+  pose.linear() = (Eigen::AngleAxisd(0.3 * number, Eigen::Vector3d::UnitY()) *
+                   Eigen::AngleAxisd(0.1 * number, Eigen::Vector3d::UnitX()))
+                      .toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(0.1 * number, -0.2, 1 + 0.05 * number);
+  return pose;
+}
+
+ColourImage picture_of(int number) {
+  ColourImage picture(kPictureCamera.width, kPictureCamera.height, Rgb8{40, 40, 40});
+  for (int y = 10; y < 30; ++y) {
+    for (int x = 20; x < 40 + number; ++x) picture.at(x, y) = Rgb8{200, 100, 50};
+  }
+  return picture;
+}
+
+ColourImage mask_picture(int number, std::uint8_t value = 255) {
+  ColourImage mask(kPictureCamera.width, kPictureCamera.height);
+  for (int y = 10; y < 30; ++y) {
+    for (int x = 20; x < 40 + number; ++x) mask.at(x, y) = Rgb8{value, value, value};
+  }
+  return mask;
+}
+
+void put_text(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+void write_pictures(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (int i = 0; i < kPictures; ++i) {
+    ASSERT_TRUE(write_colour_png(picture_of(i), folder / fmt::format("{:04}.png", i)));
+  }
+}
+
+void write_masks(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (int i = 0; i < kPictures; ++i) {
+    ASSERT_TRUE(write_colour_png(mask_picture(i), folder / fmt::format("{:04}.png", i)));
+  }
+}
+
+/// The layout with the poses of `trajectory.log`.
+void write_folder_layout(const fs::path& root) {
+  write_pictures(root / "color");
+  write_masks(root / "masks");
+  std::string log;
+  for (int i = 0; i < kPictures; ++i) append_log_pose(log, static_cast<std::size_t>(i), pose_of_picture(i).matrix());
+  put_text(root / "trajectory.log", log);
+  ASSERT_TRUE(write_camera_json(kPictureCamera, 1000, root / "camera_intrinsic.json"));
+}
+
+void write_transforms_layout(const fs::path& root) {
+  write_pictures(root / "images");
+  write_masks(root / "outlines");
+  std::string frames;
+  for (int i = 0; i < kPictures; ++i) {
+    const Eigen::Matrix4d m = opengl_matrix(pose_of_picture(i));
+    std::string rows;
+    for (int row = 0; row < 4; ++row) {
+      rows += fmt::format("{}[{:.17g},{:.17g},{:.17g},{:.17g}]", row == 0 ? "" : ",", m(row, 0), m(row, 1), m(row, 2),
+                          m(row, 3));
+    }
+    frames +=
+        fmt::format(R"({}{{"file_path":"images/{:04}.png","mask_path":"outlines/{:04}.png","transform_matrix":[{}]}})",
+                    i == 0 ? "" : ",", i, i, rows);
+  }
+  put_text(root / "transforms.json",
+           fmt::format(R"({{"w":64,"h":48,"fl_x":60,"fl_y":61,"cx":32,"cy":24,"frames":[{}]}})", frames));
+}
+
+void write_colmap_layout(const fs::path& root) {
+  write_pictures(root / "images");
+  write_masks(root / "masks");
+  put_text(root / "sparse" / "0" / "cameras.txt", "# Camera list\n7 PINHOLE 64 48 60 61 32 24\n");
+  std::string images = "# Image list\n";
+  for (int i = 0; i < kPictures; ++i) {
+    const Pose T = pose_of_picture(i).inverse();
+    const Eigen::Quaterniond q(T.linear());
+    images += fmt::format("{} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} 7 {:04}.png\n{}\n", i + 1, q.w(),
+                          q.x(), q.y(), q.z(), T.translation().x(), T.translation().y(), T.translation().z(), i,
+                          i == 1 ? "1.5 2.5 -1 3.5 4.5 12" : "");
+  }
+  put_text(root / "sparse" / "0" / "images.txt", images);
+}
+
+void write_par_layout(const fs::path& root) {
+  write_pictures(root);
+  write_masks(root / "silhouettes");
+  std::string text = fmt::format("{}\n", kPictures);
+  for (int i = 0; i < kPictures; ++i) {
+    const Pose T = pose_of_picture(i).inverse();
+    text += fmt::format("{:04}.png 60 0 31.5 0 61 23.5 0 0 1", i);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) text += fmt::format(" {:.17g}", T.linear()(row, column));
+    }
+    text += fmt::format(" {:.17g} {:.17g} {:.17g}\n", T.translation().x(), T.translation().y(), T.translation().z());
+  }
+  put_text(root / "thing_par.txt", text);
+}
+
+std::string error_of(const fs::path& path, const AcquireConfig& config = {}) {
+  const auto set = open_pictures(path, config);
+  return set ? std::string() : set.error().text();
+}
+
+struct PictureLayoutCase {
+  const char* name;
+  void (*write)(const fs::path&);
+};
+void PrintTo(const PictureLayoutCase& layout, std::ostream* out) {
+  *out << layout.name;
+}
+
+class PictureLayouts : public ::testing::TestWithParam<PictureLayoutCase> {};
+
+TEST_P(PictureLayouts, SayTheSameCamerasPosesAndMasks) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(GetParam().write(folder.path()));
+  const auto set = open_pictures(folder.path(), {});
+  ASSERT_TRUE(set) << set.error().text();
+  EXPECT_EQ(set->layout, GetParam().name);
+  EXPECT_TRUE(set->warnings.empty());
+  ASSERT_EQ(set->pictures.size(), static_cast<std::size_t>(kPictures));
+  for (int i = 0; i < kPictures; ++i) {
+    const PlacedPicture& picture = set->pictures[static_cast<std::size_t>(i)];
+    EXPECT_LT((picture.T_world_camera.matrix() - pose_of_picture(i).matrix()).cwiseAbs().maxCoeff(), 1e-12);
+    const auto read = read_masked_picture(picture, {}, {}, 1 << 20);
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_EQ(read->camera, kPictureCamera);
+    EXPECT_EQ(read->colour, picture_of(i));
+    EXPECT_EQ(read->mask.at(20, 10), 255);
+    EXPECT_EQ(read->mask.at(39 + i, 29), 255);
+    EXPECT_EQ(read->mask.at(40 + i, 29), 0);
+  }
+}
+
+std::string name_of_case(const ::testing::TestParamInfo<PictureLayoutCase>& layout) {
+  const std::string name = layout.param.name;
+  return name.substr(0, name.find('.'));
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, PictureLayouts,
+                         ::testing::Values(PictureLayoutCase{"folder", write_folder_layout},
+                                           PictureLayoutCase{"transforms.json", write_transforms_layout},
+                                           PictureLayoutCase{"colmap", write_colmap_layout},
+                                           PictureLayoutCase{"par", write_par_layout}),
+                         name_of_case);
+
+/// Each text file of a layout, cut at every seventh byte, and with single bytes changed: an error, or pictures whose
+/// numbers are finite.
+TEST_P(PictureLayouts, SurviveDamagedTexts) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(GetParam().write(folder.path()));
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    const std::string ending = entry.path().extension().string();
+    if (ending != ".txt" && ending != ".json" && ending != ".log") continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    const auto check = [&](const std::string& text) {
+      std::ofstream(entry.path(), std::ios::binary) << text;
+      const auto set = open_pictures(folder.path(), {});
+      if (!set) {
+        EXPECT_FALSE(set.error().message.empty());
+        return;
+      }
+      for (const PlacedPicture& picture : set->pictures) {
+        EXPECT_TRUE(is_rigid(picture.T_world_camera));
+        EXPECT_TRUE(picture.camera.intrinsics.fx != 0 && std::isfinite(picture.camera.intrinsics.fx));
+      }
+    };
+    for (std::size_t length = 0; length < whole.size(); length += 7) check(whole.substr(0, length));
+    for (std::size_t at = 0; at < whole.size(); at += 11) {
+      std::string changed = whole;
+      changed[at] = static_cast<char>(changed[at] ^ (1 << at % 7));
+      check(changed);
+    }
+    std::ofstream(entry.path(), std::ios::binary) << whole;
+  }
+}
+
+TEST(PictureSets, KeepToTheirFolder) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_par_layout(folder.path()));
+  std::ifstream in(folder.path() / "thing_par.txt");
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  text.replace(text.find("0002.png"), 8, "../0.png");
+  put_text(folder.path() / "thing_par.txt", text);
+  EXPECT_TRUE(contains(error_of(folder.path()), "thing_par.txt:4")) << error_of(folder.path());
+}
+
+TEST(PictureSets, SayWhichLensesAreRead) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_colmap_layout(folder.path()));
+  put_text(folder.path() / "sparse" / "0" / "cameras.txt", "7 OPENCV_FISHEYE 64 48 60 61 32 24 0 0 0 0\n");
+  const std::string error = error_of(folder.path());
+  EXPECT_TRUE(contains(error, "OPENCV_FISHEYE is not read")) << error;
+  EXPECT_TRUE(contains(error, "cameras.txt:1")) << error;
+}
+
+TEST(PictureSets, TakeThoseThatAreAskedFor) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_folder_layout(folder.path()));
+  AcquireConfig config;
+  config.from = 1;
+  config.every = 2;
+  const auto set = open_pictures(folder.path(), config);
+  ASSERT_TRUE(set);
+  ASSERT_EQ(set->pictures.size(), 2u);
+  EXPECT_EQ(set->pictures[0].picture.filename(), "0001.png");
+  EXPECT_EQ(set->pictures[1].picture.filename(), "0003.png");
+  fs::remove(folder.path() / "color" / "0000.png");
+  EXPECT_TRUE(contains(error_of(folder.path()), "3 pictures, but 4 poses"));
+}
+
+class PictureMasks : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NO_FATAL_FAILURE(write_folder_layout(folder_.path()));
+    fs::remove_all(folder_.path() / "masks");
+  }
+  [[nodiscard]] Result<MaskedPicture> first(const AcquireConfig& config = {}, std::size_t most_pixels = 1 << 20) const {
+    const auto set = open_pictures(folder_.path(), config);
+    if (!set) return set.error();
+    const auto empty = read_empty_picture(config);
+    if (!empty) return empty.error();
+    return read_masked_picture(set->pictures[0], *empty, config, most_pixels);
+  }
+  [[nodiscard]] std::string refused(const AcquireConfig& config = {}) const {
+    const auto read = first(config);
+    return read ? std::string() : read.error().text();
+  }
+  void write_mask(const ColourImage& mask, const char* name = "0000.png") const {
+    fs::create_directories(folder_.path() / "masks");
+    ASSERT_TRUE(write_colour_png(mask, folder_.path() / "masks" / name));
+  }
+  [[nodiscard]] const fs::path& path() const { return folder_.path(); }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(PictureMasks, AreNeeded) {
+  EXPECT_TRUE(contains(refused(), "no mask of this picture"));
+}
+
+TEST_F(PictureMasks, AreFoundByTheWholeNameToo) {
+  write_mask(mask_picture(0), "0000.png.png");
+  EXPECT_TRUE(first());
+}
+
+TEST_F(PictureMasks, OfAClass) {
+  write_mask(mask_picture(0, 3));
+  AcquireConfig config;
+  config.mask_class = 3;
+  const auto read = first(config);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->mask.at(25, 20), 255);
+  EXPECT_EQ(read->mask.at(0, 0), 0);
+  config.mask_class = 4;
+  EXPECT_TRUE(contains(refused(config), "the mask is empty"));
+}
+
+TEST_F(PictureMasks, AreRefusedIfTheyAreNone) {
+  write_mask(ColourImage(64, 48));
+  EXPECT_TRUE(contains(refused(), "the mask is empty"));
+  write_mask(ColourImage(64, 48, Rgb8{255, 255, 255}));
+  EXPECT_TRUE(contains(refused(), "white all over"));
+  ColourImage inverted = mask_picture(0);
+  for (Rgb8& pixel : inverted.pixels()) pixel = pixel.r == 0 ? Rgb8{255, 255, 255} : Rgb8{};
+  write_mask(inverted);
+  EXPECT_TRUE(contains(refused(), "inverted"));
+  write_mask(ColourImage(32, 24, Rgb8{255, 255, 255}));
+  EXPECT_TRUE(contains(refused(), "the mask is 32 x 24, the picture 64 x 48"));
+  put_text(path() / "masks" / "0000.png", "no picture");
+  EXPECT_TRUE(contains(refused(), "0000.png"));
+}
+
+TEST_F(PictureMasks, AreTheDifferenceFromAnEmptyPicture) {
+  ASSERT_TRUE(write_colour_png(ColourImage(64, 48, Rgb8{44, 38, 41}), path() / "empty.png"));
+  AcquireConfig config;
+  config.background = (path() / "empty.png").string();
+  const auto read = first(config);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->mask.at(25, 20), 255);
+  EXPECT_EQ(read->mask.at(0, 0), 0);
+  ASSERT_TRUE(write_colour_png(ColourImage(32, 48, Rgb8{44, 38, 41}), path() / "empty.png"));
+  EXPECT_TRUE(contains(refused(config), "the empty picture is 32 x 48, this one 64 x 48"));
+}
+
+TEST_F(PictureMasks, AreThePicturesOwnAlpha) {
+  cv::Mat picture(48, 64, CV_8UC4, cv::Scalar(50, 100, 200, 0));
+  picture(cv::Rect(20, 10, 20, 20)).setTo(cv::Scalar(50, 100, 200, 255));
+  picture(cv::Rect(40, 10, 1, 20)).setTo(cv::Scalar(50, 100, 200, 77));
+  ASSERT_TRUE(cv::imwrite((path() / "color" / "0000.png").string(), picture));
+  const auto read = first();
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->mask.at(20, 10), 255);
+  EXPECT_EQ(read->mask.at(40, 29), 77);
+  EXPECT_EQ(read->mask.at(41, 29), 0);
+  EXPECT_EQ(read->colour.at(30, 20), (Rgb8{200, 100, 50}));
+}
+
+TEST_F(PictureMasks, AreMadeSmallerWithTheirPicture) {
+  write_mask(mask_picture(0));
+  const auto read = first({}, 64 * 48 / 4);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->mask.width(), 32);
+  EXPECT_EQ(read->colour.height(), 24);
+  EXPECT_EQ(read->camera, (CameraIntrinsics{32, 24, 30, 30.5, 15.5, 11.5}));
+  EXPECT_EQ(read->mask.at(12, 8), 255);
+  EXPECT_EQ(read->colour.at(12, 8), (Rgb8{200, 100, 50}));
+}
+
+/// The same folder with depth.
+class MaskedDepth : public PictureMasks {
+ protected:
+  void SetUp() override {
+    ASSERT_NO_FATAL_FAILURE(PictureMasks::SetUp());
+    fs::create_directories(path() / "depth");
+    for (int i = 0; i < kPictures; ++i) {
+      const Image<std::uint16_t> depth(kPictureCamera.width, kPictureCamera.height, 1500);
+      ASSERT_TRUE(write_depth_png(depth, path() / "depth" / fmt::format("{:04}.png", i)));
+    }
+    config_.masks = "masks";
+  }
+  [[nodiscard]] FrameEvent first_frame() const {
+    const auto source = open_recording(path(), config_);
+    if (!source) return source.error();
+    return (*source)->next({});
+  }
+  AcquireConfig config_;
+};
+
+TEST_F(MaskedDepth, IsLeftWithinTheMaskAndItsRim) {
+  write_mask(mask_picture(0));
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->sequence, 0u);
+  for (int y = 0; y < kPictureCamera.height; ++y) {
+    for (int x = 0; x < kPictureCamera.width; ++x) {
+      const bool is_within = x >= 21 && x < 39 && y >= 11 && y < 29;
+      ASSERT_EQ(frame->depth_m.at(x, y), is_within ? 1.5f : 0) << x << ' ' << y;
+    }
+  }
+}
+
+TEST_F(MaskedDepth, TakesAMaskOfAnotherSizeAndOfAClass) {
+  ColourImage half(32, 24);
+  for (int y = 5; y < 15; ++y) {
+    for (int x = 10; x < 20; ++x) half.at(x, y) = Rgb8{7, 7, 7};
+  }
+  write_mask(half);
+  config_.mask_class = 7;
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->depth_m.at(21, 11), 1.5f);
+  EXPECT_EQ(frame->depth_m.at(38, 28), 1.5f);
+  EXPECT_EQ(frame->depth_m.at(19, 20), 0);
+  EXPECT_EQ(frame->depth_m.at(40, 20), 0);
+}
+
+TEST_F(MaskedDepth, DropsAFrameWithoutAMask) {
+  write_mask(mask_picture(1), "0001.png");
+  const FrameEvent event = first_frame();
+  const auto* dropped = std::get_if<FrameDropped>(&event);
+  ASSERT_NE(dropped, nullptr);
+  EXPECT_EQ(dropped->reason, DropReason::kMissingFile);
+  EXPECT_TRUE(contains(dropped->error.message, "no mask of this frame")) << dropped->error.message;
+}
+
+}  // namespace
+}  // namespace scanknit::test

@@ -1,0 +1,6 @@
+#include "tests/fuzz/play_bytes.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  scanknit::play_bytes(bytes, size, scanknit::index_ros2);
+  return 0;
+}
