@@ -29,6 +29,8 @@ def synth(r):
     r.run("mesh", f"synth octahedron.obj -o mesh --size 20cm --frames 4 {SMALL}")
     r.run("turned", f"synth tower -o turned --turntable --angle-noise 0.5 --hand --noise --frames 12 {SMALL}")
     r.run("on_side", f"synth tower -o on_side --turntable --on-side --turns 0.7 --jpeg --frames 4 {SMALL}")
+    r.run("masked", f"synth octahedron.obj -o masked --size 20cm --frames 12 --masks {SMALL}")
+    r.run("hull", "run masked -o hull --geometry silhouettes --quiet" + BARE)
     r.run("list", "synth --list", said="bytes")
 
 
