@@ -45,7 +45,8 @@ std::vector<std::string> numbered_parts(const Folder& folder) {
     if (const auto number = numbered_name(name, stem, *end)) numbers[stem + "*" + *end].push_back(*number);
   }
   if (numbers.size() != 1 || numbers.begin()->second.size() < 2) return {};
-  auto& [pattern, found] = *numbers.begin();
+  const std::string& pattern = numbers.begin()->first;
+  auto& found = numbers.begin()->second;
   std::sort(found.begin(), found.end());
   constexpr std::uint64_t kMostMissing = 1000;
   const auto star = pattern.find('*');
