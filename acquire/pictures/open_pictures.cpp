@@ -41,9 +41,8 @@ void find_masks(const AcquireConfig& config, PictureSet& set) {
 
 void choose(const AcquireConfig& config, std::vector<PlacedPicture>& pictures) {
   std::vector<PlacedPicture> chosen;
-  for (std::size_t i = config.from; i < pictures.size() && i <= config.to; i += config.every) {
-    chosen.push_back(std::move(pictures[i]));
-    if (config.every > pictures.size()) break;
+  for (std::size_t i = config.from; i < pictures.size() && i <= config.to; ++i) {
+    if ((i - config.from) % config.every == 0) chosen.push_back(std::move(pictures[i]));
   }
   pictures = std::move(chosen);
 }
@@ -51,6 +50,7 @@ void choose(const AcquireConfig& config, std::vector<PlacedPicture>& pictures) {
 }  // namespace
 
 Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& config) {
+  if (config.every == 0) return Error{ErrorCode::kConfig, "every: expected 1 or more"};
   const auto folder = list_folder(path, config.limits);
   if (!folder) return folder.error();
   const auto layout = std::find_if(kPictureLayouts.begin(), kPictureLayouts.end(),

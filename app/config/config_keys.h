@@ -181,4 +181,7 @@ namespace scanknit {
 /// The keys of `finish:`.
 [[nodiscard]] std::vector<ConfigKey> finish_keys();
 
+/// The keys of `acquire:` that say what a recording's files mean: camera, unit, topics, masks (recording_keys.cpp).
+[[nodiscard]] std::vector<ConfigKey> recording_keys();
+
 }  // namespace scanknit

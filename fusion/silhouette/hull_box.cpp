@@ -115,16 +115,17 @@ Result<AlignedBox3d> hull_box(std::span<const SilhouetteView> views) {
     box = enlarged(box, 2);
     hull = coarse_hull(cubes, box);
   }
+  if (!hull.box.isEmpty() && hull.is_cut) {
+    return input_error("the views do not bound the thing on all sides: take pictures from more directions");
+  }
+  // In finer cells nothing may be left of what seemed to lie within all of them.
+  if (!hull.box.isEmpty()) hull = coarse_hull(cubes, hull.box);
   if (hull.box.isEmpty()) {
     return input_error(
         "no point lies within all silhouettes: check the poses, the camera, and that no mask is inverted or of "
         "another picture");
   }
-  if (hull.is_cut) {
-    return input_error("the views do not bound the thing on all sides: take pictures from more directions");
-  }
-  const CoarseHull finer = coarse_hull(cubes, hull.box);
-  return enlarged(finer.box, 1 + 2.0 / kCells);
+  return enlarged(hull.box, 1 + 2.0 / kCells);
 }
 
 }  // namespace scanknit

@@ -1,17 +1,14 @@
 #include "fusion/silhouette/hull_cubes.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <string>
+#include <numbers>
+#include <utility>
 
 namespace scanknit {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kSqrt3 = 1.7320508075688772;
 
 }  // namespace
 
@@ -22,7 +19,7 @@ HullCubes::HullCubes(std::span<const SilhouetteView> views) : views_(views) {
 std::optional<HullCubes::Outline> HullCubes::outline_of(std::size_t i, const Vector3d& middle, double half_m) const {
   const SilhouetteView& view = views_[i];
   const Vector3d p = T_camera_world_[i] * middle;
-  const double radius = kSqrt3 * half_m;  // of the ball round the cube
+  const double radius = std::numbers::sqrt3 * half_m;  // of the ball round the cube
   if (!(p.z() > 1.01 * radius)) return std::nullopt;
   // The ball is within the box of its extent across the axis, seen from as near and as far as it reaches.
   const auto span = [&](double across, double focal, double centre) {

@@ -1,8 +1,7 @@
-// HullCubes: what silhouettes say of a whole cube of space. HullBox: where a hull can be.
+// HullCubes: what silhouettes say of a whole cube of space.
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -15,11 +14,6 @@ namespace scanknit {
 
 /// Views that must see a point of the hull.
 inline constexpr int kFewestSilhouettes = 2;
-
-/// Pixels; the mean of both axes.
-[[nodiscard]] inline double focal_length(const CameraIntrinsics& camera) {
-  return (std::abs(camera.fx) + std::abs(camera.fy)) / 2;
-}
 
 /// Cubes by their middle and half of their edge, in the world, metres.
 class HullCubes {

@@ -1,14 +1,21 @@
 // Silhouette: signed distances to the outline of a thing in one picture.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "core/camera.h"
 #include "core/image.h"
 
 namespace scanknit {
+
+/// Pixels; the mean of both axes.
+[[nodiscard]] inline double focal_length(const CameraIntrinsics& camera) {
+  return (std::abs(camera.fx) + std::abs(camera.fy)) / 2;
+}
 
 /// A rectangle of pixel coordinates, both ends inclusive.
 struct OutlineRect {

@@ -1,5 +1,7 @@
 #include "fusion/silhouette/silhouette_axis.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -67,7 +69,7 @@ struct ViewPair {
 class OutlineRays {
  public:
   OutlineRays(std::span<const TurnedSilhouette> pictures, const CameraIntrinsics& camera)
-      : pictures_(pictures), focal_((camera.fx + camera.fy) / 2) {
+      : pictures_(pictures), focal_(focal_length(camera)) {
     for (const TurnedSilhouette& picture : pictures) {
       std::vector<Vector3d> rays;
       for (const Vector2d& p : convex_hull(outline_points(*picture.silhouette))) {
@@ -174,17 +176,17 @@ double robust_square(const Eigen::VectorXd& residuals) {
 }
 
 struct Fit {
-  Vector3d parameters;
-  double mean_square;
+  Vector3d parameters = Vector3d::Zero();
+  double mean_square = 0;
 };
 
-/// Levenberg-Marquardt with Huber's weights.
-Fit refine(const OutlineRays& rays, Vector3d parameters, double distance_m, double sense) {
+/// Levenberg-Marquardt with Huber's weights, `most_rounds` at most.
+Fit refine(const OutlineRays& rays, Vector3d parameters, double distance_m, double sense, int most_rounds) {
   const auto residuals = [&](const Vector3d& at) { return rays.residuals(axis_of(at, distance_m, sense)); };
   Eigen::VectorXd now = residuals(parameters);
   double cost = robust_square(now);
   double damping = 1e-3;
-  for (int round = 0; round < 40 && damping < 1e6; ++round) {
+  for (int round = 0; round < most_rounds && damping < 1e6; ++round) {
     constexpr double kStep = 1e-5;
     Eigen::MatrixX3d jacobian(now.size(), 3);
     for (int k = 0; k < 3; ++k) {
@@ -216,14 +218,17 @@ Fit refine(const OutlineRays& rays, Vector3d parameters, double distance_m, doub
   return {parameters, cost};
 }
 
-/// From several tilts.
+/// From several tilts; the one that is best after a few rounds goes on.
 Fit best_fit(const OutlineRays& rays, double aside, double distance_m, double sense) {
-  Fit best{Vector3d::Zero(), std::numeric_limits<double>::max()};
-  for (const double tilt_degrees : {-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0}) {
-    const Fit fit = refine(rays, {tilt_degrees * kDegree, 0, aside}, distance_m, sense);
-    if (fit.mean_square < best.mean_square) best = fit;
-  }
-  return best;
+  constexpr std::array kTilts_degrees = {-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0};
+  constexpr int kFewRounds = 8, kMostRounds = 40;
+  std::array<Fit, kTilts_degrees.size()> fits;
+  tbb::parallel_for(std::size_t{0}, fits.size(), [&](std::size_t i) {
+    fits[i] = refine(rays, {kTilts_degrees[i] * kDegree, 0, aside}, distance_m, sense, kFewRounds);
+  });
+  const Fit& best = *std::min_element(fits.begin(), fits.end(),
+                                      [](const Fit& a, const Fit& b) { return a.mean_square < b.mean_square; });
+  return refine(rays, best.parameters, distance_m, sense, kMostRounds);
 }
 
 Result<void> check_pictures(std::span<const TurnedSilhouette> pictures) {

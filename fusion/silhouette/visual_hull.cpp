@@ -4,9 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,13 +33,15 @@ class Carver {
     for (const SilhouetteView& view : views) T_camera_world_.push_back(view.T_world_camera.inverse());
   }
 
-  /// The origins of the blocks that the band may meet, in a fixed order.
-  [[nodiscard]] std::vector<Coord> band_blocks(const Eigen::AlignedBox3d& box) const {
+  /// The origins of the blocks that the band may meet, in a fixed order; nothing if there are more than `most`.
+  [[nodiscard]] std::optional<std::vector<Coord>> band_blocks(const Eigen::AlignedBox3d& box, std::size_t most) const {
     const auto lowest = [&](double m) { return static_cast<int>(std::floor(m / voxel_size_m_ / kBlockEdgeVoxels)); };
     const Coord first(lowest(box.min().x()), lowest(box.min().y()), lowest(box.min().z()));
     const Coord last(lowest(box.max().x()), lowest(box.max().y()), lowest(box.max().z()));
+    constexpr int kCubes = 32;  // at first, along the longest side
+    const int longest = std::max({last.x() - first.x(), last.y() - first.y(), last.z() - first.z()});
     int edge = 1;  // blocks
-    while (edge < 64 && edge < (last - first).x() && edge < (last - first).y() && edge < (last - first).z()) edge *= 2;
+    while (longest / edge >= kCubes) edge *= 2;
     std::vector<Coord> cubes;
     for (int x = first.x(); x <= last.x(); x += edge) {
       for (int y = first.y(); y <= last.y(); y += edge) {
@@ -48,6 +50,7 @@ class Carver {
     }
     for (;; edge /= 2) {
       cubes = those_in_the_band(cubes, edge);
+      if (cubes.size() > most) return std::nullopt;
       if (edge == 1) break;
       cubes = halves_of(cubes, edge / 2, last);
     }
@@ -163,8 +166,16 @@ Result<CarveStats> carve_hull(std::span<const SilhouetteView> views, const Eigen
     }
     const Carver carver(views, volume);
     CarveStats stats;
+    constexpr std::size_t kBytesPerBlock = kBlockVoxels * (sizeof(float) + sizeof(WeightCode) + sizeof(ColourCode));
+    constexpr std::size_t kTimesTheBudget = 4;  // cubes and blocks that only may meet the band are among them
+    const std::size_t room = (volume.config().memory_budget_mib << 20) / kBytesPerBlock;
+    auto found = carver.band_blocks(box, kTimesTheBudget * room);
+    if (!found) {
+      return Error{ErrorCode::kBudget,
+                   "the hull needs far more memory than fusion.memory_budget: set a larger fusion.voxel_size"};
+    }
+    std::vector<Coord> wanted = *std::move(found);
     BlockBudget budget = volume.block_budget();
-    std::vector<Coord> wanted = carver.band_blocks(box);
     std::erase_if(wanted, [&](const Coord& origin) { return !budget.admits(origin); });
     stats.is_budget_reached = budget.is_reached();
     std::vector<NewBlock> fresh(wanted.size());

@@ -34,9 +34,9 @@ struct CarveStats {
 
 /// Fills an empty volume with the visual hull within `box` (A. Laurentini 1994): at each voxel of the band the greatest
 /// distance, over all views that see it, to the cone through the silhouette's outline: the distance in the picture
-/// times depth over focal length. The weight is the count of these views. Voxels that fewer than two views see
-/// stay unknown. The
-/// same bits for any number of threads. Errors: kBudget.
+/// times depth over focal length. The weight is the count of these views. Voxels that fewer than two views see stay
+/// unknown. The same bits for any number of threads. Errors: kBudget when the hull's surface has several times as many
+/// blocks as fusion.memory_budget has room for; below that the volume is filled as far as there is room.
 [[nodiscard]] Result<CarveStats> carve_hull(std::span<const SilhouetteView> views, const Eigen::AlignedBox3d& box,
                                             TsdfVolume& volume);
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "scan/align/align_output.h"
 #include "scan/align/align_warnings.h"
 #include "scan/checks/settings_check.h"
+#include "scan/two_digits.h"
 
 namespace scanknit {
 namespace {
@@ -24,8 +24,7 @@ double voxel_size_for(const AlignInputs& inputs) {
   for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
     if (inputs.inputs[i].kind == AlignKind::kRange) spacing = std::max(spacing, inputs.models[i].spacing_m);
   }
-  const double digit = std::pow(10.0, std::floor(std::log10(spacing)) - 1);
-  return std::clamp(std::round(spacing / digit) * digit, 0.0002, 0.1);
+  return std::clamp(two_digits(spacing), 0.0002, 0.1);
 }
 
 class AlignRun {

@@ -66,6 +66,9 @@ class LiveScan {
     if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
       return Error{ErrorCode::kUsage, "a scanner knows no poses: acquire.poses is track (the default) or still"};
     }
+    if (job_.config.acquire.geometry != Geometry::kDepth) {
+      return Error{ErrorCode::kUsage, "a scanner gives depth: leave acquire.geometry at depth"};
+    }
     if (job_.config.output.texture != TextureFormat::kOff && !request_.recording) {
       return Error{ErrorCode::kUsage,
                    "export.texture is baked from the recording: have one made, or leave the texture off"};

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,15 +16,10 @@
 #include "scan/reconstruction.h"
 #include "scan/silhouettes/silhouette_views.h"
 #include "scan/silhouettes/turned_views.h"
+#include "scan/two_digits.h"
 
 namespace scanknit {
 namespace {
-
-/// Two digits.
-double rounded_size(double metres) {
-  const double digit = std::pow(10.0, std::floor(std::log10(metres)) - 1);
-  return std::round(metres / digit) * digit;
-}
 
 class SilhouetteScan {
  public:
@@ -134,7 +128,7 @@ class SilhouetteScan {
     constexpr double kMostVoxels = 400;  // along the longest side
     const double finest = box.sizes().maxCoeff() / kMostVoxels;
     job_.config.fusion.voxel_size_m =
-        std::clamp(rounded_size(std::max(finest, pixel_size_m(read_, box.center()))), 0.00001, 0.1);
+        std::clamp(two_digits(std::max(finest, pixel_size_m(read_, box.center()))), 0.00001, 0.1);
     session_.info(
         fmt::format("fusion.voxel_size: {}, about the size of a pixel on the thing; set fusion.voxel_size for another",
                     format_length(job_.config.fusion.voxel_size_m)));
@@ -142,7 +136,6 @@ class SilhouetteScan {
 
   [[nodiscard]] Result<void> carve(const Eigen::AlignedBox3d& box, TsdfVolume& volume) {
     const double band_m = volume.tsdf().background();
-    session_.progress("carving", 1, 1);
     session_.timed("filter", [&] { reach_band(box, band_m, read_); });
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(band_m);
     const Eigen::AlignedBox3d around(box.min() - margin, box.max() + margin);

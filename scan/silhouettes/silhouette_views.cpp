@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/median.h"
+
 namespace scanknit {
 namespace {
 
@@ -63,8 +65,8 @@ void reach_band(const Eigen::AlignedBox3d& box, double truncation_m, SilhouetteP
       const auto at = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
       nearest = std::min(nearest, (T_camera_world * box.corner(at)).z());
     }
-    const double focal = (std::abs(view.camera.fx) + std::abs(view.camera.fy)) / 2;
-    const double band_px = nearest > 0 ? truncation_m * focal / nearest : Silhouette::kLongestReach_px;
+    const double band_px =
+        nearest > 0 ? truncation_m * focal_length(view.camera) / nearest : Silhouette::kLongestReach_px;
     const double wanted = std::min(std::ceil(band_px) + 2, Silhouette::kLongestReach_px);
     if (wanted > view.silhouette.reach_px()) view.silhouette = Silhouette(read.pictures[i].mask, wanted);
   }
@@ -74,12 +76,9 @@ double pixel_size_m(const SilhouettePictures& read, const Eigen::Vector3d& middl
   std::vector<double> sizes;
   for (const SilhouetteView& view : read.views) {
     const double z = (view.T_world_camera.inverse() * middle).z();
-    if (z > 0) sizes.push_back(z / ((std::abs(view.camera.fx) + std::abs(view.camera.fy)) / 2));
+    if (z > 0) sizes.push_back(z / focal_length(view.camera));
   }
-  if (sizes.empty()) return 0;
-  const auto half = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), half, sizes.end());
-  return *half;
+  return median(std::move(sizes));
 }
 
 }  // namespace scanknit
