@@ -67,14 +67,7 @@ void read_polycam_camera(const fs::path& path, const Limits& limits, FrameEntry&
 OrDrop<DecodedFrame> decode_polycam_frame(const FrameEntry& entry, DecodeSettings settings) {
   const auto last = static_cast<int>(kLeastConfidence.size()) - 1;
   settings.min_confidence = kLeastConfidence[static_cast<std::size_t>(std::clamp(settings.min_confidence, 0, last))];
-  auto decoded = decode_png_frame(entry, settings);
-  auto* frame = std::get_if<DecodedFrame>(&decoded);
-  if (frame == nullptr || !entry.camera) return decoded;
-  frame->camera = entry.camera->resized(frame->depth_m.width(), frame->depth_m.height());
-  if (!frame->colour.empty()) {
-    frame->colour_camera = entry.camera->resized(frame->colour.width(), frame->colour.height());
-  }
-  return decoded;
+  return decode_png_frame_of_one_lens(entry, settings);
 }
 
 }  // namespace

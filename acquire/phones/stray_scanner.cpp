@@ -128,17 +128,6 @@ Result<std::optional<CameraIntrinsics>> read_stray_camera(const Folder& folder, 
   return is_of_video(*camera) ? std::optional(*camera) : std::nullopt;
 }
 
-OrDrop<DecodedFrame> decode_stray_frame(const FrameEntry& entry, const DecodeSettings& settings) {
-  auto decoded = decode_png_frame(entry, settings);
-  auto* frame = std::get_if<DecodedFrame>(&decoded);
-  if (frame == nullptr || !entry.camera) return decoded;
-  frame->camera = entry.camera->resized(frame->depth_m.width(), frame->depth_m.height());
-  if (!frame->colour.empty()) {
-    frame->colour_camera = entry.camera->resized(frame->colour.width(), frame->colour.height());
-  }
-  return decoded;
-}
-
 }  // namespace
 
 bool fits_stray_scanner(const Folder& folder, const Limits& limits) {
@@ -158,7 +147,7 @@ Result<Recording> index_stray_scanner(const Folder& folder, const AcquireConfig&
   Recording recording{.format = "stray-scanner", .folder = folder.path, .depth_scale = kStrayDepthScale};
   recording.frames_bring_camera = true;
   recording.world_up = UpAxis::kY;  // ARKit's worlds stand upright
-  recording.decode = decode_stray_frame;
+  recording.decode = decode_png_frame_of_one_lens;
   std::map<std::uint64_t, FrameEntry> frames;
   for (const auto& [number, path] : *depth) frames[number].depth = path;
   const auto odometry = add_odometry(folder.path / kOdometry, config.limits, frames, recording.warnings);

@@ -100,4 +100,15 @@ OrDrop<DecodedFrame> decode_png_frame(const FrameEntry& entry, const DecodeSetti
   return frame;
 }
 
+OrDrop<DecodedFrame> decode_png_frame_of_one_lens(const FrameEntry& entry, const DecodeSettings& settings) {
+  auto decoded = decode_png_frame(entry, settings);
+  auto* frame = std::get_if<DecodedFrame>(&decoded);
+  if (frame == nullptr || !entry.camera) return decoded;
+  frame->camera = entry.camera->resized(frame->depth_m.width(), frame->depth_m.height());
+  if (!frame->colour.empty()) {
+    frame->colour_camera = entry.camera->resized(frame->colour.width(), frame->colour.height());
+  }
+  return decoded;
+}
+
 }  // namespace scanknit

@@ -25,6 +25,10 @@ namespace scanknit {
 /// The decoder of every layout that keeps depth in a PNG: depth, colour and confidence files of `entry`.
 [[nodiscard]] OrDrop<DecodedFrame> decode_png_frame(const FrameEntry& entry, const DecodeSettings& settings);
 
+/// The same where depth and colour are taken by one lens: `entry.camera`, if there is one, resized to each picture.
+[[nodiscard]] OrDrop<DecodedFrame> decode_png_frame_of_one_lens(const FrameEntry& entry,
+                                                                const DecodeSettings& settings);
+
 /// The bytes of a picture file. Dropped: kMissingFile when it is not there, else kUnreadable.
 [[nodiscard]] OrDrop<std::vector<std::byte>> read_picture(const std::filesystem::path& path, const Limits& limits);
 
