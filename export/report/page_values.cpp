@@ -307,6 +307,15 @@ data turntable_of(const ReportJson& report) {
   return object{{"refined", refined}};
 }
 
+data silhouettes_of(const ReportJson& report) {
+  const ReportJson& silhouettes = value_at(report, "/silhouettes");
+  if (!silhouettes.is_object()) return kLeftOut;
+  return object{{"pictures", count_at(silhouettes, "/pictures")},
+                {"agreement", share_at(silhouettes, "/agreement")},
+                {"worst_overlap", share_at(silhouettes, "/worst_overlap")},
+                {"worst_picture", text_at(silhouettes, "/worst_picture")}};
+}
+
 data alignment_of(const ReportJson& report, const PageUris& pictures) {
   const ReportJson& pairs = value_at(report, "/alignment/pairs");
   if (!pairs.is_array()) return kLeftOut;
@@ -449,6 +458,7 @@ std::string filled_page(const ReportJson& report, std::string_view trajectory, c
   page["camera_path"] = camera_path_of(report, trajectory);
   page["tracking"] = tracking_of(report);
   page["turntable"] = turntable_of(report);
+  page["silhouettes"] = silhouettes_of(report);
   page["alignment"] = alignment_of(report, pictures);
   page["holes"] = holes_of(report);
   page["finishing"] = finishing_of(report);

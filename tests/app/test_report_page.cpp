@@ -232,6 +232,14 @@ TEST(ReportPage, SaysHowMuchOfTheSurfaceIsThereTwice) {
   EXPECT_EQ(page_of(report, "").find("two sheets"), std::string::npos);
 }
 
+TEST(ReportPage, SaysHowWellSilhouettesAgree) {
+  nlohmann::json report = sample();
+  EXPECT_EQ(page_of(report, "").find("Silhouettes"), std::string::npos);
+  report["silhouettes"] = {
+      {"pictures", 36}, {"agreement", 0.9994}, {"worst_overlap", 0.975}, {"worst_picture", "masks/<7>.png"}};
+  expect_all(page_of(report, ""), {"<td>36</td>", "<td>99.9 %</td>", "97.5 %, in masks/&lt;7&gt;.png"});
+}
+
 TEST(ReportPage, ATrajectoryThatIsNoneIsNoPath) {
   for (const char* text : {"nonsense", "1 2\n3 4\n", "0 nan 0 0\n1 inf 0 0\n", "0 1 2 3 0 0 0 1"}) {
     EXPECT_EQ(page_of(sample(), text).find("Camera path"), std::string::npos) << text;
