@@ -29,6 +29,12 @@ double apart(const PosedFrame& a, const PosedFrame& b) {
   return motion.translation().norm() + angle_of(motion);
 }
 
+/// The camera's motion during a frame; none if the walk does not have the frame.
+FrameMotion motion_during(std::uint64_t sequence, const Trajectory& walk) {
+  const auto at = std::find_if(walk.begin(), walk.end(), [&](const PosedFrame& f) { return f.sequence == sequence; });
+  return at == walk.end() ? FrameMotion() : at->motion;
+}
+
 }  // namespace
 
 LoopRefiner::LoopRefiner(const ScanConfig& config, const FrameArchive& archive, ScanSession& session)
@@ -112,13 +118,14 @@ Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
 
 /// Tracks the frames of each range again, in a volume that holds nothing but them, and moves the rest of the walk along
 /// with them. If tracking is lost, the frames after it keep their motion relative to each other.
-Result<void> LoopRefiner::track_again(const std::vector<FrameRange>& ranges) {
+Result<void> LoopRefiner::track_again(const std::vector<FrameRange>& ranges, const Trajectory& walk) {
   const auto source = archive_.open();
   if (!source) return source.error();
   for (const FrameRange& frames : ranges) {
     const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
-    const auto poses =
-        session_.timed("loops", [&] { return track_alone(**source, sequences, config_, session_.stop()); });
+    const auto poses = session_.timed("loops", [&] {
+      return track_alone(**source, sequences, motion_during(sequences.front(), walk), config_, session_.stop());
+    });
     if (!poses) return poses.error();
     keys_.replace(frames.first, *poses);
   }
@@ -209,7 +216,7 @@ Trajectory LoopRefiner::moved(const Trajectory& trajectory, const std::vector<Po
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
   if (closure.has_loops() && !closure.mistracked.empty() && archive_.is_kept()) {
     session_.info("frames were wrongly aligned with older parts of the scan: they are tracked again");
-    if (const auto tracked = track_again(closure.mistracked); !tracked) return tracked.error();
+    if (const auto tracked = track_again(closure.mistracked, walk.trajectory); !tracked) return tracked.error();
     closure = find_loops();
   }
   result_ = described(closure);

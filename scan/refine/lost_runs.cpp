@@ -143,7 +143,7 @@ Result<FoundRun> LostRunTracker::track(const LostRun& run) {
 
 /// On to the first frame after the run.
 Result<void> LostRunTracker::track_forward(const LostRun& run, FoundRun& found) {
-  auto tracker = LoneTracker::create(config_);
+  auto tracker = LoneTracker::create(config_, run.before.front().motion);
   if (!tracker) return tracker.error();
   std::optional<std::uint64_t> goal;
   if (!run.after.empty()) goal = run.after.front().sequence;
@@ -161,7 +161,7 @@ Result<void> LostRunTracker::track_forward(const LostRun& run, FoundRun& found) 
 
 /// Back to the last frame that was found from before, else to the last one before the run.
 Result<void> LostRunTracker::track_backward(const LostRun& run, FoundRun& found) {
-  auto tracker = LoneTracker::create(config_);
+  auto tracker = LoneTracker::create(config_, run.after.back().motion);
   if (!tracker) return tracker.error();
   Trajectory known = run.before;
   for (const FoundFrame& frame : found.from_before.frames) known.push_back(frame.posed);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
@@ -9,16 +11,17 @@
 
 namespace scanknit {
 
-Result<LoneTracker> LoneTracker::create(const ScanConfig& config) {
+Result<LoneTracker> LoneTracker::create(const ScanConfig& config, const FrameMotion& first) {
   auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
-  return LoneTracker(config, *std::move(volume));
+  return LoneTracker(config, first, *std::move(volume));
 }
 
 Result<TrackResult> LoneTracker::add(Frame& frame) {
   frame.T_world_camera.reset();
   if (auto filtered = filter_frame(frame, config_->acquire, config_->fusion.noise); !filtered) return filtered.error();
   TrackResult tracked = tracker_.track(frame, volume_);
+  if (first_) tracked.motion = *std::exchange(first_, std::nullopt);
   if (tracked.is_lost()) return tracked;
   deskew(tracked.motion, frame);
   if (const auto fused = integrate(frame, tracked.T_world_camera, volume_); !fused) return fused.error();
@@ -26,8 +29,8 @@ Result<TrackResult> LoneTracker::add(Frame& frame) {
 }
 
 Result<std::vector<Pose>> track_alone(FrameSource& source, std::span<const std::uint64_t> sequences,
-                                      const ScanConfig& config, const std::stop_token& stop) {
-  auto tracker = LoneTracker::create(config);
+                                      const FrameMotion& first, const ScanConfig& config, const std::stop_token& stop) {
+  auto tracker = LoneTracker::create(config, first);
   if (!tracker) return tracker.error();
   std::vector<Pose> poses;
   bool is_lost = false;
