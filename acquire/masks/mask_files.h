@@ -1,6 +1,7 @@
 // Masks: which pixels of a picture are the thing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 
@@ -9,6 +10,9 @@
 #include "core/result.h"
 
 namespace scanknit {
+
+/// Folders of masks beside pictures, by their names.
+inline constexpr std::array kMaskFolders = {"masks", "mask", "silhouettes"};
 
 /// How much of each pixel is the thing: 0 to 255.
 using Mask = Image<std::uint8_t>;

@@ -24,8 +24,6 @@ constexpr std::array kPictureLayouts = {PictureLayout{fits_transforms_pictures, 
                                         PictureLayout{fits_folder_pictures, list_folder_pictures},
                                         PictureLayout{fits_still_camera_pictures, list_still_camera_pictures}};
 
-constexpr std::array kMaskFolders = {"masks", "mask", "silhouettes"};
-
 void find_masks(const AcquireConfig& config, PictureSet& set) {
   for (PlacedPicture& picture : set.pictures) {
     if (config.masks) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "acquire/frame_source.h"
+#include "acquire/masks/mask_files.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/folder.h"
 #include "acquire/replay/indexed_source.h"
@@ -153,8 +154,19 @@ std::string list_layouts(RecordingFormat wanted) {
   return text;
 }
 
+/// Whether a folder may be pictures for silhouettes: it has masks.
+bool has_masks(const fs::path& path) {
+  std::error_code code;
+  return std::any_of(kMaskFolders.begin(), kMaskFolders.end(),
+                     [&](const char* name) { return fs::is_directory(path / name, code); });
+}
+
 Error nothing_fits(const fs::path& path, RecordingFormat wanted) {
-  return {ErrorCode::kInput, "no recording of a known layout; looked for" + list_layouts(wanted), path.string()};
+  std::string message = "no recording of a known layout; looked for" + list_layouts(wanted);
+  if (has_masks(path)) {
+    message += "\nIt has masks: pictures without depth become a mesh with acquire.geometry=silhouettes";
+  }
+  return {ErrorCode::kInput, message, path.string()};
 }
 
 Error several_fit(const fs::path& path, const std::vector<Found>& found) {

@@ -82,6 +82,14 @@ TEST(OpenRecording, TakesNoOtherFileForTheOneThatIsNamed) {
   }
 }
 
+TEST(OpenRecording, SaysWhatPicturesWithMasksAreGoodFor) {
+  const TemporaryFolder folder;
+  write_text(folder / "color/000000.png", "");
+  EXPECT_FALSE(contains(open_error(folder.path()), "acquire.geometry=silhouettes"));
+  write_text(folder / "masks/000000.png", "");
+  EXPECT_TRUE(contains(open_error(folder.path()), "acquire.geometry=silhouettes"));
+}
+
 TEST(OpenRecording, SaysOfAFileThatItIsNoRecordingWhateverLiesAFolderUp) {
   const TemporaryFolder folder;
   AcquireConfig config;
