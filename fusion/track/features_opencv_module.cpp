@@ -1,10 +1,9 @@
 // The module libscanknit_features_opencv.so.
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/core/hal/hal.hpp>
 #include <opencv2/core/ocl.hpp>
 #include <opencv2/features2d.hpp>
 
@@ -43,15 +42,7 @@ GreyBytes bytes_of(const SurfaceLevel& picture) {
 }
 
 int differing_bits(const Feature& a, const Feature& b) {
-  int bits = 0;
-  for (std::size_t i = 0; i < a.descriptor.size(); i += sizeof(std::uint64_t)) {
-    std::uint64_t x = 0;
-    std::uint64_t y = 0;
-    std::memcpy(&x, a.descriptor.data() + i, sizeof x);
-    std::memcpy(&y, b.descriptor.data() + i, sizeof y);
-    bits += std::popcount(x ^ y);
-  }
-  return bits;
+  return cv::hal::normHamming(a.descriptor.data(), b.descriptor.data(), static_cast<int>(a.descriptor.size()));
 }
 
 const Feature* partner_of(const Feature& feature, const std::vector<Feature>& others) {

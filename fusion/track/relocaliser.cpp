@@ -1,6 +1,9 @@
 #include "fusion/track/relocaliser.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "fusion/register/motion_vector.h"
@@ -75,10 +78,13 @@ std::vector<Pose> Relocaliser::similar_poses(const SurfacePyramid& frame) const 
 std::vector<Pose> Relocaliser::matched_poses(const SurfacePyramid& frame) const {
   std::vector<Pose> poses;
   const std::vector<Feature> features = find_features(frame.levels.front());
-  for (const KeyFrame* key : most_alike(frame, kMatched, /*with_features=*/true)) {
-    const auto T_key_frame = match_features(key->features, features, frame.levels.front().intrinsics);
-    if (T_key_frame) poses.push_back(key->T_world_camera * *T_key_frame);
-    if (poses.size() == kMostMatches) break;
+  const std::vector<const KeyFrame*> keys = most_alike(frame, kMatched, /*with_features=*/true);
+  std::vector<std::optional<Pose>> T_key_frames(keys.size());
+  tbb::parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
+    T_key_frames[i] = match_features(keys[i]->features, features, frame.levels.front().intrinsics);
+  });
+  for (std::size_t i = 0; i < keys.size() && poses.size() < kMostMatches; ++i) {
+    if (T_key_frames[i]) poses.push_back(keys[i]->T_world_camera * *T_key_frames[i]);
   }
   return poses;
 }
