@@ -48,7 +48,8 @@ constexpr double kModelShare = 1;
 constexpr double kLeastHeld = 10;  // 1 / m^2
 
 // A step counts as mistracked when its two frames contradict it by so much, and with it so many key frames around it.
-// Where tracking jumps onto an old surface it is off by 4 % of the depth; a real sensor's bias alone makes 1.5 %.
+// Where tracking jumped onto an old surface (docs/loop_closure.md, gallery, seed 1) it was off by 4 % of the depth.
+// What no sigma knows, a real sensor's bias and shutter, is mostly less than half of that.
 constexpr double kMistrackedSigmas = 2;
 constexpr double kMistrackedDepths = 0.02;
 constexpr std::size_t kMistrackedBefore = 6;
