@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
@@ -158,6 +160,29 @@ TEST(Undistortion, FetchesEachPixelFromWhereTheLensPutIt) {
   DepthImage bent(41, 1);
   bent.at(35, 0) = 2.0F;
   EXPECT_EQ(undistort(bent, camera, distortion).at(30, 0), 2.0F);
+}
+
+TEST(Undistortion, TakesEachPictureForThatOfItsOwnCameraAndLens) {
+  DepthImage bent(16, 12);
+  for (std::size_t i = 0; i < bent.size(); ++i) bent.pixels()[i] = static_cast<float>(i + 1);
+  const std::array cameras = {CameraIntrinsics{16, 12, 20, 20, 7.5, 5.5}, CameraIntrinsics{16, 12, 20, 20, 6.5, 5.5}};
+  const std::array lenses = {Distortion{0.3, 0, 0, 0, 0}, Distortion{-0.2, 0, 0, 0, 0}};
+  for (int round = 0; round < 2; ++round) {  // the second finds what the first has left
+    for (const CameraIntrinsics& camera : cameras) {
+      for (const Distortion& lens : lenses) {
+        DepthImage expected(16, 12);
+        for (int y = 0; y < 12; ++y) {
+          for (int x = 0; x < 16; ++x) {
+            const Eigen::Vector2d at = distort_pixel(x, y, camera, lens);
+            const long u = std::lround(at.x()), v = std::lround(at.y());
+            if (u >= 0 && v >= 0 && u < 16 && v < 12)
+              expected.at(x, y) = bent.at(static_cast<int>(u), static_cast<int>(v));
+          }
+        }
+        EXPECT_EQ(undistort(bent, camera, lens), expected) << round;
+      }
+    }
+  }
 }
 
 }  // namespace
