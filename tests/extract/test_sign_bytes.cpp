@@ -2,7 +2,6 @@
 #include "extract/blocks/sign_bytes.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <array>
 #include <bit>
@@ -13,24 +12,16 @@
 #include <vector>
 
 #include "tests/extract/volumes.h"
+#include "tests/support/instruction_sets.h"
 
 namespace scanknit {
 namespace {
 
+using test::for_each_instruction_set;
+
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kDenormal = std::numeric_limits<float>::denorm_min();
 constexpr std::size_t kGroup = 8;
-
-/// Calls check() once for each instruction set of this processor that Highway has code for.
-template <typename Check>
-void for_each_instruction_set(const Check& check) {
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    SCOPED_TRACE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    check();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 struct Signs {
   std::vector<std::uint8_t> high;

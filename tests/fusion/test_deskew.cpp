@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/fusion/small_world.h"
+#include "tests/support/instruction_sets.h"
 
 namespace scanknit {
 namespace {
@@ -98,6 +99,42 @@ TEST(Deskew, PlacesTheColourCameraWhereItWasWhenItTookThePicture) {
   const Pose T_now_later = test::motion({0, 0.02, 0}, {0.01, 0, 0.005});
   deskew({{}, SteadyMotion::from(T_now_later)}, frame);
   EXPECT_TRUE(frame.colour->T_colour_depth.isApprox(T_now_later.inverse()));
+}
+
+Frame deskewed(Frame frame) {
+  deskew({quick_rows(), {}}, frame);
+  return frame;
+}
+
+TEST(Deskew, GivesTheSameWithEveryInstructionSet) {
+  const Frame first = deskewed(skewed());
+  test::for_each_instruction_set([&] {
+    const Frame frame = deskewed(skewed());
+    EXPECT_EQ(frame.depth_m, first.depth_m);
+    EXPECT_EQ(frame.normals, first.normals);
+    EXPECT_EQ(frame.colour->image, first.colour->image);
+  });
+}
+
+// Pixels are straightened sixteen at a time.
+TEST(Deskew, TakesPicturesOfAnyWidth) {
+  const Frame whole = deskewed(skewed());
+  for (const int width : {5, 37, 64}) {
+    CameraIntrinsics camera = small_camera();
+    camera.width = width;
+    const Frame part = deskewed(look(small_room(), on_circle(0), true, camera, quick_rows()));
+    ASSERT_EQ(part.depth_m.width(), width);
+    int seen = 0;
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (!(part.depth_m.at(x, y) > 0)) continue;  // what the rows saw beyond the right edge
+        ++seen;
+        EXPECT_EQ(part.depth_m.at(x, y), whole.depth_m.at(x, y)) << x << ", " << y;
+        EXPECT_EQ(part.normals.at(x, y), whole.normals.at(x, y)) << x << ", " << y;
+      }
+    }
+    EXPECT_GT(seen, 0.3 * width * camera.height);
+  }
 }
 
 TEST(Deskew, KeepsAFrameWithoutDepth) {
