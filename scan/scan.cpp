@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "acquire/convert/cut_recording.h"
+#include "acquire/lidar/sweep_source.h"
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
 #include "scan/frames/apply_sensor.h"
 #include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
+#include "scan/lidar/scan_sweeps.h"
 #include "scan/passes.h"
 #include "scan/silhouettes/scan_silhouettes.h"
 
@@ -169,6 +171,7 @@ class RecordingScan {
 
 ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop) {
   if (job.config.acquire.geometry == Geometry::kSilhouettes) return scan_silhouettes(job, observer, stop);
+  if (is_sweep_recording(job.input, job.config.acquire)) return scan_sweeps(job, observer, stop);
   return RecordingScan(job, observer, stop).run();
 }
 

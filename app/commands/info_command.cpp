@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "acquire/lidar/sweep_source.h"
 #include "acquire/sensor/sensor_profile.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
@@ -55,6 +56,16 @@ Json recording_json(const RecordingInfo& info) {
                {"warnings", info.warnings}};
   if (!info.topics.empty()) json["topics"] = info.topics;
   return json;
+}
+
+/// A sweep counts as a frame.
+Json sweeps_json(const SweepInfo& info) {
+  RecordingInfo recording{.format = info.format, .folder = info.folder, .frames = info.sweeps};
+  recording.frames_with_pose = info.sweeps_with_pose;
+  recording.duration_s = info.duration_s;
+  recording.warnings = info.warnings;
+  if (info.sweeps_with_pose == 0) recording.warnings.push_back("no poses; `run` expects " + info.expected_poses);
+  return recording_json(recording);
 }
 
 Json vector_json(const openvdb::Vec3d& v) {
@@ -135,6 +146,10 @@ Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& c
 
 /// For a folder without options, which may be a recording or a volume.
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const ScanConfig& config) {
+  if (is_sweep_recording(arguments.file, config.acquire)) {
+    const auto sweeps = open_sweeps(arguments.file, config.acquire);
+    return sweeps ? Result<Json>(sweeps_json((*sweeps)->info())) : sweeps.error();
+  }
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
   constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d"};

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -45,7 +44,9 @@ class RangeUpdate {
         volume_(volume) {
     nearest_m_ = std::numeric_limits<float>::max();
     for (const RangeView::Pixel& pixel : view.pixels().pixels()) {
-      if (pixel.slope > 0) nearest_m_ = std::min(nearest_m_, pixel.range_m);
+      if (!(pixel.slope > 0)) continue;
+      nearest_m_ = std::min(nearest_m_, pixel.range_m);
+      farthest_m_ = std::max(farthest_m_, pixel.range_m);
     }
   }
 
@@ -73,6 +74,15 @@ class RangeUpdate {
     for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
     sort_unique(all);
     return all;
+  }
+
+  /// False where the block lies farther away than the scan's band reaches: apply() would change nothing.
+  [[nodiscard]] bool may_reach(const Coord& origin) const {
+    if (view_.sight().kind != SightLines::Kind::kSphere) return true;
+    const Vector3d middle = Vector3d(origin.x(), origin.y(), origin.z()).array() + 0.5 * kLastInBlock;
+    const double off = (T_scan_world_ * (middle * voxel_size_m_) - view_.sight().centre).norm();
+    const double half_block = std::sqrt(3.0) / 2 * kLastInBlock * voxel_size_m_;
+    return off <= farthest_m_ + truncation_m_ / kMinBandSlope + half_block + voxel_size_m_;
   }
 
   /// True if the scan said something of it.
@@ -181,6 +191,7 @@ class RangeUpdate {
   double voxel_size_m_;
   float truncation_m_;
   float nearest_m_;
+  float farthest_m_ = 0;
   TsdfVolume& volume_;
 };
 
@@ -198,10 +209,11 @@ void update_blocks(const RangeUpdate& update, TsdfVolume& volume, IntegrateStats
   }
   stats.is_budget_reached = budget.is_reached();
   stats.blocks_touched = known.size() + wanted.size();
-  if (volume.config()
-          .carve_free_space) {  // what lies before the surface; a scan is no frame of a stream, all may be asked
-    known.resize(volume.blocks());
-    std::iota(known.begin(), known.end(), BlockIndex::Number{0});
+  if (volume.config().carve_free_space) {  // what lies before the surface, too
+    known.clear();
+    for (std::size_t i = 0; i < volume.blocks(); ++i) {
+      if (update.may_reach(volume.index().blocks()[i].origin)) known.push_back(static_cast<BlockIndex::Number>(i));
+    }
   }
   std::vector<NewBlock> fresh(wanted.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, known.size() + wanted.size()), [&](const auto& range) {
