@@ -60,7 +60,10 @@ Json recording_json(const RecordingInfo& info) {
 
 /// A sweep counts as a frame.
 Json sweeps_json(const SweepInfo& info) {
-  RecordingInfo recording{.format = info.format, .folder = info.folder, .frames = info.sweeps};
+  RecordingInfo recording;
+  recording.format = info.format;
+  recording.folder = info.folder;
+  recording.frames = info.sweeps;
   recording.frames_with_pose = info.sweeps_with_pose;
   recording.duration_s = info.duration_s;
   recording.warnings = info.warnings;
