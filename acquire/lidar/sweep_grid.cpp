@@ -71,9 +71,9 @@ std::optional<SweepRows> rows_by_order(const std::vector<Vector3f>& points) {
     const double azimuth = azimuth_of(p);
     const double jump = azimuth - before;
     before = azimuth;
-    if (jump < -kFullTurn / 2) ++falls;
-    if (jump > kFullTurn / 2) ++rises;
+    // A few points back and forth over the seam, as undone motion leaves them, are one jump.
     if (std::abs(jump) > kFullTurn / 2 && in_turn >= kFewestInRow) {
+      ++(jump < 0 ? falls : rises);
       ++turn;
       in_turn = 0;
     }

@@ -80,6 +80,19 @@ TEST(SweepRows, AreTheLasersByTheOrderOfThePoints) {
   EXPECT_TRUE(rows_are_rings(rows, model));
 }
 
+TEST(SweepRows, AreTheLasersThoughPointsCrossTheSeam) {
+  const LidarModel model;
+  Sweep sweep = sweep_at(sensor_at(0.3), model);
+  const auto columns = static_cast<std::size_t>(model.columns);
+  ASSERT_EQ(sweep.points_m.size() % columns, 0u);
+  for (std::size_t i = columns; i < sweep.points_m.size(); i += columns) {
+    std::swap(sweep.points_m[i - 1], sweep.points_m[i]);  // a turn's last point after the next one's first
+  }
+  const SweepRows rows = find_rows(sweep);
+  EXPECT_EQ(rows.kind, SweepRows::Kind::kOrder);
+  EXPECT_EQ(rows.rows, model.rings);
+}
+
 TEST(SweepRows, AreTheRingsWhereTheRecordingNamesThem) {
   const LidarModel model;
   Sweep sweep = sweep_at(sensor_at(0.3), model);
