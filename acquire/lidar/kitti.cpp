@@ -62,8 +62,7 @@ class KittiSweeps final : public SweepSource {
     info_.folder = folder_.path;
     info_.expected_poses =
         "poses.txt beside velodyne/, or poses/NN.txt as the KITTI odometry benchmark has it: for each sweep a line "
-        "with "
-        "the 12 numbers of the left camera's 3x4 pose; and calib.txt with the line Tr";
+        "with the 12 numbers of the left camera's 3x4 pose; and calib.txt with the line Tr";
     if (auto listed = list_sweeps(); !listed) return listed;
     if (auto read = read_poses(); !read) return read;
     return read_times();

@@ -162,7 +162,7 @@ class SweepScan {
     // A sweep's far points weigh little, but the sweeps that follow come near them.
     if (!job_.asks_for("extract.min_weight")) job_.config.extract.min_weight = 0;
     if (job_.asks_for("fusion.voxel_size")) return;
-    constexpr double kFinest_m = 0.02, kCoarsest_m = 0.2;
+    constexpr double kFinest_m = 0.02, kCoarsest_m = 0.1;  // the key takes no more
     job_.config.fusion.voxel_size_m = std::clamp(two_digits(std::max(spacing_m, kFinest_m)), kFinest_m, kCoarsest_m);
     session_.info(
         fmt::format("fusion.voxel_size: {}, about the distance of the points; set fusion.voxel_size for another",
