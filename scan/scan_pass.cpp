@@ -4,13 +4,12 @@
 #include <set>
 #include <utility>
 
-#include "core/files/atomic_file.h"
-#include "export/trajectory.h"
 #include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/pose_finder.h"
+#include "scan/volume/write_beside_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -251,15 +250,7 @@ Result<void> ScanPass::write_mesh() {
 
 Result<void> ScanPass::write_volume_and_trajectory() {
   volume_ = described(scan_->volume());
-  if (job_.files.volume) {
-    files_["volume"] = job_.files.volume->string();
-    const auto saved = session_.timed("write", [&] { return scan_->volume().save(*job_.files.volume); });
-    if (!saved) return saved;
-  }
-  if (!job_.files.trajectory) return {};
-  files_["trajectory"] = job_.files.trajectory->string();
-  const std::string text = trajectory_text(*job_.files.trajectory, stamped_poses(scan_->trajectory()));
-  return session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
+  return write_beside_mesh(scan_->volume(), scan_->trajectory(), job_, session_, files_);
 }
 
 ScanState ScanPass::state() {

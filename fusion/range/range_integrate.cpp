@@ -44,9 +44,7 @@ class RangeUpdate {
         volume_(volume) {
     nearest_m_ = std::numeric_limits<float>::max();
     for (const RangeView::Pixel& pixel : view.pixels().pixels()) {
-      if (!(pixel.slope > 0)) continue;
-      nearest_m_ = std::min(nearest_m_, pixel.range_m);
-      farthest_m_ = std::max(farthest_m_, pixel.range_m);
+      if (pixel.slope > 0) nearest_m_ = std::min(nearest_m_, pixel.range_m);
     }
   }
 
@@ -82,7 +80,7 @@ class RangeUpdate {
     const Vector3d middle = Vector3d(origin.x(), origin.y(), origin.z()).array() + 0.5 * kLastInBlock;
     const double off = (T_scan_world_ * (middle * voxel_size_m_) - view_.sight().centre).norm();
     const double half_block = std::sqrt(3.0) / 2 * kLastInBlock * voxel_size_m_;
-    return off <= farthest_m_ + truncation_m_ / kMinBandSlope + half_block + voxel_size_m_;
+    return off <= view_.farthest_m() + truncation_m_ / kMinBandSlope + half_block + voxel_size_m_;
   }
 
   /// True if the scan said something of it.
@@ -191,7 +189,6 @@ class RangeUpdate {
   double voxel_size_m_;
   float truncation_m_;
   float nearest_m_;
-  float farthest_m_ = 0;
   TsdfVolume& volume_;
 };
 

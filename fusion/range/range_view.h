@@ -57,6 +57,9 @@ class RangeView {
   [[nodiscard]] bool is_empty_around(const Eigen::Vector3d& p) const;
   static constexpr int kEmptyPixels = 3;
 
+  /// The largest range of the surface.
+  [[nodiscard]] float farthest_m() const { return farthest_m_; }
+
   /// The least `before_m` of the pixels within one pixel; nothing if one of them has no surface, because rims are
   /// unreliable.
   [[nodiscard]] std::optional<float> least_before_m(const Eigen::Vector3d& p) const;
@@ -74,7 +77,7 @@ class RangeView {
   Image<Pixel> pixels_;
   Image<std::uint8_t> is_empty_;  ///< for each of `pixels_`: a line there met nothing
   double first_u_ = 0, first_v_ = 0, step_u_ = 1, step_v_ = 1;
-  float farthest_m_ = 0;       ///< largest range of the surface
+  float farthest_m_ = 0;
   bool wraps_around_ = false;  ///< the picture's last column is next to the first one
 };
 

@@ -94,7 +94,7 @@ HWY_INLINE RowPoses poses_of(const RowPose* T_middle_row, const Places& places) 
     numbers = T_middle_row[static_cast<int>(row)].data();
     fill([&](int k) { return set(numbers[k]); });
   } else {
-    const VI first = hn::Mul(hn::ConvertTo(i, places.y), hn::Set(i, 12));
+    const VI first = hn::Mul(hn::ConvertTo(i, places.y), hn::Set(i, static_cast<int>(RowPose::SizeAtCompileTime)));
     fill([&](int k) { return hn::GatherIndex(f, numbers + k, first); });
   }
   return poses;

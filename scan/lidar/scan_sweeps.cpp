@@ -10,9 +10,7 @@
 
 #include "acquire/lidar/sweep_grid.h"
 #include "acquire/lidar/sweep_source.h"
-#include "core/files/atomic_file.h"
 #include "core/files/quantity.h"
-#include "export/trajectory.h"
 #include "fusion/range/range_integrate.h"
 #include "fusion/range/range_surface.h"
 #include "fusion/range/range_view.h"
@@ -23,6 +21,7 @@
 #include "scan/mesh/write_surface.h"
 #include "scan/reconstruction.h"
 #include "scan/two_digits.h"
+#include "scan/volume/write_beside_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -195,17 +194,8 @@ class SweepScan {
   }
 
   [[nodiscard]] Result<void> write() {
-    if (job_.files.trajectory) {
-      result_.files["trajectory"] = job_.files.trajectory->string();
-      const std::string text = trajectory_text(*job_.files.trajectory, stamped_poses(result_.trajectory));
-      const auto written = session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
-      if (!written) return written;
-    }
-    if (job_.files.volume) {
-      result_.files["volume"] = job_.files.volume->string();
-      const auto saved = session_.timed("write", [&] { return volume_->save(*job_.files.volume); });
-      if (!saved) return saved;
-    }
+    auto written_beside = write_beside_mesh(*volume_, result_.trajectory, job_, session_, result_.files);
+    if (!written_beside) return written_beside;
     const UpAxis world_up = source_->info().world_up;
     result_.mesh.isovalue = job_.config.extract.isovalue;
     const FinishedSurface finished = finished_surface(volume_->field_view().without_colours(),

@@ -7,9 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/files/atomic_file.h"
 #include "core/files/quantity.h"
-#include "export/trajectory.h"
 #include "scan/checks/settings_check.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
@@ -17,6 +15,7 @@
 #include "scan/silhouettes/silhouette_views.h"
 #include "scan/silhouettes/turned_views.h"
 #include "scan/two_digits.h"
+#include "scan/volume/write_beside_mesh.h"
 
 namespace scanknit {
 namespace {
@@ -182,17 +181,8 @@ class SilhouetteScan {
   }
 
   [[nodiscard]] Result<void> write(const TsdfVolume& volume) {
-    if (job_.files.trajectory) {
-      result_.files["trajectory"] = job_.files.trajectory->string();
-      const std::string text = trajectory_text(*job_.files.trajectory, stamped_poses(result_.trajectory));
-      const auto written = session_.timed("write", [&] { return write_file_atomically(*job_.files.trajectory, text); });
-      if (!written) return written;
-    }
-    if (job_.files.volume) {
-      result_.files["volume"] = job_.files.volume->string();
-      const auto saved = session_.timed("write", [&] { return volume.save(*job_.files.volume); });
-      if (!saved) return saved;
-    }
+    auto written_beside = write_beside_mesh(volume, result_.trajectory, job_, session_, result_.files);
+    if (!written_beside) return written_beside;
     result_.mesh.isovalue = job_.config.extract.isovalue;
     const FinishedSurface finished =
         finished_surface(volume.field_view(), {job_.config, world_up_, 1, session_.stop()}, session_);
