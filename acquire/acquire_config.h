@@ -48,6 +48,7 @@ enum class RecordingFormat {
   kRealsenseBag,
   kOni,
   kSens,
+  kAzureMkv,
 };
 
 /// A kind of depth sensor, of which range, noise and in part the camera are known (acquire/sensor/sensor_profile.h).

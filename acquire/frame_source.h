@@ -29,7 +29,8 @@ struct RecognisedSensor {
 struct RecordingInfo {
   std::string format;                     ///< "7-scenes", "tum", "open3d", "nerfstudio", "phone-lidar", "pcd", "pclzf",
                                           ///< "fakenect", "mcap", "ros2", "ros1", "realsense-bag", "oni", "sens",
-                                          ///< "stray-scanner", "arkitscenes", "polycam", "record3d", "replica", "bop"
+                                          ///< "stray-scanner", "arkitscenes", "polycam", "record3d", "replica", "bop",
+                                          ///< "azure-mkv"
   std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
                                           ///< or the file that is all of it
   std::size_t frames = 0;                 ///< all frames of the recording, also those that from/to/every do not select

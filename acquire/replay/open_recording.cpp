@@ -5,6 +5,7 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/masks/mask_files.h"
+#include "acquire/mkv/azure_recording.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/folder.h"
 #include "acquire/replay/indexed_source.h"
@@ -72,6 +73,8 @@ constexpr std::array kFileLayouts = {
     FileLayout{RecordingFormat::kOni, "oni", "an .oni file of OpenNI 1 or 2", fits_oni, index_oni},
     FileLayout{RecordingFormat::kRecord3d, "record3d", "an .r3d file of Record3D", fits_record3d, index_record3d},
     FileLayout{RecordingFormat::kSens, "sens", "a .sens file of ScanNet", fits_sens, index_sens},
+    FileLayout{RecordingFormat::kAzureMkv, "azure-mkv", "an .mkv file of Azure Kinect's recorder", fits_azure_mkv,
+               index_azure_mkv},
 };
 
 constexpr int kLevelsBelow = 2;             // how deep a lone recording is searched for
@@ -111,7 +114,7 @@ const FileLayout* layout_of(const RandomAccess& file, const AcquireConfig& confi
 
 // Recordings that are one file each, by the usual ends of their names.
 std::vector<Found> find_file_recordings(const Folder& folder, const AcquireConfig& config) {
-  constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag", ".oni", ".sens", ".r3d"};
+  constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag", ".oni", ".sens", ".r3d", ".mkv"};
   std::vector<Found> found;
   for (const std::string& name : folder.files) {
     if (std::none_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return name.ends_with(end); })) continue;

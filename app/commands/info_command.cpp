@@ -155,7 +155,7 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
   }
   const auto recording = open_recording(arguments.file, config.acquire);
   if (recording) return recording_json((*recording)->info());
-  constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d"};
+  constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d", ".mkv"};
   const auto extension = arguments.file.extension();
   if (std::find(kEndsOfRecordings.begin(), kEndsOfRecordings.end(), extension) != kEndsOfRecordings.end()) {
     return recording.error();

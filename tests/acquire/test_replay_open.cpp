@@ -25,9 +25,9 @@ TEST(OpenRecording, SaysWhatItLooksForInAnEmptyFolder) {
   const TemporaryFolder folder;
   const std::string error = open_error(folder.path());
   for (const char* layout :
-       {"7-scenes",      "tum",         "open3d",  "nerfstudio", "phone-lidar",   "pcd",     "pclzf",
-        "fakenect",      "mcap",        "ros2",    "ros1",       "realsense-bag", "oni",     "sens",
-        "stray-scanner", "arkitscenes", "polycam", "replica",    "bop",           "record3d"}) {
+       {"7-scenes",      "tum",         "open3d",  "nerfstudio", "phone-lidar",   "pcd",      "pclzf",
+        "fakenect",      "mcap",        "ros2",    "ros1",       "realsense-bag", "oni",      "sens",
+        "stray-scanner", "arkitscenes", "polycam", "replica",    "bop",           "record3d", "azure-mkv"}) {
     EXPECT_TRUE(contains(error, layout)) << error;
   }
 }
