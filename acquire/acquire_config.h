@@ -128,6 +128,9 @@ struct AcquireConfig {
   std::optional<double> colour_later_s;  ///< FrameTiming::colour_later_s; nothing: a scan takes the sensor's
   Limits limits;
 
+  /// Only RecordingInfo is wanted: of a large compressed bag with an index, no more is read than a description needs.
+  bool only_describes = false;
+
   [[nodiscard]] FrameTiming timing() const { return {readout_s.value_or(0), colour_later_s.value_or(0)}; }
 };
 

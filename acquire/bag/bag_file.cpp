@@ -28,9 +28,14 @@ class FaultyMessages final : public BagMessages {
   [[nodiscard]] Result<std::span<const std::byte>> read(std::size_t message) override {
     return messages_->read(message);
   }
+  [[nodiscard]] Result<std::span<const std::byte>> read_alone(std::size_t message) override {
+    return messages_->read_alone(message);
+  }
   [[nodiscard]] bool peek(std::size_t message, std::span<std::byte> to) override {
     return messages_->peek(message, to);
   }
+  [[nodiscard]] std::uint64_t indexed_bytes() const override { return messages_->indexed_bytes(); }
+  [[nodiscard]] Result<bool> drop_wrong_index() override { return messages_->drop_wrong_index(); }
   [[nodiscard]] std::vector<std::string> faults() const override {
     auto faults = messages_->faults();
     faults.push_back(fault_);
@@ -44,7 +49,7 @@ class FaultyMessages final : public BagMessages {
 
 Result<std::unique_ptr<BagMessages>> open_plain(std::unique_ptr<RandomAccess> file, const Limits& limits) {
   if (is_sqlite(*file)) return open_db3_messages(std::move(file), limits);
-  auto reader = McapReader::open(std::move(file), limits);
+  auto reader = McapReader::open(std::move(file), limits, McapIndexUse::kPacked);
   if (!reader) return reader.error();
   return messages_of_mcap(*std::move(reader), limits);
 }

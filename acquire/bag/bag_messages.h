@@ -41,11 +41,23 @@ class BagMessages {
   /// A message's bytes; valid until the next call. Errors (kInput, without `where`): damaged, beyond the limits.
   [[nodiscard]] virtual Result<std::span<const std::byte>> read(std::size_t message) = 0;
 
+  /// read(), but of a large chunk that is not compressed no more than the message is read, and the chunk's checksum is
+  /// not looked at. For messages that are small and in every chunk.
+  [[nodiscard]] virtual Result<std::span<const std::byte>> read_alone(std::size_t message) { return read(message); }
+
   /// The first bytes of a message, `to` of them; false: there are not so many. Reads little else where it can.
   [[nodiscard]] virtual bool peek(std::size_t message, std::span<std::byte> to) = 0;
 
   /// What is wrong with the files as a whole, as sentences; empty: nothing.
   [[nodiscard]] virtual std::vector<std::string> faults() const = 0;
+
+  /// Compressed bytes that were not unpacked, because an index tells what messages are in them; 0: there is none.
+  [[nodiscard]] virtual std::uint64_t indexed_bytes() const { return 0; }
+
+  /// To be called when messages have been read. Where the index turned out to be wrong, goes over the files as if there
+  /// were none, and returns true: topics and messages have other numbers then. Errors (kInput, without `where`): those
+  /// of opening.
+  [[nodiscard]] virtual Result<bool> drop_wrong_index() { return false; }
 };
 
 // Each gives the messages of one file, those that are packed by zstd (rosbag2_compression) unpacked.

@@ -17,14 +17,8 @@ struct JoinedPart {
 class JoinedMessages final : public BagMessages {
  public:
   void add(std::unique_ptr<BagMessages> messages) {
-    JoinedPart part{std::move(messages), size_, {}};
-    for (const BagTopic& topic : part.messages->topics()) {
-      const auto [number, is_new] = numbers_.try_emplace({topic.name, topic.type}, topics_.size());
-      if (is_new) topics_.push_back(topic);
-      part.topics.push_back(number->second);
-    }
-    size_ += part.messages->size();
-    parts_.push_back(std::move(part));
+    parts_.push_back({std::move(messages), 0, {}});
+    number(parts_.back());
   }
 
   [[nodiscard]] const std::vector<BagTopic>& topics() const override { return topics_; }
@@ -39,6 +33,10 @@ class JoinedMessages final : public BagMessages {
     const JoinedPart& part = part_of(message);
     return part.messages->read(message - part.begin);
   }
+  [[nodiscard]] Result<std::span<const std::byte>> read_alone(std::size_t message) override {
+    const JoinedPart& part = part_of(message);
+    return part.messages->read_alone(message - part.begin);
+  }
   [[nodiscard]] bool peek(std::size_t message, std::span<std::byte> to) override {
     const JoinedPart& part = part_of(message);
     return part.messages->peek(message - part.begin, to);
@@ -52,7 +50,39 @@ class JoinedMessages final : public BagMessages {
     return faults;
   }
 
+  [[nodiscard]] std::uint64_t indexed_bytes() const override {
+    std::uint64_t bytes = 0;
+    for (const JoinedPart& part : parts_) bytes += part.messages->indexed_bytes();
+    return bytes;
+  }
+  [[nodiscard]] Result<bool> drop_wrong_index() override {
+    bool has_dropped = false;
+    for (const JoinedPart& part : parts_) {
+      const auto dropped = part.messages->drop_wrong_index();
+      if (!dropped) return dropped;
+      has_dropped |= *dropped;
+    }
+    if (!has_dropped) return false;
+    topics_.clear();
+    numbers_.clear();
+    size_ = 0;
+    for (JoinedPart& part : parts_) number(part);
+    return true;
+  }
+
  private:
+  /// Puts the part's topics and messages behind those of the parts before it.
+  void number(JoinedPart& part) {
+    part.begin = size_;
+    part.topics.clear();
+    for (const BagTopic& topic : part.messages->topics()) {
+      const auto [number, is_new] = numbers_.try_emplace({topic.name, topic.type}, topics_.size());
+      if (is_new) topics_.push_back(topic);
+      part.topics.push_back(number->second);
+    }
+    size_ += part.messages->size();
+  }
+
   [[nodiscard]] const JoinedPart& part_of(std::size_t message) const {
     const auto after = std::upper_bound(parts_.begin(), parts_.end(), message,
                                         [](std::size_t number, const JoinedPart& part) { return number < part.begin; });

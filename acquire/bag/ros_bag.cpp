@@ -223,6 +223,16 @@ std::optional<std::vector<std::byte>> RosBag::load(const Chunk& chunk) const {
 }
 
 Result<std::span<const std::byte>> RosBag::read(const BagMessage& message) {
+  const Error changed{ErrorCode::kInput, "the file has changed while it was read"};
+  const Chunk& chunk = chunks_[message.chunk];
+  if (chunk.compression == "none") {
+    if (message.length > limits_.max_image_bytes) {
+      return Error{ErrorCode::kInput, "a message has more bytes than " + std::to_string(limits_.max_image_bytes)};
+    }
+    alone_.resize(message.length);
+    if (!file_->read(chunk.begin + message.offset, alone_)) return changed;
+    return std::span<const std::byte>(alone_);
+  }
   LoadedChunk* place = &cache_[0];
   for (LoadedChunk& candidate : cache_) {
     if (candidate.bytes && candidate.index == message.chunk) {
@@ -235,9 +245,8 @@ Result<std::span<const std::byte>> RosBag::read(const BagMessage& message) {
   if (!place->bytes || place->index != message.chunk) {
     place->bytes.reset();  // before the next one is read: two chunks are enough
     place->index = message.chunk;
-    place->bytes = load(chunks_[message.chunk]);
+    place->bytes = load(chunk);
   }
-  const Error changed{ErrorCode::kInput, "the file has changed while it was read"};
   if (!place->bytes) return changed;
   ByteReader reader(*place->bytes);
   if (!reader.take(message.offset)) return changed;

@@ -79,6 +79,7 @@ class RosBag {
   std::optional<bool> is_finished_;  ///< as the bag's header says; nothing: it has not come
   std::uint64_t promised_index_records_ = 0, index_records_ = 0;
   std::array<LoadedChunk, 2> cache_;
+  std::vector<std::byte> alone_;  // a message of a chunk that is not compressed
   std::uint64_t reads_ = 0;
 };
 

@@ -19,18 +19,14 @@ class ZstdMessages final : public BagMessages {
   [[nodiscard]] BagEntry entry(std::size_t message) const override { return packed_->entry(message); }
   [[nodiscard]] std::vector<std::string> faults() const override { return packed_->faults(); }
 
+  [[nodiscard]] std::uint64_t indexed_bytes() const override { return packed_->indexed_bytes(); }
+  [[nodiscard]] Result<bool> drop_wrong_index() override { return packed_->drop_wrong_index(); }
+
   [[nodiscard]] Result<std::span<const std::byte>> read(std::size_t message) override {
-    const auto bytes = packed_->read(message);
-    if (!bytes || !is_zstd(*bytes)) return bytes;
-    const auto size = zstd_content_size(*bytes);
-    if (size > limits_.max_image_bytes) {
-      return Error{ErrorCode::kInput,
-                   "a packed message has more bytes than " + std::to_string(limits_.max_image_bytes)};
-    }
-    auto plain = zstd_unpack(*bytes, static_cast<std::size_t>(size.value_or(0)));
-    if (!plain) return plain.error();
-    bytes_ = *std::move(plain);
-    return std::span<const std::byte>(bytes_);
+    return unpacked(packed_->read(message));
+  }
+  [[nodiscard]] Result<std::span<const std::byte>> read_alone(std::size_t message) override {
+    return unpacked(packed_->read_alone(message));
   }
 
   [[nodiscard]] bool peek(std::size_t message, std::span<std::byte> to) override {
@@ -43,6 +39,19 @@ class ZstdMessages final : public BagMessages {
   }
 
  private:
+  [[nodiscard]] Result<std::span<const std::byte>> unpacked(const Result<std::span<const std::byte>>& bytes) {
+    if (!bytes || !is_zstd(*bytes)) return bytes;
+    const auto size = zstd_content_size(*bytes);
+    if (size > limits_.max_image_bytes) {
+      return Error{ErrorCode::kInput,
+                   "a packed message has more bytes than " + std::to_string(limits_.max_image_bytes)};
+    }
+    auto plain = zstd_unpack(*bytes, static_cast<std::size_t>(size.value_or(0)));
+    if (!plain) return plain.error();
+    bytes_ = *std::move(plain);
+    return std::span<const std::byte>(bytes_);
+  }
+
   std::unique_ptr<BagMessages> packed_;
   Limits limits_;
   std::vector<std::byte> bytes_;

@@ -46,10 +46,11 @@ std::string mcap_profile(const RandomAccess& file) {
   return take_mcap_text(reader).value_or(std::string());
 }
 
-Result<McapReader> McapReader::open(std::unique_ptr<RandomAccess> file, const Limits& limits) {
+Result<McapReader> McapReader::open(std::unique_ptr<RandomAccess> file, const Limits& limits, McapIndexUse use) {
   if (!is_mcap(*file)) return Error{ErrorCode::kInput, "not an MCAP file (version 0)"};
   McapReader reader(std::move(file), limits);
-  if (const auto walked = reader.walk_file(); !walked) return walked.error();
+  const auto walked = use == McapIndexUse::kNone ? reader.walk_file() : reader.walk_with_index();
+  if (!walked) return walked.error();
   return reader;
 }
 
@@ -145,6 +146,10 @@ Result<bool> McapReader::walk_chunk(const Record& record) {
   }
   chunks_.push_back(*chunk);
   has_chunks_ = true;
+  if (note_indexed(record, *chunk)) {
+    if (const auto counted = check_count(); !counted) return counted.error();
+    return true;
+  }
   const std::size_t known_schemas = schemas_.size();
   const std::size_t known_channels = channels_.size();
   bool is_whole = false;
@@ -295,7 +300,12 @@ const Result<std::vector<std::byte>>& McapReader::loaded(std::uint32_t index) {
   place->index = index;
   place->used = ++reads_;
   place->records.reset();  // before the next one is read: two chunks are enough
-  place->records.emplace(load(chunks_[index]));
+  const Chunk& chunk = chunks_[index];
+  place->records.emplace(load(chunk));
+  if (chunk.is_indexed && (!*place->records || !is_as_indexed(chunk, **place->records))) {
+    is_index_wrong_ = true;
+    place->records.emplace(Error{ErrorCode::kInput, "the index does not fit the chunk " + at_byte(chunk.begin)});
+  }
   return *place->records;
 }
 
@@ -307,18 +317,39 @@ Result<std::span<const std::byte>> McapReader::read(const McapMessagePlace& mess
   if (!checked_narrow<std::size_t>(message.offset) || !reader.take(static_cast<std::size_t>(message.offset))) {
     return Error{ErrorCode::kInput, "the file has changed while it was read"};
   }
-  const auto data = reader.take(static_cast<std::size_t>(message.length));
+  std::uint64_t length = message.length;
+  if (chunks_[message.chunk].is_indexed) {
+    // The index does not say it; the record, which has been checked, does.
+    const auto head = std::span(*records).first(static_cast<std::size_t>(message.offset));
+    ByteReader before(head.last(kMcapMessageHeader + sizeof(std::uint64_t)));
+    length = before.little_endian<std::uint64_t>().value_or(0) - kMcapMessageHeader;
+  }
+  const auto data = reader.take(static_cast<std::size_t>(length));
   if (!data) return Error{ErrorCode::kInput, "the file has changed while it was read"};
   return *data;
 }
 
+Result<std::span<const std::byte>> McapReader::read_alone(const McapMessagePlace& message) {
+  SCANKNIT_CHECK(message.chunk < chunks_.size());
+  constexpr std::uint64_t kSmall = 1u << 16;
+  constexpr std::uint64_t kLarge = 1u << 18;
+  const Chunk& chunk = chunks_[message.chunk];
+  const bool is_alone = chunk.packing == Packing::kNone && message.length <= kSmall && chunk.length >= kLarge;
+  if (!is_alone) return read(message);
+  alone_.resize(static_cast<std::size_t>(message.length));
+  if (!file_->read(chunk.begin + message.offset, alone_)) {
+    return Error{ErrorCode::kInput, "the file has changed while it was read"};
+  }
+  return std::span<const std::byte>(alone_);
+}
+
 bool McapReader::peek(const McapMessagePlace& message, std::span<std::byte> to) {
   SCANKNIT_CHECK(message.chunk < chunks_.size());
-  if (to.size() > message.length) return false;
   const Chunk& chunk = chunks_[message.chunk];
+  if (!chunk.is_indexed && to.size() > message.length) return false;
   if (chunk.packing == Packing::kNone) return file_->read(chunk.begin + message.offset, to);
   const auto data = read(message);
-  if (!data) return false;
+  if (!data || data->size() < to.size()) return false;
   std::copy_n(data->begin(), to.size(), to.begin());
   return true;
 }

@@ -1,34 +1,13 @@
 #include "acquire/ros2/ros2_entries.h"
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <utility>
 
 #include "acquire/replay/frame_pairing.h"
-#include "acquire/ros2/cdr_reader.h"
 
 namespace scanknit {
 namespace {
-
-/// The time in its header; the time of recording where that is 0 or cannot be read.
-std::int64_t time_of(BagMessages& bag, std::size_t message) {
-  std::array<std::byte, 12> front{};  // CDR's head or ROS 1's number, seconds, nanoseconds
-  const std::int64_t recorded_ns = bag.entry(message).log_ns;
-  if (!bag.peek(message, front)) return recorded_ns;
-  auto cdr = CdrReader::open({front, bag.encoding()});
-  if (cdr && cdr->is_ros1()) (void)cdr->number<std::uint32_t>();
-  const auto seconds = cdr ? cdr->number<std::int32_t>() : std::nullopt;
-  const auto nanoseconds = cdr ? cdr->number<std::uint32_t>() : std::nullopt;
-  if (!seconds || !nanoseconds || (*seconds == 0 && *nanoseconds == 0)) return recorded_ns;
-  return std::int64_t{*seconds} * 1'000'000'000 + *nanoseconds;
-}
-
-std::vector<std::int64_t> times_of(BagMessages& bag, const PictureTopic& topic) {
-  std::vector<std::int64_t> times_ns;
-  for (const std::size_t message : topic.messages) times_ns.push_back(time_of(bag, message));
-  return times_ns;
-}
 
 /// Half of the usual time from one picture to the next.
 std::int64_t reach_ns(std::vector<std::int64_t> times_ns) {
@@ -70,11 +49,27 @@ class DepthPoses {
   }
 
   [[nodiscard]] std::optional<Result<Pose>> at(std::int64_t time_ns) const {
+    if (survey_.sampled_ns) return sampled_at(time_ns);
     if (is_in_tree_) return survey_.tree.pose_in_root(frame_, time_ns);
     return tracked_ != nullptr ? pose_at(*tracked_, time_ns) : std::nullopt;
   }
 
  private:
+  /// Whether there is a pose, not which: one where poses were recorded within the reach of pose_at().
+  [[nodiscard]] std::optional<Result<Pose>> sampled_at(std::int64_t time_ns) const {
+    constexpr std::uint64_t kReach_ns = 100'000'000;
+    const auto& times = *survey_.sampled_ns;
+    const auto after = std::lower_bound(times.begin(), times.end(), time_ns);
+    // Times from a file may be anything; unsigned numbers hold the difference of any two.
+    const auto since = [](std::int64_t from_ns, std::int64_t to_ns) {
+      return static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(from_ns);
+    };
+    const bool has_after = after != times.end() && since(time_ns, *after) <= kReach_ns;
+    const bool has_before = after != times.begin() && since(*std::prev(after), time_ns) <= kReach_ns;
+    const bool has_poses = is_in_tree_ || tracked_ != nullptr;
+    return has_poses && (has_after || has_before) ? std::optional(Result<Pose>(Pose::Identity())) : std::nullopt;
+  }
+
   const Ros2Survey& survey_;
   std::string frame_;
   bool is_in_tree_;
@@ -83,11 +78,11 @@ class DepthPoses {
 
 }  // namespace
 
-void add_ros2_entries(BagMessages& bag, const Ros2Survey& survey, const PictureTopic& depth, const PictureTopic* colour,
+void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const PictureTopic* colour,
                       const BagTopics& wanted, Recording& recording) {
   const DepthPoses poses(survey, depth.frame, wanted, recording);
-  const auto depth_ns = times_of(bag, depth);
-  const auto colour_ns = colour != nullptr ? times_of(bag, *colour) : std::vector<std::int64_t>();
+  const auto& depth_ns = depth.times_ns;
+  const auto colour_ns = colour != nullptr ? colour->times_ns : std::vector<std::int64_t>();
   const auto partners = pair_by_time(depth_ns, colour_ns, reach_ns(colour_ns));
   for (std::size_t i = 0; i < depth_ns.size(); ++i) {
     FrameEntry entry{.sequence = i, .timestamp_ns = depth_ns[i]};

@@ -151,6 +151,16 @@ void set_camera(const Ros2Survey& survey, const std::optional<std::string>& want
   if (wanted) topic.camera = survey.cameras.at(*wanted);
 }
 
+/// Where the bag's index turns out to be wrong, once more without it.
+Result<Ros2Survey> survey_by_index(BagMessages& messages, const AcquireConfig& config) {
+  constexpr std::uint64_t kLarge = 256u << 20;  // compressed: more than a second
+  const bool is_sample = config.only_describes && messages.indexed_bytes() > kLarge;
+  Ros2Survey survey = survey_ros2(messages, is_sample ? SurveyKind::kSample : SurveyKind::kWhole);
+  const auto dropped = messages.drop_wrong_index();
+  if (!dropped) return dropped.error();
+  return *dropped ? survey_ros2(messages) : std::move(survey);
+}
+
 void tell_faults(const Ros2Recording& bag, const ChosenTopics& chosen, Recording& recording) {
   for (std::string& fault : bag.messages->faults()) recording.warnings.push_back(std::move(fault));
   if (chosen.colour != nullptr && !chosen.T_colour_depth) {
@@ -182,7 +192,9 @@ Result<Recording> index_ros2(std::unique_ptr<RandomAccess> file, const fs::path&
 
 Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::path& path, const AcquireConfig& config) {
   const auto bag = std::make_shared<Ros2Recording>(Ros2Recording{std::move(messages)});
-  const Ros2Survey survey = survey_ros2(*bag->messages);
+  const auto surveyed = survey_by_index(*bag->messages, config);
+  if (!surveyed) return located(surveyed.error(), path);
+  const Ros2Survey& survey = *surveyed;
   const auto found = choose_topics(survey, config.topics);
   if (!found) return located(found.error(), path);
   const ChosenTopics& chosen = *found;
@@ -209,8 +221,13 @@ Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::pat
   recording.has_metric_depth = bag->depth.content == Ros2Content::kMetricDepth;
   recording.frames_bring_camera = bag->depth_lens.has_value() || (bag->depth.is_cloud() && !config.intrinsics);
   tell_topics(survey, chosen, recording);
+  if (survey.sampled_ns) {
+    recording.warnings.push_back(
+        "a large bag with compressed chunks, described by its index: the duration is that of recording, and a frame "
+        "counts as one with a pose where poses were recorded within 0.1 s");
+  }
   tell_faults(*bag, chosen, recording);
-  add_ros2_entries(*bag->messages, survey, bag->depth, bag->colour ? &*bag->colour : nullptr, config.topics, recording);
+  add_ros2_entries(survey, bag->depth, bag->colour ? &*bag->colour : nullptr, config.topics, recording);
   recording.decode = [bag](const FrameEntry& entry, const DecodeSettings& settings) {
     return decode(*bag, entry, settings);
   };

@@ -1,10 +1,12 @@
 #include "acquire/ros2/ros2_survey.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <tuple>
 #include <utility>
 
+#include "acquire/ros2/cdr_reader.h"
 #include "acquire/ros2/ros2_cloud.h"
 
 namespace scanknit {
@@ -32,10 +34,23 @@ Role role_of(const std::string& type) {
   return is_pose ? Role::kPose : Role::kNone;
 }
 
+/// The time in its header; the time of recording where that is 0 or cannot be read.
+std::int64_t time_of(BagMessages& bag, std::size_t message) {
+  std::array<std::byte, 12> front{};  // CDR's head or ROS 1's number, seconds, nanoseconds
+  const std::int64_t recorded_ns = bag.entry(message).log_ns;
+  if (!bag.peek(message, front)) return recorded_ns;
+  auto cdr = CdrReader::open({front, bag.encoding()});
+  if (cdr && cdr->is_ros1()) (void)cdr->number<std::uint32_t>();
+  const auto seconds = cdr ? cdr->number<std::int32_t>() : std::nullopt;
+  const auto nanoseconds = cdr ? cdr->number<std::uint32_t>() : std::nullopt;
+  if (!seconds || !nanoseconds || (*seconds == 0 && *nanoseconds == 0)) return recorded_ns;
+  return std::int64_t{*seconds} * 1'000'000'000 + *nanoseconds;
+}
+
 /// Goes over the messages of a bag once.
 class Surveyor {
  public:
-  explicit Surveyor(BagMessages& bag) : bag_(bag) {
+  Surveyor(BagMessages& bag, SurveyKind kind) : bag_(bag), is_sample_(kind == SurveyKind::kSample) {
     for (const BagTopic& topic : bag.topics()) {
       const Role role = role_of(topic.type);
       roles_.push_back(role);
@@ -45,12 +60,15 @@ class Surveyor {
   }
 
   [[nodiscard]] Ros2Survey survey() {
+    if (is_sample_) begin_sample();
     for (std::size_t i = 0; i < bag_.size(); ++i) {
       const std::size_t topic = bag_.entry(i).topic;
       note(roles_[topic], bag_.topics()[topic].name, i);
     }
     add_odometry();
     survey_.tree.sort();
+    if (survey_.sampled_ns) std::sort(survey_.sampled_ns->begin(), survey_.sampled_ns->end());
+    std::sort(survey_.other_topics.begin(), survey_.other_topics.end());
     for (auto& [topic, poses] : survey_.tracked) sort_by_time(poses);
     for (auto& [name, picture] : pictures_) {
       picture.name = name;
@@ -62,14 +80,40 @@ class Surveyor {
   }
 
  private:
+  static bool is_of_poses(Role role) {
+    return role == Role::kTransforms || role == Role::kOdometry || role == Role::kPose;
+  }
+
+  /// Counts the messages of each topic of poses.
+  void begin_sample() {
+    survey_.sampled_ns.emplace();
+    counts_.resize(roles_.size());
+    seen_.resize(roles_.size());
+    for (std::size_t i = 0; i < bag_.size(); ++i) ++counts_[bag_.entry(i).topic];
+  }
+
+  /// About fifty of a topic's messages, evenly, as many chunks are unpacked; of tf_static, to which each node adds its
+  /// own, also the first ones.
+  [[nodiscard]] bool is_in_sample(const std::string& topic, std::size_t number) {
+    constexpr std::size_t kSampled = 50;
+    constexpr std::size_t kFirst = 1000;
+    const BagEntry entry = bag_.entry(number);
+    survey_.sampled_ns->push_back(entry.log_ns);
+    const std::size_t step = counts_[entry.topic] / kSampled + 1;
+    const std::size_t seen = seen_[entry.topic]++;
+    return seen % step == 0 || (topic.ends_with("tf_static") && seen < kFirst);
+  }
+
   void note(Role role, const std::string& topic, std::size_t number) {
     if (role == Role::kNone || (role == Role::kCamera && survey_.cameras.contains(topic))) return;
     if (role == Role::kPicture) {
       PictureTopic& picture = pictures_[topic];
       picture.messages.push_back(number);
+      picture.times_ns.push_back(is_sample_ ? bag_.entry(number).log_ns : time_of(bag_, number));
       if (picture.content != Ros2Content::kNone || picture.messages.size() > kTries) return;
     }
-    const auto bytes = bag_.read(number);
+    if (is_sample_ && is_of_poses(role) && !is_in_sample(topic, number)) return;
+    const auto bytes = role == Role::kPicture ? bag_.read(number) : bag_.read_alone(number);
     if (!bytes) return;
     const RosMessage message(*bytes, bag_.encoding());
     if (role == Role::kPicture) note_content(pictures_[topic], message);
@@ -126,8 +170,10 @@ class Surveyor {
   }
 
   BagMessages& bag_;
+  bool is_sample_;
   Ros2Survey survey_;
-  std::vector<Role> roles_;  ///< by topic
+  std::vector<Role> roles_;                 ///< by topic
+  std::vector<std::size_t> counts_, seen_;  ///< of messages, by topic; only for a sample
   std::map<std::string, PictureTopic> pictures_;
   std::vector<Ros2Transform> odometry_;
 };
@@ -220,8 +266,8 @@ std::string PictureTopic::camera_topic() const {
   return topic + "/camera_info";
 }
 
-Ros2Survey survey_ros2(BagMessages& bag) {
-  return Surveyor(bag).survey();
+Ros2Survey survey_ros2(BagMessages& bag, SurveyKind kind) {
+  return Surveyor(bag, kind).survey();
 }
 
 const PictureTopic* Ros2Survey::find_picture(const std::string& name) const {

@@ -27,6 +27,7 @@ struct PictureTopic {
   std::string frame;                         ///< of reference, from that message
   std::optional<Ros2Camera> camera = {};     ///< of camera_info beside it
   std::vector<std::size_t> messages = {};
+  std::vector<std::int64_t> times_ns = {};  ///< of the messages
 
   [[nodiscard]] bool is_cloud() const { return kind == PictureKind::kCloud; }
   [[nodiscard]] bool is_compressed() const { return kind == PictureKind::kCompressed; }
@@ -43,13 +44,20 @@ struct Ros2Survey {
   TransformTree tree;                                     ///< of tf, tf_static and Odometry
   std::map<std::string, std::vector<TimedPose>> tracked;  ///< of topics of PoseStamped, sorted by time
   std::map<std::string, Ros2Camera> cameras;              ///< of topics of CameraInfo
-  std::vector<std::string> other_topics;                  ///< "NAME (TYPE)"
+  std::vector<std::string> other_topics;                  ///< "NAME (TYPE)", in the order of their names
+  std::optional<std::vector<std::int64_t>> sampled_ns;    ///< when a pose was recorded, of a sample; sorted
 
   [[nodiscard]] const PictureTopic* find_picture(const std::string& name) const;
 };
 
-/// Reads all messages but the pictures, of which it reads the first. Those that are damaged are passed over.
-[[nodiscard]] Ros2Survey survey_ros2(BagMessages& bag);
+enum class SurveyKind {
+  kWhole,
+  kSample  ///< enough to describe a bag: of poses a sample, and the times when messages were recorded for the pictures'
+};
+
+/// Reads all messages but the pictures, of which it reads the first, and the time in the header of the others. Those
+/// that are damaged are passed over.
+[[nodiscard]] Ros2Survey survey_ros2(BagMessages& bag, SurveyKind kind = SurveyKind::kWhole);
 
 /// The depth topic that is read, and its colour.
 struct ChosenTopics {

@@ -153,7 +153,9 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
     const auto sweeps = open_sweeps(arguments.file, config.acquire);
     return sweeps ? Result<Json>(sweeps_json((*sweeps)->info())) : sweeps.error();
   }
-  const auto recording = open_recording(arguments.file, config.acquire);
+  AcquireConfig acquire = config.acquire;
+  acquire.only_describes = true;
+  const auto recording = open_recording(arguments.file, acquire);
   if (recording) return recording_json((*recording)->info());
   constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d", ".mkv"};
   const auto extension = arguments.file.extension();
