@@ -25,31 +25,7 @@ struct CameraModel {
   friend bool operator==(const CameraModel&, const CameraModel&) = default;
 };
 
-/// How a recording is laid out (docs/recordings.md).
-enum class RecordingFormat {
-  kAuto,  ///< by its content
-  kSevenScenes,
-  kTum,
-  kOpen3d,
-  kNerfstudio,
-  kPhoneLidar,
-  kStrayScanner,
-  kArkitscenes,
-  kPolycam,
-  kRecord3d,
-  kReplica,
-  kBop,
-  kPcd,
-  kPclzf,
-  kFakenect,
-  kMcap,
-  kRos2,
-  kRos1,
-  kRealsenseBag,
-  kOni,
-  kSens,
-  kAzureMkv,
-};
+enum class RecordingFormat : int;  // acquire/recording_format.h
 
 /// A kind of depth sensor, of which range, noise and in part the camera are known (acquire/sensor/sensor_profile.h).
 enum class SensorModel {
@@ -102,7 +78,7 @@ enum class Geometry {
 
 struct AcquireConfig {
   Geometry geometry = Geometry::kDepth;
-  RecordingFormat format = RecordingFormat::kAuto;
+  RecordingFormat format{};               ///< kAuto
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
   std::optional<CameraModel> intrinsics;  ///< overrides the recording's
   std::optional<SensorModel> sensor;      ///< nothing: recognised by the recording

@@ -1,5 +1,6 @@
 #include "acquire/lidar/kitti.h"
 #include "acquire/lidar/sweep_source.h"
+#include "acquire/recording_format.h"
 
 namespace scanknit {
 

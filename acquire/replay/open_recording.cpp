@@ -5,6 +5,7 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/masks/mask_files.h"
+#include "acquire/recording_format.h"
 #include "acquire/mkv/azure_recording.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/folder.h"

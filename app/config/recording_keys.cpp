@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquire/recording_format.h"
 #include "app/config/config_keys.h"
 
 namespace scanknit {

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <stop_token>
 
+#include "acquire/recording_format.h"
 #include "acquire/replay/folder.h"
 #include "test_replay_support.h"
 #include "tests/support/text.h"
