@@ -81,6 +81,7 @@ struct CaptureArguments {
 struct RecordArguments {
   ScannerRequest scanner;
   std::filesystem::path output;
+  bool wants_ros2 = false;  ///< messages of ROS 2 instead of our own
 };
 
 struct ExtractArguments {

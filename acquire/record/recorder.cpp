@@ -8,6 +8,9 @@
 #include <string>
 #include <utility>
 
+#include "acquire/record/recording_writer.h"
+#include "acquire/record/ros2_recording_writer.h"
+
 namespace scanknit {
 namespace {
 
@@ -27,6 +30,12 @@ Result<void> within_memory(const Work& work) {
   }
 }
 
+std::unique_ptr<RawFrameWriter> writer_for(ByteSink sink, const RawCalibration& calibration,
+                                           const RecorderConfig& config) {
+  if (config.ros2_streams.empty()) return std::make_unique<RecordingWriter>(std::move(sink), calibration);
+  return std::make_unique<Ros2RecordingWriter>(std::move(sink), calibration, config.ros2_streams);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& path, const RawCalibration& calibration,
@@ -34,7 +43,7 @@ Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& 
   auto file = AppendFile::create(path);
   if (!file) return file.error();
   std::unique_ptr<Recorder> recorder(new Recorder(*std::move(file), path, calibration, config));
-  if (auto begun = recorder->writer_.begin(); !begun) {
+  if (auto begun = recorder->writer_->begin(); !begun) {
     recorder->file_.remove();  // there is nothing in it, and it would be in the way of the next one
     return begun.error();
   }
@@ -50,7 +59,8 @@ Recorder::Recorder(AppendFile file, std::filesystem::path path, const RawCalibra
                    const RecorderConfig& config)
     : path_(std::move(path)),
       file_(std::move(file)),
-      writer_([this](std::span<const std::byte> bytes) { return file_.append(bytes); }, calibration),
+      writer_(
+          writer_for([this](std::span<const std::byte> bytes) { return file_.append(bytes); }, calibration, config)),
       queue_(config.queue_frames) {}
 
 Recorder::~Recorder() {
@@ -109,9 +119,9 @@ void Recorder::write(const RawFrame& frame) {
     ++lost_;
     return;
   }
-  const std::uint64_t frames = writer_.frames_waiting() + 1;
-  const auto written = within_memory([&] { return writer_.write(frame); });
-  const bool is_flushed = writer_.frames_waiting() == 0;
+  const std::uint64_t frames = writer_->frames_waiting() + 1;
+  const auto written = within_memory([&] { return writer_->write(frame); });
+  const bool is_flushed = writer_->frames_waiting() == 0;
   if (is_flushed || !written) {
     settle(written, frames);
   } else if (!oldest_waiting_) {
@@ -123,14 +133,14 @@ void Recorder::write(const RawFrame& frame) {
       return scanner_;
     }();
     losses.writer += lost_;
-    writer_.write_losses(frame.host_ns, losses);
+    writer_->write_losses(frame.host_ns, losses);
     next_losses_ns_ = frame.host_ns + kLossesPeriod_ns;
   }
 }
 
 void Recorder::flush() {
-  const std::uint64_t frames = writer_.frames_waiting();
-  settle(within_memory([&] { return writer_.flush(); }), frames);
+  const std::uint64_t frames = writer_->frames_waiting();
+  settle(within_memory([&] { return writer_->flush(); }), frames);
 }
 
 // A chunk with this many frames was written or lost.
@@ -155,7 +165,7 @@ void Recorder::close() {
   if (!has_failed_) flush();
   // After a failure too: what the last chunk did not find room for may be enough for the summary. Without one the file
   // is read as well.
-  const auto finished = within_memory([&] { return writer_.finish(); });
+  const auto finished = within_memory([&] { return writer_->finish(); });
   if (!has_failed_) settle(finished, 0);
   if (const auto synced = file_.sync(); !synced && !has_failed_) settle(synced, 0);
 }

@@ -11,10 +11,11 @@
 #include <optional>
 #include <stop_token>
 #include <thread>
+#include <vector>
 
 #include "acquire/mcap/append_file.h"
 #include "acquire/raw_frame.h"
-#include "acquire/record/recording_writer.h"
+#include "acquire/record/raw_frame_writer.h"
 #include "core/result.h"
 #include "core/system/bounded_queue.h"
 
@@ -22,6 +23,7 @@ namespace scanknit {
 
 struct RecorderConfig {
   std::size_t queue_frames = 128;  ///< that may wait for the disk: two seconds of two streams at 30 frames a second
+  std::vector<StreamProfile> ros2_streams = {};  ///< not empty: messages of ROS 2 are written, of these streams
 };
 
 struct RecorderSummary {
@@ -30,7 +32,7 @@ struct RecorderSummary {
   std::uint64_t lost = 0;    ///< frames that could not be written
 };
 
-/// Writes a file for `open_recording`, on its own thread named `record`. If the process is killed, the file has
+/// Writes an MCAP file for `open_recording`, on its own thread named `record`. If the process is killed, the file has
 /// everything older than a second; a second thread makes that survive a power cut, too. Any thread may call the
 /// members; call `finish` once.
 class Recorder {
@@ -72,7 +74,7 @@ class Recorder {
 
   std::filesystem::path path_;
   AppendFile file_;
-  RecordingWriter writer_;
+  std::unique_ptr<RawFrameWriter> writer_;
   BoundedQueue<RawFrame> queue_;
   std::atomic<std::uint64_t> lost_ = 0;
   std::atomic<bool> has_failed_ = false;

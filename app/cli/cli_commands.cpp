@@ -124,6 +124,7 @@ void add_record(CLI::App& app, CommandLine& line) {
       ->required()
       ->check(why_not_mcap)
       ->type_name("FILE.mcap");
+  command->add_flag("--ros2", line.record.wants_ros2, "Write a bag of ROS 2: Image, CameraInfo, tf_static");
   add_scanner_options(*command, line.record.scanner);
   add_common(*command, line);
   command->final_callback([&line] { line.command = from_module(line, &CommandsModule::record, line.record); });

@@ -27,7 +27,9 @@ Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& conf
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
   auto scanner = open_scanner(arguments.scanner, config, Calibration::kOptional, stop, session);
   if (!scanner) return scanner.error();
-  auto recorder = Recorder::create(arguments.output, scanner->calibration);
+  RecorderConfig recorder_config;
+  if (arguments.wants_ros2) recorder_config.ros2_streams = scanner->streams;
+  auto recorder = Recorder::create(arguments.output, scanner->calibration, recorder_config);
   if (!recorder) return recorder.error();
   auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, session),
                                   recorder->get());
