@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
+#include <optional>
 #include <random>
 #include <span>
 #include <string>
 
 #include "acquire/lidar/kitti.h"
 #include "acquire/lidar/sweep_grid.h"
+#include "acquire/lidar/undo_motion.h"
 #include "tests/acquire/lidar_room.h"
 #include "tests/core/temporary_folder.h"
 
@@ -170,6 +173,63 @@ TEST(SweepGrid, OfOddSweepsIsSound) {
   EXPECT_EQ(grid_of({.points_m = {{0, 0, 1}, {0, 0, -1}}}, {}).points_m.height(), 2) << "straight up and down";
   Sweep wrong{.points_m = {{1, 0, 0}, {2, 0, 0}}, .rings = {65535, 0}};
   EXPECT_GE(grid_of(wrong, {}).points_m.height(), 1) << "rings that cannot be";
+}
+
+/// A turn of a tenth of a second; column after column, each at its own time and place.
+Sweep sweep_on_the_way(const SensorPath& path, const LidarModel& model) {
+  Sweep sweep{.timestamp_ns = 1'000'000'000, .T_world_sensor = *path(1'000'000'000)};
+  for (int column = 0; column < model.columns; ++column) {
+    const std::int64_t offset_ns = 100'000'000LL * column / model.columns;
+    const Pose T_room_sensor = *path(1'000'000'000 + offset_ns);
+    for (int ring = 0; ring < model.rings; ++ring) {
+      const Eigen::Vector3d ray = model.direction(ring, column);
+      const double range_m = ray_in_room_m(T_room_sensor.translation(), T_room_sensor.linear() * ray);
+      sweep.points_m.push_back((ray * range_m).cast<float>());
+      sweep.offsets_ns.push_back(offset_ns);
+    }
+  }
+  return sweep;
+}
+
+double farthest_off_walls_m(const Sweep& sweep) {
+  double farthest = 0;
+  for (const auto& p : sweep.points_m) {
+    farthest = std::max(farthest, off_walls_m(sweep.T_world_sensor * p.cast<double>()));
+  }
+  return farthest;
+}
+
+TEST(UndoMotion, PutsThePointsOfAMovingScannerOnTheWalls) {
+  // Two metres and half a radian a second: a quick walker who turns.
+  const SensorPath path = [](std::int64_t time_ns) -> std::optional<Pose> {
+    const double since_s = static_cast<double>(time_ns - 1'000'000'000) * 1e-9;
+    Pose pose = Pose::Identity();
+    pose.translation() = Eigen::Vector3d(2 * since_s, 0.3 * since_s, 0);
+    pose.linear() = Eigen::AngleAxisd(0.5 * since_s, Eigen::Vector3d(0.1, 0, 1).normalized()).matrix();
+    return pose;
+  };
+  Sweep sweep = sweep_on_the_way(path, {});
+  EXPECT_GT(farthest_off_walls_m(sweep), 0.05) << "the motion is there";
+  ASSERT_TRUE(undo_motion(path, sweep));
+  EXPECT_LT(farthest_off_walls_m(sweep), 1e-4);
+  EXPECT_TRUE(sweep.offsets_ns.empty());
+}
+
+TEST(UndoMotion, LeavesASweepAloneWhosePathIsNotKnown) {
+  const auto start_only = [](std::int64_t time_ns) {
+    return time_ns < 1'050'000'000 ? std::optional(sensor_at(0)) : std::nullopt;
+  };
+  Sweep sweep = sweep_on_the_way([](std::int64_t) { return std::optional(sensor_at(0)); }, {});
+  const auto before = sweep.points_m;
+  EXPECT_FALSE(undo_motion(start_only, sweep));
+  EXPECT_EQ(sweep.points_m, before);
+  sweep.offsets_ns.front() = std::numeric_limits<std::int64_t>::max();
+  EXPECT_FALSE(undo_motion(start_only, sweep)) << "a sweep of three hundred years";
+  sweep.offsets_ns.pop_back();
+  EXPECT_FALSE(undo_motion(start_only, sweep)) << "a point without a time";
+  sweep.timestamp_ns.reset();
+  EXPECT_TRUE(undo_motion(start_only, sweep)) << "without a clock all is taken as measured at once";
+  EXPECT_EQ(sweep.points_m, before);
 }
 
 TEST(KittiSweeps, AreOpenedByTheirFolder) {
