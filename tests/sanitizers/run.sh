@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds readers, drivers and the code under them with a sanitizer and runs their tests: run.sh KIND BUILD_DIR [BESIDE]
-#   address   clang: addresses, leaks, undefined behaviour; and 20 s of fuzzing of every parser
+#   address   clang: addresses, leaks, undefined behaviour; and 10 s of fuzzing of every parser
 #   thread    the compiler in use: the threads of the USB drivers, with emulated cameras
 # BESIDE is the build under test: with it the program is run as well (project/CMakeLists.txt says what comes from there). Uses
 # SCANKNIT_JOBS processors, all unless said. Prints SKIPPED when the compiler is missing.
