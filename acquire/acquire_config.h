@@ -70,6 +70,12 @@ struct BagTopics {
   friend bool operator==(const BagTopics&, const BagTopics&) = default;
 };
 
+/// What is known of the space that a mask leaves out.
+enum class MaskMeans {
+  kUnknown,  ///< nothing
+  kFree,     ///< it is free up to the depth that is left out
+};
+
 /// What pictures become a volume.
 enum class Geometry {
   kDepth,        ///< depth pictures are fused
@@ -89,6 +95,7 @@ struct AcquireConfig {
   PoseMode poses = PoseMode::kAuto;
   ScannerColour colour = ScannerColour::kAuto;
   int min_confidence = 2;  ///< phone LiDAR: 0 low, 1 medium, 2 high; depth below it is dropped
+  MaskMeans mask_means = MaskMeans::kUnknown;
 
   std::size_t from = 0;                                      ///< first frame by its position in the recording, from 0
   std::size_t to = std::numeric_limits<std::size_t>::max();  ///< last frame, inclusive
@@ -106,6 +113,10 @@ struct AcquireConfig {
 
   /// Only RecordingInfo is wanted: of a large compressed bag with an index, no more is read than a description needs.
   bool only_describes = false;
+
+  /// Masks hold several classes: depth stays whole, and frames bring their masks as Frame::labels. `mask_class` and
+  /// `mask_means` are not used.
+  bool keeps_labels = false;
 
   [[nodiscard]] FrameTiming timing() const { return {readout_s.value_or(0), colour_later_s.value_or(0)}; }
 };

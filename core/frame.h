@@ -35,6 +35,11 @@ struct Frame {
   Image<Eigen::Vector3f>
       normals;  ///< camera frame, unit, towards the camera; zero where unknown; empty until estimated
   std::optional<Pose> T_world_camera;  ///< from the recording; rigid and finite
+
+  // What masks add, of the size of `depth_m`; each is empty without.
+  Image<std::uint8_t> weights;  ///< how much each depth counts when it is fused, of 255; empty: fully
+  DepthImage outside_m;         ///< what a mask took out of `depth_m`: up to there, and no farther, space is free
+  Image<std::uint8_t> labels;   ///< the class of each pixel, 0: none, if AcquireConfig::keeps_labels
 };
 
 /// Why a frame could not be used: one word per kind, counted in the report as frames.dropped_by_reason.

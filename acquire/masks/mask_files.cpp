@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "core/files/located.h"
 #include "core/files/read_file.h"
@@ -12,8 +11,6 @@ namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint8_t kHalfOfMask = 128;
 
 }  // namespace
 
@@ -54,24 +51,6 @@ Result<Mask> read_mask(const fs::path& path, const AcquireConfig& config) {
     for (std::uint8_t& value : mask->pixels()) value = value == *config.mask_class ? 255 : 0;
   }
   return mask;
-}
-
-void keep_within(const Mask& mask, DepthImage& depth_m) {
-  const auto is_thing = [&](int x, int y) {
-    if (!depth_m.contains(x, y)) return true;  // beyond the border nothing is known
-    const auto column = static_cast<int>((x + 0.5) * mask.width() / depth_m.width());
-    const auto row = static_cast<int>((y + 0.5) * mask.height() / depth_m.height());
-    return mask.at(column, row) >= kHalfOfMask;
-  };
-  DepthImage kept(depth_m.width(), depth_m.height());
-  for (int y = 0; y < depth_m.height(); ++y) {
-    for (int x = 0; x < depth_m.width(); ++x) {
-      const bool is_within =
-          is_thing(x, y) && is_thing(x - 1, y) && is_thing(x + 1, y) && is_thing(x, y - 1) && is_thing(x, y + 1);
-      kept.at(x, y) = is_within ? depth_m.at(x, y) : 0;
-    }
-  }
-  depth_m = std::move(kept);
 }
 
 }  // namespace scanknit

@@ -14,8 +14,11 @@ namespace scanknit {
 /// Folders of masks beside pictures, by their names.
 inline constexpr std::array kMaskFolders = {"masks", "mask", "silhouettes"};
 
-/// How much of each pixel is the thing: 0 to 255.
+/// How much of each pixel is the thing: 0 to 255. In masks of classes, its class.
 using Mask = Image<std::uint8_t>;
+
+/// From this value on, a pixel is the thing.
+inline constexpr std::uint8_t kHalfOfMask = 128;
 
 /// The file in `masks` that belongs to a picture by its name, of "frame-17.depth.png": frame-17.depth.png,
 /// frame-17.depth.png.png, frame-17.mask.png or frame-17.png. Empty: there is none.
@@ -27,9 +30,5 @@ using Mask = Image<std::uint8_t>;
 
 /// The brightest channel.
 [[nodiscard]] Mask brightest(const ColourImage& colour);
-
-/// Removes the depth outside of the mask, and the one pixel inside of its rim, where masks are seldom exact. A mask of
-/// another size is scaled.
-void keep_within(const Mask& mask, DepthImage& depth_m);
 
 }  // namespace scanknit

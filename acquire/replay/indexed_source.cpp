@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "acquire/masks/check_masks.h"
+#include "acquire/masks/frame_mask.h"
 #include "acquire/masks/mask_files.h"
 #include "acquire/replay/undistort.h"
 #include "acquire/sensor/recognise_sensor.h"
@@ -63,6 +66,7 @@ IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
   }
   describe();
   look_at_first_frames();
+  if (config_.masks) look_at_masks();
 }
 
 void IndexedSource::describe() {
@@ -129,6 +133,25 @@ void IndexedSource::look_at_first_frames() {
   }
 }
 
+/// At some of them, evenly spread: faulty masks are told before the scan.
+void IndexedSource::look_at_masks() {
+  constexpr std::size_t kMost = 8;
+  if (!info_.intrinsics) return;
+  AcquireConfig as_in_file = config_;
+  as_in_file.mask_class.reset();
+  std::vector<MaskFile> masks;
+  const std::size_t frames = (last_ - next_) / config_.every + 1;
+  const std::size_t looked_at = std::min(frames, kMost);
+  for (std::size_t i = 0; i < looked_at; ++i) {
+    const std::filesystem::path path = mask_of(recording_.entries[next_ + i * frames / looked_at * config_.every]);
+    auto mask = path.empty() ? Result<Mask>(Mask()) : read_mask(path, as_in_file);
+    if (mask && !mask->empty()) masks.push_back({path, *std::move(mask)});
+  }
+  for (std::string& warning : mask_warnings(masks, info_.intrinsics->width, info_.intrinsics->height, config_)) {
+    info_.warnings.push_back(std::move(warning));
+  }
+}
+
 FrameEvent IndexedSource::next(std::stop_token stop) {
   if (stop.stop_requested() || is_at_end_ || next_ > last_) return EndOfStream{};
   const std::size_t index = next_;
@@ -188,11 +211,11 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
   Frame frame;
   frame.intrinsics = std::get<CameraIntrinsics>(camera);
   frame.depth_m = std::move(decoded.depth_m);
-  if (config_.masks) {
-    if (auto drop = keep_masked(entry, frame.depth_m)) return *std::move(drop);
-  }
   const Distortion distortion = config_.intrinsics ? config_.intrinsics->distortion : Distortion{};
   if (distortion != Distortion{}) frame.depth_m = undistort(frame.depth_m, frame.intrinsics, distortion);
+  if (config_.masks) {
+    if (auto drop = use_mask(entry, distortion, frame)) return *std::move(drop);
+  }
   if (!decoded.colour.empty()) {
     auto colour = settle_colour(decoded, frame.intrinsics, distortion, entry.colour);
     if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
@@ -201,17 +224,27 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
   return frame;
 }
 
-/// Leaves the depth within the frame's mask.
-std::optional<Drop> IndexedSource::keep_masked(const FrameEntry& entry, DepthImage& depth_m) const {
-  const std::filesystem::path masks = (recording_.folder / *config_.masks).lexically_normal();
-  std::filesystem::path path = find_mask(masks, entry.depth);
-  if (path.empty() && !entry.colour.empty()) path = find_mask(masks, entry.colour);
+std::filesystem::path IndexedSource::mask_of(const FrameEntry& entry) const {
+  std::filesystem::path path = find_mask(masks_folder(), entry.depth);
+  if (path.empty() && !entry.colour.empty()) path = find_mask(masks_folder(), entry.colour);
+  return path;
+}
+
+/// Leaves the depth within the frame's mask, or adds its labels.
+std::optional<Drop> IndexedSource::use_mask(const FrameEntry& entry, const Distortion& distortion, Frame& frame) const {
+  const std::filesystem::path path = mask_of(entry);
   if (path.empty()) {
-    return make_drop(DropReason::kMissingFile, "no mask of this frame in " + masks.string(), entry.depth);
+    return make_drop(DropReason::kMissingFile, "no mask of this frame in " + masks_folder().string(), entry.depth);
   }
-  const auto mask = read_mask(path, config_);
-  if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message, path);
-  keep_within(*mask, depth_m);
+  const auto read = read_mask(path, config_);
+  if (!read) return make_drop(DropReason::kUnreadable, read.error().message, path);
+  Mask mask = resized(*read, frame.depth_m.width(), frame.depth_m.height());
+  if (distortion != Distortion{}) mask = undistorted(mask, frame.intrinsics, distortion);
+  if (config_.keeps_labels) {
+    frame.labels = std::move(mask);
+  } else {
+    keep_within(mask, config_.mask_means, frame);
+  }
   return std::nullopt;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 
 #include "acquire/frame_source.h"
@@ -22,11 +23,16 @@ class IndexedSource final : public FrameSource {
  private:
   [[nodiscard]] OrDrop<Frame> load(std::size_t index);
   [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;
-  [[nodiscard]] std::optional<Drop> keep_masked(const FrameEntry& entry, DepthImage& depth_m) const;
+  [[nodiscard]] std::filesystem::path masks_folder() const {
+    return (recording_.folder / *config_.masks).lexically_normal();
+  }
+  [[nodiscard]] std::filesystem::path mask_of(const FrameEntry& entry) const;
+  [[nodiscard]] std::optional<Drop> use_mask(const FrameEntry& entry, const Distortion& distortion, Frame& frame) const;
   [[nodiscard]] std::optional<Drop> settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
                                                 Frame& frame) const;
   void describe();
   void look_at_first_frames();
+  void look_at_masks();
 
   Recording recording_;
   AcquireConfig config_;

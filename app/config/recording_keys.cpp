@@ -91,6 +91,12 @@ std::vector<ConfigKey> mask_keys() {
           [](auto& c) -> auto& { return c.acquire.geometry; }),
       std::move(masks),
       std::move(mask_class),
+      choice<MaskMeans>(
+          {"acquire.mask_means", "",
+           "What depth outside of a mask says. unknown: nothing; free: the space before it is free, so that what masks "
+           "took in by mistake there is carved away. Nothing outside becomes a surface."},
+          {{"unknown", MaskMeans::kUnknown}, {"free", MaskMeans::kFree}},
+          [](auto& c) -> auto& { return c.acquire.mask_means; }),
       std::move(background),
   };
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "fusion/integrate/masked_pixels.h"
 #include "fusion/integrate/surface_image.h"
 #include "fusion/integrate/surface_rows.h"
 
@@ -32,8 +33,9 @@ Observation::Observation(const Frame& frame, const FusionConfig& config) : intri
 }
 
 void Observation::prepare_planes(const Frame& frame, const FusionConfig& config) {
-  const SurfaceImage surface(frame, config.noise);
+  SurfaceImage surface(frame, config.noise);
   const Rays rays(intrinsics_);
+  const MaskedPixels masked(frame, config.carve_free_space);
   const double least_sigma_m = config.noise.sigma_m(config.noise.from_m);
   const Band band{static_cast<float>(config.truncation_voxels * config.voxel_size_m),
                   static_cast<float>(config.truncation_sigmas), FloatNoise(config.noise),
@@ -41,7 +43,9 @@ void Observation::prepare_planes(const Frame& frame, const FusionConfig& config)
   planes_ = Image<PixelPlane>::uninitialised(surface.z_m.width(), surface.z_m.height());
   DepthRanges bands = DepthRanges::uninitialised(surface.z_m.width(), surface.z_m.height());
   tbb::parallel_for(0, bands.height(), [&](int y) {
+    masked.add_outside(y, rays, surface);
     band_row(surface.z_m.row(y), surface.normals.row(y).data(), y, rays, band, bands, planes_.row(y).data());
+    masked.weigh(y, bands, planes_.row(y));
   });
   if (config.carve_free_space) prepare_clearance(surface.z_m, bands, config.noise);
   bands_ = DepthPyramid(std::move(bands));
@@ -58,9 +62,11 @@ void Observation::prepare_clearance(const Image<float>& z_m, const DepthRanges& 
     for (int y = rows.begin(); y < rows.end(); ++y) {
       const auto z = z_m.row(y);
       const float* const near_m = bands.near_m(y);
+      const float* const far_m = bands.far_m(y);
       const auto row = along_rows.row(y);
       for (std::size_t x = 0; x < row.size(); ++x) {
-        const float clear = std::min(near_m[x], z[x] - kClearSigmas * sigma.sigma_m(z[x]));
+        const float before_band = std::min(near_m[x], far_m[x]);  // the latter of a MaskedPixels' outside
+        const float clear = std::min(before_band, z[x] - kClearSigmas * sigma.sigma_m(z[x]));
         own[x + kOutlinePixels] = z[x] > 0 ? clear : 0;
       }
       for (std::size_t x = 0; x < row.size(); ++x)

@@ -14,6 +14,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/frame_source.h"
+#include "acquire/masks/frame_mask.h"
 #include "acquire/parse/opengl_pose.h"
 #include "acquire/pictures/picture_set.h"
 #include "tests/core/temporary_folder.h"
@@ -360,6 +361,14 @@ class MaskedDepth : public PictureMasks {
     if (!source) return source.error();
     return (*source)->next({});
   }
+  [[nodiscard]] std::string warnings() const {
+    const auto source = open_recording(path(), config_);
+    std::string text;
+    if (source) {
+      for (const std::string& warning : (*source)->info().warnings) text += warning + "\n";
+    }
+    return text;
+  }
   AcquireConfig config_;
 };
 
@@ -391,6 +400,85 @@ TEST_F(MaskedDepth, TakesAMaskOfAnotherSizeAndOfAClass) {
   EXPECT_EQ(frame->depth_m.at(38, 28), 1.5f);
   EXPECT_EQ(frame->depth_m.at(19, 20), 0);
   EXPECT_EQ(frame->depth_m.at(40, 20), 0);
+}
+
+TEST_F(MaskedDepth, CountsLessNearTheRim) {
+  write_mask(mask_picture(0));
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_TRUE(frame->outside_m.empty());
+  EXPECT_TRUE(frame->labels.empty());
+  const std::array expected = {0, 0, 16, 64, 143, 255, 255};
+  for (int x = 19; x < 26; ++x) {
+    EXPECT_EQ(frame->weights.at(x, 20), expected[static_cast<std::size_t>(x - 19)]) << x;
+    EXPECT_EQ(frame->weights.at(59 - x, 20), expected[static_cast<std::size_t>(x - 19)]) << 59 - x;
+  }
+  EXPECT_EQ(frame->weights.at(30, 11), 16);
+  EXPECT_EQ(frame->weights.at(30, 28), 16);
+}
+
+TEST_F(MaskedDepth, OutsideIsKeptApartWhereItMeansFreeSpace) {
+  write_mask(mask_picture(0));
+  config_.mask_means = MaskMeans::kFree;
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  for (int y = 0; y < kPictureCamera.height; ++y) {
+    for (int x = 0; x < kPictureCamera.width; ++x) {
+      ASSERT_EQ(frame->depth_m.at(x, y) + frame->outside_m.at(x, y), 1.5f) << x << ' ' << y;
+    }
+  }
+  EXPECT_EQ(frame->depth_m.at(30, 20), 1.5f);
+  EXPECT_EQ(frame->outside_m.at(5, 5), 1.5f);
+}
+
+TEST_F(MaskedDepth, StaysWholeWithItsLabels) {
+  write_mask(mask_picture(0, 3));
+  config_.keeps_labels = true;
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->depth_m.at(0, 0), 1.5f);
+  EXPECT_TRUE(frame->weights.empty());
+  EXPECT_EQ(frame->labels.at(0, 0), 0);
+  EXPECT_EQ(frame->labels.at(30, 20), 3);
+  const Frame part = frame_of_class(*frame, 3, MaskMeans::kUnknown);
+  EXPECT_EQ(part.depth_m.at(30, 20), 1.5f);
+  EXPECT_EQ(part.depth_m.at(20, 20), 0);
+  EXPECT_EQ(part.weights.at(30, 20), 255);
+  EXPECT_EQ(frame_of_class(*frame, 4, MaskMeans::kUnknown).depth_m.at(30, 20), 0);
+}
+
+/// Of the whole recording: two masks have each fault.
+TEST_F(MaskedDepth, WarnsOnceOfFaultyMasks) {
+  const auto write_both = [&](const ColourImage& mask) {
+    write_mask(mask, "0000.png");
+    write_mask(mask, "0001.png");
+  };
+  const auto warned_once = [&](const std::string& words) {
+    const std::string text = warnings();
+    const std::size_t first = text.find(words);
+    return first != std::string::npos && text.find(words, first + 1) == std::string::npos && contains(text, "0000.png");
+  };
+  write_both(mask_picture(0));
+  EXPECT_EQ(warnings(), "");
+  write_both(ColourImage(64, 48));
+  EXPECT_TRUE(warned_once("the mask is empty")) << warnings();
+  write_both(ColourImage(64, 48, Rgb8{255, 255, 255}));
+  EXPECT_TRUE(warned_once("nothing is left out")) << warnings();
+  ColourImage inverted = mask_picture(0);
+  for (Rgb8& pixel : inverted.pixels()) pixel = pixel.r == 0 ? Rgb8{255, 255, 255} : Rgb8{};
+  write_both(inverted);
+  EXPECT_TRUE(warned_once("most likely inverted")) << warnings();
+  ColourImage square(48, 48);
+  square.at(20, 20) = Rgb8{255, 255, 255};
+  write_both(square);
+  EXPECT_TRUE(warned_once("48 x 48 instead of 64 x 48")) << warnings();
+  write_both(mask_picture(0, 3));
+  config_.mask_class = 4;
+  EXPECT_TRUE(warned_once("no pixel of the mask is 4 (acquire.mask_class)")) << warnings();
+  EXPECT_TRUE(contains(warnings(), "its values are 0, 3")) << warnings();
 }
 
 TEST_F(MaskedDepth, DropsAFrameWithoutAMask) {
