@@ -80,6 +80,7 @@ enum class MaskMeans {
 enum class Geometry {
   kDepth,        ///< depth pictures are fused
   kSilhouettes,  ///< pictures from known places carve a visual hull (acquire/pictures/picture_set.h)
+  kStereo,       ///< pairs of pictures of one rig are matched, and their depth is fused (acquire/stereo/stereo_rig.h)
 };
 
 struct AcquireConfig {

@@ -14,6 +14,7 @@
 #include "acquire/acquire_config.h"
 #include "core/axes.h"
 #include "core/frame.h"
+#include "core/noise_model.h"
 #include "core/result.h"
 
 namespace scanknit {
@@ -21,8 +22,9 @@ namespace scanknit {
 /// Which sensor made a recording, and how that is known.
 struct RecognisedSensor {
   SensorModel model = SensorModel::kNone;
-  std::string reason;        ///< for the user: "its depth lies on ..."
-  bool is_by_depth = false;  ///< by its depth alone: it may be a simulation of that sensor
+  std::string reason;                        ///< for the user: "its depth lies on ..."
+  bool is_by_depth = false;                  ///< by its depth alone: it may be a simulation of that sensor
+  std::optional<NoiseModel> own_noise = {};  ///< of this very device, whatever the model's: a stereo rig states it
 };
 
 /// The properties of a recording that are known without decoding all frames.
@@ -30,7 +32,7 @@ struct RecordingInfo {
   std::string format;                     ///< "7-scenes", "tum", "open3d", "nerfstudio", "phone-lidar", "pcd", "pclzf",
                                           ///< "fakenect", "mcap", "ros2", "ros1", "realsense-bag", "oni", "sens",
                                           ///< "stray-scanner", "arkitscenes", "polycam", "record3d", "replica", "bop",
-                                          ///< "azure-mkv"
+                                          ///< "azure-mkv", "stereo"
   std::filesystem::path folder;           ///< where its files lie: the path that was opened, or a folder below it;
                                           ///< or the file that is all of it
   std::size_t frames = 0;                 ///< all frames of the recording, also those that from/to/every do not select

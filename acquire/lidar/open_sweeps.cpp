@@ -5,7 +5,7 @@
 namespace scanknit {
 
 bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& config) {
-  if (config.format != RecordingFormat::kAuto) return false;
+  if (config.format != RecordingFormat::kAuto || config.geometry == Geometry::kStereo) return false;
   std::error_code code;
   if (!std::filesystem::is_directory(path, code)) return false;
   const auto folder = list_folder(path, config.limits);

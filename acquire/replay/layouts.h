@@ -54,4 +54,10 @@ namespace scanknit {
 [[nodiscard]] bool fits_pclzf(const Folder& folder, const Limits& limits);
 [[nodiscard]] Result<Recording> index_pclzf(const Folder& folder, const AcquireConfig& config);
 
+/// Whether a folder has pairs of pictures (config.geometry: kStereo). index_stereo() opens the first of them, and some
+/// more to see that they fit each other. Errors (kInput, kConfig, kInternal): its files are missing or do not fit, a
+/// setting that stereo pairs do not allow, OpenCV's module is missing.
+[[nodiscard]] bool has_stereo_pairs(const std::filesystem::path& path, const Limits& limits);
+[[nodiscard]] Result<Recording> index_stereo(const std::filesystem::path& path, const AcquireConfig& config);
+
 }  // namespace scanknit

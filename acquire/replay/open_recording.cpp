@@ -165,8 +165,11 @@ bool has_masks(const fs::path& path) {
                      [&](const char* name) { return fs::is_directory(path / name, code); });
 }
 
-Error nothing_fits(const fs::path& path, RecordingFormat wanted) {
-  std::string message = "no recording of a known layout; looked for" + list_layouts(wanted);
+Error nothing_fits(const fs::path& path, const AcquireConfig& config) {
+  std::string message = "no recording of a known layout; looked for" + list_layouts(config.format);
+  if (has_stereo_pairs(path, config.limits)) {
+    message += "\nIt has pairs of pictures: they become depth with acquire.geometry=stereo";
+  }
   if (has_masks(path)) {
     message += "\nIt has masks: pictures without depth become a mesh with acquire.geometry=silhouettes";
   }
@@ -184,7 +187,7 @@ Error several_fit(const fs::path& path, const std::vector<Found>& found) {
 Result<Found> find_recording(const fs::path& path, int levels, const AcquireConfig& config) {
   auto found = find_recordings(path, levels, config);
   if (!found) return found.error();
-  if (found->empty()) return nothing_fits(path, config.format);
+  if (found->empty()) return nothing_fits(path, config);
   if (found->size() > 1) return several_fit(path, *found);
   return std::move(found->front());
 }
@@ -204,7 +207,7 @@ Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
       const Layout* layout = folder ? layout_of(*folder, config) : nullptr;
       if (layout != nullptr) return Found{*std::move(folder), layout};
     }
-    return nothing_fits(file, config.format);
+    return nothing_fits(file, config);
   }
   Folder frame{parent, {name}, {}};
   if (extension == ".pclzf") {
@@ -216,7 +219,7 @@ Result<Found> find_by_file(const fs::path& file, const AcquireConfig& config) {
     }
   }
   const Layout* layout = layout_of(frame, config);
-  if (layout == nullptr) return nothing_fits(file, config.format);
+  if (layout == nullptr) return nothing_fits(file, config);
   return Found{std::move(frame), layout};
 }
 
@@ -226,6 +229,7 @@ Result<Recording> index_recording(const fs::path& path, const AcquireConfig& con
   if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
     return Error{ErrorCode::kInput, "no such file or folder", path.string()};
   }
+  if (config.geometry == Geometry::kStereo) return index_stereo(path, config);
   if (kind == fs::file_type::regular) {
     auto file = open_random_access(path);
     if (!file) return file.error();

@@ -61,7 +61,7 @@ void add_run(CLI::App& app, CommandLine& line) {
       ->type_name("PACE");
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_shorthand(*command, line, "--geometry", "acquire.geometry",
-                "depth, or silhouettes: a visual hull from pictures with masks");
+                "depth; silhouettes: a visual hull from pictures with masks; stereo: depth from pairs of pictures");
   add_shorthand(*command, line, "--poses", "acquire.poses",
                 "Where poses come from: auto, recording, track, refine, still");
   add_turntable_options(*command, run);

@@ -86,8 +86,8 @@ std::vector<ConfigKey> mask_keys() {
       choice<Geometry>(
           {"acquire.geometry", "",
            "What becomes the volume. depth: depth pictures are fused; silhouettes: pictures without depth, from known "
-           "places, carve a visual hull out of their masks."},
-          {{"depth", Geometry::kDepth}, {"silhouettes", Geometry::kSilhouettes}},
+           "places, carve a visual hull out of their masks; stereo: pairs of pictures of one rig become depth."},
+          {{"depth", Geometry::kDepth}, {"silhouettes", Geometry::kSilhouettes}, {"stereo", Geometry::kStereo}},
           [](auto& c) -> auto& { return c.acquire.geometry; }),
       std::move(masks),
       std::move(mask_class),

@@ -23,13 +23,14 @@ double noise_end_m(const FusionConfig& fusion) {
 }
 
 void report_sensor(const RecognisedSensor& sensor, ScanSession& session) {
+  if (sensor.own_noise) return session.info("noise of depth: that of " + sensor.reason);
   session.info(fmt::format("sensor: {}, because {}; acquire.sensor=none treats it as unknown",
                            find_sensor(sensor.model)->name, sensor.reason));
 }
 
-void apply_noise(const SensorProfile& sensor, ScanConfig& config) {
+void apply_noise(const SensorProfile& sensor, const std::optional<NoiseModel>& own_noise, ScanConfig& config) {
   NoiseModel& noise = config.fusion.noise;
-  noise = config.noise.over(sensor.model == SensorModel::kNone ? noise : sensor.noise);
+  noise = config.noise.over(own_noise.value_or(sensor.model == SensorModel::kNone ? noise : sensor.noise));
   config.noise = {noise.floor_m, noise.growth_per_m, noise.from_m};
 }
 
@@ -63,12 +64,13 @@ std::optional<FrameTiming> apply_sensor(const std::optional<RecognisedSensor>& r
                                         ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
   if (!acquire.sensor && recognised) report_sensor(*recognised, session);
+  const auto own_noise = !acquire.sensor && recognised ? recognised->own_noise : std::nullopt;
   const bool is_by_depth = !acquire.sensor && recognised && recognised->is_by_depth;
   const bool leaves_timing = !acquire.readout_s && !acquire.colour_later_s;
   if (!acquire.sensor) acquire.sensor = recognised ? recognised->model : SensorModel::kNone;
   const SensorProfile* profile = find_sensor(*acquire.sensor);
   const SensorProfile& sensor = profile != nullptr ? *profile : kUnknownSensor;
-  apply_noise(sensor, config);
+  apply_noise(sensor, own_noise, config);
   // Depth that is rendered with a sensor's steps is rarely rendered with its shutter.
   apply_timing(is_by_depth ? FrameTiming{} : sensor.timing, acquire);
   apply_range(sensor, config, session);
