@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "acquire/stereo/refine_disparity.h"
 #include "acquire/stereo/stereo_opencv.h"
 #include "core/median.h"
 #include "core/version.h"
@@ -37,6 +38,11 @@ cv::Mat grey_of(const cv::Mat& colour) {
   cv::Mat grey;
   cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
   return grey;
+}
+
+GreyView view_of(const cv::Mat& grey) {
+  CV_Assert(grey.isContinuous());
+  return {{grey.data, grey.total()}, grey.cols, grey.rows};
 }
 
 cv::Matx33d matrix_of_camera(const CameraIntrinsics& camera) {
@@ -78,8 +84,10 @@ class SgbmMatcher final : public StereoMatcher {
   [[nodiscard]] std::optional<MatchedPair> match(const ColourImage& left, const ColourImage& right) override {
     try {
       const cv::Mat left_colour = rectified(left, maps_left_);
-      const cv::Mat found = disparities_of(grey_of(left_colour), grey_of(rectified(right, maps_right_)));
-      return MatchedPair{picture_of(left_colour), in_pixels(found)};
+      const cv::Mat left_grey = grey_of(left_colour);
+      const cv::Mat right_grey = grey_of(rectified(right, maps_right_));
+      return MatchedPair{picture_of(left_colour),
+                         in_pixels(disparities_of(left_grey, right_grey), left_grey, right_grey)};
     } catch (const std::exception&) {  // cv::Exception, std::bad_alloc
       return std::nullopt;
     }
@@ -140,19 +148,20 @@ class SgbmMatcher final : public StereoMatcher {
     return found.colRange(margin, found.cols);
   }
 
-  [[nodiscard]] Image<float> in_pixels(const cv::Mat& found) const {
+  [[nodiscard]] Image<float> in_pixels(const cv::Mat& found, const cv::Mat& left, const cv::Mat& right) const {
     Image<float> disparity_px(found.cols, found.rows, 0.0F);
-    for (int y = 0; y < found.rows; ++y) {
-      const auto* from = found.ptr<std::int16_t>(y);
-      const auto to = disparity_px.row(y);
-      for (int x = 0; x < found.cols; ++x) {
-        const double disparity = static_cast<double>(from[x]) / kFraction;
-        const bool is_in_right = disparity >= first() && disparity <= x;
-        if (is_in_right && disparity > cx_difference_) {
-          to[static_cast<std::size_t>(x)] = static_cast<float>(disparity - cx_difference_);
+    const GreyView left_view = view_of(left);
+    const GreyView right_view = view_of(right);
+    cv::parallel_for_({0, found.rows}, [&](const cv::Range& rows) {
+      for (int y = rows.start; y < rows.end; ++y) {
+        for (int x = 0; x < found.cols; ++x) {
+          const float disparity = static_cast<float>(found.at<std::int16_t>(y, x)) / kFraction;
+          if (disparity < static_cast<float>(first()) || disparity > static_cast<float>(x)) continue;
+          const double refined = refine_disparity(left_view, right_view, x, y, disparity);
+          if (refined > cx_difference_) disparity_px.at(x, y) = static_cast<float>(refined - cx_difference_);
         }
       }
-    }
+    });
     return disparity_px;
   }
 
