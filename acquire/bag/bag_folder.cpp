@@ -95,26 +95,34 @@ bool fits_split_bag(const Folder& folder, const Limits& limits) {
   return parts_of(folder, limits).size() > 1;
 }
 
-Result<Recording> index_split_bag(const Folder& folder, const AcquireConfig& config) {
-  const auto names = parts_of(folder, config.limits);
+Result<OpenBag> open_split_bag(const Folder& folder, const Limits& limits) {
+  OpenBag bag;
   std::vector<std::unique_ptr<BagMessages>> parts;
-  std::vector<std::string> warnings;
   std::optional<Error> first_fault;
-  for (const std::string& name : names) {
-    auto part = open_part(folder, name, config.limits);
+  for (const std::string& name : parts_of(folder, limits)) {
+    auto part = open_part(folder, name, limits);
     if (part) {
       parts.push_back(*std::move(part));
       continue;
     }
-    warnings.push_back("the bag's part '" + name + "' is left out, with its frames: " + part.error().message);
+    bag.warnings.push_back("the bag's part '" + name + "' is left out, with its frames: " + part.error().message);
     if (!first_fault) first_fault = part.error();
   }
-  if (parts.empty()) return *first_fault;
-  auto messages = join_messages(std::move(parts), config.limits);
+  if (parts.empty()) {
+    return first_fault.value_or(Error{ErrorCode::kInput, "no part of a bag is there", folder.path.string()});
+  }
+  auto messages = join_messages(std::move(parts), limits);
   if (!messages) return located(messages.error(), folder.path);
-  auto recording = index_bag(*std::move(messages), folder.path, config);
+  bag.messages = *std::move(messages);
+  return bag;
+}
+
+Result<Recording> index_split_bag(const Folder& folder, const AcquireConfig& config) {
+  auto bag = open_split_bag(folder, config.limits);
+  if (!bag) return bag.error();
+  auto recording = index_bag(std::move(bag->messages), folder.path, config);
   if (!recording) return recording;
-  recording->warnings.insert(recording->warnings.begin(), warnings.begin(), warnings.end());
+  recording->warnings.insert(recording->warnings.begin(), bag->warnings.begin(), bag->warnings.end());
   return recording;
 }
 

@@ -83,6 +83,22 @@ class BagMessages {
 [[nodiscard]] Result<std::unique_ptr<BagMessages>> join_messages(std::vector<std::unique_ptr<BagMessages>> parts,
                                                                  const Limits& limits);
 
+struct OpenBag {
+  std::unique_ptr<BagMessages> messages = nullptr;
+  std::vector<std::string> warnings = {};  ///< of parts that are left out
+};
+
+struct Folder;  // acquire/replay/folder.h
+
+/// A folder that fits_split_bag() (acquire/replay/layouts.h). Errors (kInput): no part can be read; those of
+/// join_messages().
+[[nodiscard]] Result<OpenBag> open_split_bag(const Folder& folder, const Limits& limits);
+
+/// False where the bag says in its index, or in metadata.yaml beside it, that none of its topics is of `type`
+/// ("sensor_msgs/PointCloud2"). Its messages are not gone over: true also where nothing says it. `path`: a file, or a
+/// folder of parts.
+[[nodiscard]] bool may_have_type(const std::filesystem::path& path, const std::string& type, const Limits& limits);
+
 /// `type` as BagTopic has it: "sensor_msgs/msg/Image" is also written "sensor_msgs/Image".
 [[nodiscard]] inline std::string without_msg(std::string type) {
   if (const auto middle = type.find("/msg/"); middle != std::string::npos) type.erase(middle, 4);

@@ -82,6 +82,19 @@ Result<RosBag> RosBag::open(std::unique_ptr<RandomAccess> file, const Limits& li
   return bag;
 }
 
+std::optional<std::vector<BagConnection>> RosBag::indexed_connections(std::unique_ptr<RandomAccess> file,
+                                                                      const Limits& limits) {
+  if (!is_ros_bag(*file)) return std::nullopt;
+  RosBag bag(std::move(file), limits);
+  std::uint64_t at = kMagic.size();
+  if (bag.walk_record(at) != RecordState::kWhole) return std::nullopt;
+  const std::uint64_t size = bag.file_->size();
+  if (bag.index_begin_ < at || bag.index_begin_ >= size) return std::nullopt;
+  const bool is_whole = bag.walk_records(*bag.file_, bag.index_begin_, size);
+  if (!is_whole || bag.connections_.size() < bag.promised_connections_) return std::nullopt;
+  return std::move(bag.connections_);
+}
+
 Result<void> RosBag::walk() {
   std::uint64_t at = kMagic.size();
   while (at < file_->size()) {
@@ -138,9 +151,10 @@ RosBag::RecordState RosBag::walk_record(std::uint64_t& at) {
   at += *length;
   const auto op = number_in<std::uint8_t>(*fields, "op");
   if (op == kBagHeaderOp) {
-    is_finished_ = number_in<std::uint64_t>(*fields, "index_pos").value_or(0) != 0;
-    promised_index_records_ = std::uint64_t{number_in<std::uint32_t>(*fields, "conn_count").value_or(0)} +
-                              number_in<std::uint32_t>(*fields, "chunk_count").value_or(0);
+    index_begin_ = number_in<std::uint64_t>(*fields, "index_pos").value_or(0);
+    is_finished_ = index_begin_ != 0;
+    promised_connections_ = number_in<std::uint32_t>(*fields, "conn_count").value_or(0);
+    promised_index_records_ = promised_connections_ + number_in<std::uint32_t>(*fields, "chunk_count").value_or(0);
   }
   if (op == kConnectionOp || op == kChunkInfoOp) ++index_records_;
   if (op != kChunkOp) return RecordState::kWhole;

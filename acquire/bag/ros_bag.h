@@ -36,6 +36,11 @@ class RosBag {
   /// Errors (kInput, without `where`): not a bag, more messages than `limits.max_frames`.
   [[nodiscard]] static Result<RosBag> open(std::unique_ptr<RandomAccess> file, const Limits& limits);
 
+  /// The connections that the index at the end of the file lists; nothing else is read. Nothing: there is no whole
+  /// index.
+  [[nodiscard]] static std::optional<std::vector<BagConnection>> indexed_connections(std::unique_ptr<RandomAccess> file,
+                                                                                     const Limits& limits);
+
   [[nodiscard]] const std::vector<BagConnection>& connections() const { return connections_; }
   /// In the order of the file.
   [[nodiscard]] const std::vector<BagMessage>& messages() const { return messages_; }
@@ -78,6 +83,7 @@ class RosBag {
   std::optional<std::string> fault_;
   std::optional<bool> is_finished_;  ///< as the bag's header says; nothing: it has not come
   std::uint64_t promised_index_records_ = 0, index_records_ = 0;
+  std::uint64_t index_begin_ = 0, promised_connections_ = 0;
   std::array<LoadedChunk, 2> cache_;
   std::vector<std::byte> alone_;  // a message of a chunk that is not compressed
   std::uint64_t reads_ = 0;

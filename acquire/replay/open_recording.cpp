@@ -5,8 +5,8 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/masks/mask_files.h"
-#include "acquire/recording_format.h"
 #include "acquire/mkv/azure_recording.h"
+#include "acquire/recording_format.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/folder.h"
 #include "acquire/replay/indexed_source.h"
@@ -113,12 +113,17 @@ const FileLayout* layout_of(const RandomAccess& file, const AcquireConfig& confi
   return match == kFileLayouts.end() ? nullptr : &*match;
 }
 
+template <typename Ends>
+bool ends_as_one_of(const Ends& ends, const std::string& name) {
+  return std::any_of(ends.begin(), ends.end(), [&](const char* end) { return name.ends_with(end); });
+}
+
 // Recordings that are one file each, by the usual ends of their names.
 std::vector<Found> find_file_recordings(const Folder& folder, const AcquireConfig& config) {
   constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag", ".oni", ".sens", ".r3d", ".mkv"};
   std::vector<Found> found;
   for (const std::string& name : folder.files) {
-    if (std::none_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return name.ends_with(end); })) continue;
+    if (!ends_as_one_of(kEnds, name)) continue;
     const auto file = open_random_access(folder.path / name);
     const FileLayout* layout = file ? layout_of(**file, config) : nullptr;
     if (layout != nullptr) found.push_back({.folder = {}, .file = folder.path / name, .file_layout = layout});
@@ -263,7 +268,33 @@ Result<void> check_config(const AcquireConfig& config) {
   return {};
 }
 
+/// Layouts that may be bags of ROS.
+bool is_of_bags(RecordingFormat format) {
+  return format == RecordingFormat::kRos2 || format == RecordingFormat::kRos1 ||
+         format == RecordingFormat::kRealsenseBag || format == RecordingFormat::kMcap;
+}
+
 }  // namespace
+
+std::optional<fs::path> find_bag(const fs::path& path, const AcquireConfig& config) {
+  std::error_code code;
+  if (fs::is_regular_file(path, code)) {
+    const auto file = open_random_access(path);
+    const FileLayout* layout = file ? layout_of(**file, config) : nullptr;
+    return layout != nullptr && is_of_bags(layout->format) ? std::optional(path) : std::nullopt;
+  }
+  constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag"};
+  const auto is_bag_name = [&](const fs::directory_entry& entry) {
+    return ends_as_one_of(kEnds, entry.path().filename().string());
+  };
+  const fs::directory_iterator files(path, code);
+  if (code || std::none_of(begin(files), end(files), is_bag_name)) return std::nullopt;
+  const auto found = find_recordings(path, 0, config);
+  if (!found || found->size() != 1) return std::nullopt;
+  const Found& bag = found->front();
+  const RecordingFormat format = bag.layout != nullptr ? bag.layout->format : bag.file_layout->format;
+  return is_of_bags(format) ? std::optional(bag.path()) : std::nullopt;
+}
 
 Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& config) {
   if (const auto checked = check_config(config); !checked) return checked.error();

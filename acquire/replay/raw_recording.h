@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,11 @@ struct RawRecording {
 [[nodiscard]] bool fits_ros2(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_ros2(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                            const AcquireConfig& config);
+/// The bag of ROS, one file or a folder of parts, that open_recording() would read at `path`, where that is a bag's
+/// file or a folder in which one lies; nothing: it would read something else.
+[[nodiscard]] std::optional<std::filesystem::path> find_bag(const std::filesystem::path& path,
+                                                            const AcquireConfig& config);
+
 /// Of a bag whose files are open.
 [[nodiscard]] Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const std::filesystem::path& path,
                                           const AcquireConfig& config);

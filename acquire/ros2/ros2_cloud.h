@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "acquire/ros2/cloud_message.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "core/camera.h"
 #include "core/image.h"
@@ -15,7 +16,7 @@ namespace scanknit {
 /// What a cloud's message says of its points.
 struct Ros2CloudHead {
   Ros2Header header;
-  bool is_organised = false;  ///< rows of points, as a camera's picture has rows of pixels
+  bool is_picture = false;  ///< rows of points, as a camera's picture has rows of pixels; else the sweep of a LiDAR
   bool has_colour = false;
 };
 
@@ -25,8 +26,12 @@ struct Ros2CloudFrame {
   std::optional<CameraIntrinsics> camera;  ///< fitted to the points; nothing: too few of them
 };
 
-// Errors (kInput, without `where`): truncated; no x, y, z of 32 bits floating point; contradicting itself about its
-// size.
+/// Which laser of a LiDAR measured a point: a field "ring" (the drivers of Velodyne, Ouster, Hesai, RoboSense) or
+/// "channel". Null: there is none. The field "line" of Livox is none: its lasers look everywhere.
+[[nodiscard]] const CloudField* find_ring(const CloudMessage& cloud);
+
+// Errors (kInput, without `where`): truncated; no x, y, z of floating point, in pictures of 32 bits; contradicting
+// itself about its size.
 
 [[nodiscard]] Result<Ros2CloudHead> parse_cloud_head(const RosMessage& message);
 

@@ -114,13 +114,12 @@ std::string list_of(const std::vector<std::string>& names) {
   return names.size() > kShown ? list + " ..." : list;
 }
 
-/// What is missing in clouds that are no pictures.
-std::string unorganised_clouds(const Ros2Survey& survey) {
+/// Where LiDAR sweeps are read.
+std::string sweeps_of(const Ros2Survey& survey) {
   for (const PictureTopic& topic : survey.pictures) {
-    if (!topic.is_unorganised) continue;
+    if (!topic.has_sweeps) continue;
     return " (the clouds of " + topic.name +
-           " are lists of points, of height 1, without the rows of a picture; record the depth pictures that they are "
-           "made from, or clouds of height > 1)";
+           " are LiDAR sweeps, which have no pictures: `scanknit run` and `info` read them, given the bag itself)";
   }
   return {};
 }
@@ -132,7 +131,7 @@ Error without_depth(const Ros2Survey& survey, const fs::path& path) {
   return {ErrorCode::kInput,
           "a bag without depth pictures: expected sensor_msgs/Image of 16UC1, mono16 or 32FC1, "
           "sensor_msgs/CompressedImage of compressedDepth, or organised sensor_msgs/PointCloud2" +
-              unorganised_clouds(survey) + "; its topics: " + (names.empty() ? "none" : list_of(names)),
+              sweeps_of(survey) + "; its topics: " + (names.empty() ? "none" : list_of(names)),
           path.string()};
 }
 
@@ -149,16 +148,6 @@ void tell_topics(const Ros2Survey& survey, const ChosenTopics& chosen, Recording
 
 void set_camera(const Ros2Survey& survey, const std::optional<std::string>& wanted, PictureTopic& topic) {
   if (wanted) topic.camera = survey.cameras.at(*wanted);
-}
-
-/// Where the bag's index turns out to be wrong, once more without it.
-Result<Ros2Survey> survey_by_index(BagMessages& messages, const AcquireConfig& config) {
-  constexpr std::uint64_t kLarge = 256u << 20;  // compressed: more than a second
-  const bool is_sample = config.only_describes && messages.indexed_bytes() > kLarge;
-  Ros2Survey survey = survey_ros2(messages, is_sample ? SurveyKind::kSample : SurveyKind::kWhole);
-  const auto dropped = messages.drop_wrong_index();
-  if (!dropped) return dropped.error();
-  return *dropped ? survey_ros2(messages) : std::move(survey);
 }
 
 void tell_faults(const Ros2Recording& bag, const ChosenTopics& chosen, Recording& recording) {
@@ -192,13 +181,13 @@ Result<Recording> index_ros2(std::unique_ptr<RandomAccess> file, const fs::path&
 
 Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::path& path, const AcquireConfig& config) {
   const auto bag = std::make_shared<Ros2Recording>(Ros2Recording{std::move(messages)});
-  const auto surveyed = survey_by_index(*bag->messages, config);
+  const auto surveyed = survey_by_index(*bag->messages, survey_kind(*bag->messages, config));
   if (!surveyed) return located(surveyed.error(), path);
   const Ros2Survey& survey = *surveyed;
   const auto found = choose_topics(survey, config.topics);
   if (!found) return located(found.error(), path);
   const ChosenTopics& chosen = *found;
-  if (chosen.depth == nullptr || chosen.depth->is_unorganised) return without_depth(survey, path);
+  if (chosen.depth == nullptr || chosen.depth->has_sweeps) return without_depth(survey, path);
   bag->depth = *chosen.depth;
   set_camera(survey, config.topics.depth_camera, bag->depth);
   if (!config.intrinsics) {

@@ -50,7 +50,8 @@ std::int64_t time_of(BagMessages& bag, std::size_t message) {
 /// Goes over the messages of a bag once.
 class Surveyor {
  public:
-  Surveyor(BagMessages& bag, SurveyKind kind) : bag_(bag), is_sample_(kind == SurveyKind::kSample) {
+  Surveyor(BagMessages& bag, SurveyKind kind)
+      : bag_(bag), is_sample_(kind == SurveyKind::kSample), is_of_pictures_(kind == SurveyKind::kPictures) {
     for (const BagTopic& topic : bag.topics()) {
       const Role role = role_of(topic.type);
       roles_.push_back(role);
@@ -80,6 +81,8 @@ class Surveyor {
   }
 
  private:
+  [[nodiscard]] bool has_log_times() const { return is_sample_ || is_of_pictures_; }
+
   static bool is_of_poses(Role role) {
     return role == Role::kTransforms || role == Role::kOdometry || role == Role::kPose;
   }
@@ -106,10 +109,11 @@ class Surveyor {
 
   void note(Role role, const std::string& topic, std::size_t number) {
     if (role == Role::kNone || (role == Role::kCamera && survey_.cameras.contains(topic))) return;
+    if (is_of_pictures_ && role != Role::kPicture) return;
     if (role == Role::kPicture) {
       PictureTopic& picture = pictures_[topic];
       picture.messages.push_back(number);
-      picture.times_ns.push_back(is_sample_ ? bag_.entry(number).log_ns : time_of(bag_, number));
+      picture.times_ns.push_back(has_log_times() ? bag_.entry(number).log_ns : time_of(bag_, number));
       if (picture.content != Ros2Content::kNone || picture.messages.size() > kTries) return;
     }
     if (is_sample_ && is_of_poses(role) && !is_in_sample(topic, number)) return;
@@ -135,8 +139,9 @@ class Surveyor {
     if (picture.is_cloud()) {
       const auto cloud = parse_cloud_head(message);
       if (!cloud) return;
-      picture.content = cloud->is_organised ? Ros2Content::kMetricDepth : Ros2Content::kNone;
-      picture.is_unorganised = !cloud->is_organised;
+      picture.content = cloud->is_picture ? Ros2Content::kMetricDepth : Ros2Content::kNone;
+      // Frames whose z is forward are named "..._optical_frame" (REP 103): a list of a depth camera's points.
+      picture.has_sweeps = !cloud->is_picture && cloud->header.frame.find("optical") == std::string::npos;
       picture.has_colours = cloud->has_colour;
       picture.frame = cloud->header.frame;
     } else if (picture.is_compressed()) {
@@ -170,17 +175,13 @@ class Surveyor {
   }
 
   BagMessages& bag_;
-  bool is_sample_;
+  bool is_sample_, is_of_pictures_;
   Ros2Survey survey_;
   std::vector<Role> roles_;                 ///< by topic
   std::vector<std::size_t> counts_, seen_;  ///< of messages, by topic; only for a sample
   std::map<std::string, PictureTopic> pictures_;
   std::vector<Ros2Transform> odometry_;
 };
-
-bool is_infrared(const PictureTopic& topic) {
-  return topic.name.find("infra") != std::string::npos || topic.name.find("/ir/") != std::string::npos;
-}
 
 std::optional<Pose> way_between(const Ros2Survey& survey, const PictureTopic& colour, const PictureTopic& depth) {
   return colour.frame == depth.frame ? Pose::Identity() : survey.tree.between(colour.frame, depth.frame);
@@ -233,7 +234,7 @@ std::vector<std::string> keys_of(const Map& map) {
   return keys;
 }
 
-/// Clouds that are not organised pass: of them a later message tells.
+/// Clouds that are sweeps pass: of them a later message tells.
 Result<void> check_wanted(const Ros2Survey& survey, const BagTopics& wanted) {
   const auto has = [](const std::vector<std::string>& names, const std::optional<std::string>& name) {
     return !name || std::find(names.begin(), names.end(), *name) != names.end();
@@ -243,8 +244,8 @@ Result<void> check_wanted(const Ros2Survey& survey, const BagTopics& wanted) {
   const auto colour = names_of(survey.pictures, &PictureTopic::is_colour);
   const auto cameras = keys_of(survey.cameras);
   const auto poses = keys_of(survey.tracked);
-  const bool is_unorganised = depth_topic != nullptr && depth_topic->is_unorganised;
-  if (!has(depth, wanted.depth) && !is_unorganised) return no_such_topic("depth", *wanted.depth, "depth", depth);
+  const bool has_sweeps = depth_topic != nullptr && depth_topic->has_sweeps;
+  if (!has(depth, wanted.depth) && !has_sweeps) return no_such_topic("depth", *wanted.depth, "depth", depth);
   if (wanted.colour != kWithoutColour && !has(colour, wanted.colour)) {
     return no_such_topic("colour", *wanted.colour, "colour", colour);
   }
@@ -274,6 +275,24 @@ const PictureTopic* Ros2Survey::find_picture(const std::string& name) const {
   const auto found =
       std::find_if(pictures.begin(), pictures.end(), [&](const PictureTopic& topic) { return topic.name == name; });
   return found == pictures.end() ? nullptr : &*found;
+}
+
+bool is_infrared(const PictureTopic& topic) {
+  return topic.name.find("infra") != std::string::npos || topic.name.find("/ir/") != std::string::npos;
+}
+
+SurveyKind survey_kind(const BagMessages& bag, const AcquireConfig& config) {
+  constexpr std::uint64_t kLarge = 256u << 20;  // compressed: more than a second
+  const bool is_sample = config.only_describes && bag.indexed_bytes() > kLarge;
+  return is_sample ? SurveyKind::kSample : SurveyKind::kWhole;
+}
+
+Result<Ros2Survey> survey_by_index(BagMessages& bag, SurveyKind kind) {
+  Ros2Survey survey = survey_ros2(bag, kind);
+  const auto dropped = bag.drop_wrong_index();
+  if (!dropped) return dropped.error();
+  if (!*dropped) return survey;
+  return survey_ros2(bag, kind == SurveyKind::kSample ? SurveyKind::kWhole : kind);
 }
 
 Result<ChosenTopics> choose_topics(const Ros2Survey& survey, const BagTopics& wanted) {

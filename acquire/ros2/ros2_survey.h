@@ -22,7 +22,7 @@ struct PictureTopic {
   std::string name;
   PictureKind kind = PictureKind::kImage;
   bool has_colours = false;                  ///< a cloud's points have colours
-  bool is_unorganised = false;               ///< a cloud that is no picture
+  bool has_sweeps = false;                   ///< clouds that are no pictures: those of a LiDAR
   Ros2Content content = Ros2Content::kNone;  ///< of its first message that can be read
   std::string frame;                         ///< of reference, from that message
   std::optional<Ros2Camera> camera = {};     ///< of camera_info beside it
@@ -52,12 +52,24 @@ struct Ros2Survey {
 
 enum class SurveyKind {
   kWhole,
+  kPictures,  ///< what the pictures are, by their first messages; the times are those of recording; no poses, no
+              ///< cameras
   kSample  ///< enough to describe a bag: of poses a sample, and the times when messages were recorded for the pictures'
 };
 
 /// Reads all messages but the pictures, of which it reads the first, and the time in the header of the others. Those
 /// that are damaged are passed over.
 [[nodiscard]] Ros2Survey survey_ros2(BagMessages& bag, SurveyKind kind = SurveyKind::kWhole);
+
+/// A sample for the description of a large bag with an index; else the whole.
+[[nodiscard]] SurveyKind survey_kind(const BagMessages& bag, const AcquireConfig& config);
+
+/// survey_ros2() of a bag that may have an index. Where that turns out to be wrong, once more without it. Errors
+/// (kInput, without `where`): those of opening.
+[[nodiscard]] Result<Ros2Survey> survey_by_index(BagMessages& bag, SurveyKind kind);
+
+/// An infrared picture is no depth, whatever its encoding.
+[[nodiscard]] bool is_infrared(const PictureTopic& topic);
 
 /// The depth topic that is read, and its colour.
 struct ChosenTopics {

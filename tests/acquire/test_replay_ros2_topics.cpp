@@ -154,12 +154,12 @@ TEST_F(BagTopicChoice, PrefersPicturesToClouds) {
   expect_seen(played(still_with({.depth = "/cam/points"})).frames.at(0));
 }
 
-TEST_F(BagTopicChoice, SaysWhatUnorganisedCloudsLack) {
+TEST_F(BagTopicChoice, SaysThatUnorganisedCloudsAreSweeps) {
   Ros2Bag bag;
   bag.add("/lidar", kCloudType, 1, ros_.cloud(1, "l", kCloudWidth * kCloudHeight, 1, seen_points()));
   write(bag);
   for (const auto& config : {still_with({}), still_with({.depth = "/lidar"})}) {
-    EXPECT_TRUE(contains(refused(config), "the clouds of /lidar are lists of points, of height 1")) << refused(config);
+    EXPECT_TRUE(contains(refused(config), "the clouds of /lidar are LiDAR sweeps")) << refused(config);
   }
 }
 
