@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "acquire/lidar/lidar_return.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/ascii_numbers.h"
 #include "core/files/byte_reader.h"
@@ -23,7 +24,6 @@ constexpr const char* kSweeps = "velodyne";
 constexpr const char* kCalibration = "calib.txt";
 constexpr const char* kTimes = "times.txt";
 constexpr std::size_t kPointBytes = 16;
-constexpr float kLeastRange_m = 0.01F;                  // nearer is no return
 constexpr std::uintmax_t kMostSweepBytes = 256U << 20;  // 16 million points; the largest scanners have a million
 
 /// Twelve numbers, row by row.
@@ -195,8 +195,7 @@ Result<std::vector<Eigen::Vector3f>> parse_kitti_points(std::span<const std::byt
     const float z = *reader.little_endian<float>();
     (void)reader.little_endian<float>();  // reflectance
     const Eigen::Vector3f p(x, y, z);
-    constexpr float kFarthest_m = 1e5F;
-    if (p.allFinite() && p.cwiseAbs().maxCoeff() < kFarthest_m && p.norm() > kLeastRange_m) points.push_back(p);
+    if (is_lidar_return(p.cast<double>())) points.push_back(p);
   }
   return points;
 }

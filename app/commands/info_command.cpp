@@ -149,12 +149,12 @@ Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& c
 
 /// For a folder without options, which may be a recording or a volume.
 Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const ScanConfig& config) {
-  if (is_sweep_recording(arguments.file, config.acquire)) {
-    const auto sweeps = open_sweeps(arguments.file, config.acquire);
-    return sweeps ? Result<Json>(sweeps_json((*sweeps)->info())) : sweeps.error();
-  }
   AcquireConfig acquire = config.acquire;
   acquire.only_describes = true;
+  if (is_sweep_recording(arguments.file, acquire)) {
+    const auto sweeps = open_sweeps(arguments.file, acquire);
+    return sweeps ? Result<Json>(sweeps_json((*sweeps)->info())) : sweeps.error();
+  }
   const auto recording = open_recording(arguments.file, acquire);
   if (recording) return recording_json((*recording)->info());
   constexpr std::array kEndsOfRecordings = {".mcap", ".db3", ".bag", ".oni", ".sens", ".r3d", ".mkv"};
