@@ -2,6 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
+#include <utility>
+
+#include "acquire/replay/text_numbers.h"
+#include "core/files/read_file.h"
 
 namespace scanknit {
 
@@ -16,6 +21,22 @@ std::int64_t distance_ns(std::int64_t a, std::int64_t b) {
 void sort_by_time(std::vector<TimedPose>& poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const TimedPose& a, const TimedPose& b) { return a.time_ns < b.time_ns; });
+}
+
+Result<std::vector<TimedPose>> read_tum_poses(const std::filesystem::path& path, const Limits& limits) {
+  const auto text = read_text_file(path, limits.max_text_bytes);
+  if (!text) return text.error();
+  std::vector<TimedPose> poses;
+  for (const TextLine& line : text_lines(*text)) {
+    const std::string where = path.string() + ":" + std::to_string(line.number);
+    const auto time = parse_seconds_ns(line.words[0]);
+    if (!time) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'", where};
+    auto pose = parse_tum_pose(line);
+    if (!pose) pose = Error{ErrorCode::kInput, pose.error().message, where};
+    poses.push_back({*time, std::move(pose)});
+  }
+  sort_by_time(poses);
+  return poses;
 }
 
 std::optional<Result<Pose>> pose_at(const std::vector<TimedPose>& poses, std::int64_t time_ns,

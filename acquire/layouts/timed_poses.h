@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
+#include "core/limits.h"
 #include "core/pose.h"
 #include "core/result.h"
 
@@ -23,6 +25,10 @@ struct TimedPose {
 
 /// Poses of one time keep their order.
 void sort_by_time(std::vector<TimedPose>& poses);
+
+/// A file of lines "seconds tx ty tz qx qy qz qw", sorted by time; a pose that is none is an Error. Errors (kInput): it
+/// cannot be read; a line does not begin with a time.
+[[nodiscard]] Result<std::vector<TimedPose>> read_tum_poses(const std::filesystem::path& path, const Limits& limits);
 
 /// 10 poses a second are dense enough to interpolate.
 inline constexpr std::int64_t kMaxGap_ns = 100'000'000;

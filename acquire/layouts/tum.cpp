@@ -50,21 +50,6 @@ Result<std::vector<NamedFile>> read_list(const fs::path& path, const Limits& lim
   return files;
 }
 
-Result<std::vector<TimedPose>> read_poses(const fs::path& path, const Limits& limits) {
-  const auto text = read_text_file(path, limits.max_text_bytes);
-  if (!text) return text.error();
-  std::vector<TimedPose> poses;
-  for (const TextLine& line : text_lines(*text)) {
-    const auto time = parse_seconds_ns(line.words[0]);
-    if (!time) return line_error(path, line.number, "expected 'seconds tx ty tz qx qy qz qw'");
-    auto pose = parse_tum_pose(line);
-    if (!pose) pose = line_error(path, line.number, pose.error().message);
-    poses.push_back({*time, std::move(pose)});
-  }
-  sort_by_time(poses);
-  return poses;
-}
-
 std::vector<Stamp> sorted_stamps(const std::vector<NamedFile>& files) {
   std::vector<Stamp> stamps;
   for (std::size_t i = 0; i < files.size(); ++i) stamps.push_back({files[i].time_ns, i});
@@ -136,7 +121,7 @@ Result<Recording> index_tum(const Folder& folder, const AcquireConfig& config) {
   }
   std::vector<TimedPose> poses;
   if (folder.has_file(kPoseList)) {
-    auto list = read_poses(folder.path / kPoseList, config.limits);
+    auto list = read_tum_poses(folder.path / kPoseList, config.limits);
     if (!list) return list.error();
     poses = *std::move(list);
   }

@@ -1,31 +1,40 @@
 #include "acquire/lidar/bag_sweeps.h"
 #include "acquire/lidar/kitti.h"
+#include "acquire/lidar/pcap_file.h"
+#include "acquire/lidar/pcap_sweeps.h"
 #include "acquire/lidar/sweep_source.h"
 #include "acquire/recording_format.h"
 #include "acquire/replay/raw_recording.h"
 
 namespace scanknit {
+namespace {
+
+bool is_kitti(const std::filesystem::path& path, const Limits& limits) {
+  std::error_code code;
+  if (!std::filesystem::is_directory(path, code)) return false;
+  const auto folder = list_folder(path, limits);
+  return folder && fits_kitti(*folder, limits);
+}
+
+}  // namespace
 
 bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& config) {
-  if (config.format != RecordingFormat::kAuto || config.geometry == Geometry::kStereo) return false;
-  std::error_code code;
-  if (config.format == RecordingFormat::kAuto && std::filesystem::is_directory(path, code)) {
-    const auto folder = list_folder(path, config.limits);
-    if (folder && fits_kitti(*folder, config.limits)) return true;
-  }
+  if (config.geometry == Geometry::kStereo) return false;
+  const bool has_any_format = config.format == RecordingFormat::kAuto;
+  if (has_any_format && (is_kitti(path, config.limits) || is_pcap_file(path))) return true;
   return fits_bag_sweeps(path, config);
 }
 
 Result<std::unique_ptr<SweepSource>> open_sweeps(const std::filesystem::path& path, const AcquireConfig& config) {
-  std::error_code code;
-  if (std::filesystem::is_directory(path, code)) {
+  if (is_pcap_file(path)) return open_pcap_sweeps(path, config.limits);
+  if (is_kitti(path, config.limits)) {
     const auto folder = list_folder(path, config.limits);
-    if (!folder) return folder.error();
-    if (fits_kitti(*folder, config.limits)) return open_kitti(*folder, config.limits);
+    return folder ? open_kitti(*folder, config.limits) : folder.error();
   }
   if (find_bag(path, config)) return open_bag_sweeps(path, config);
   return Error{ErrorCode::kInput,
-               "no recording of LiDAR sweeps; looked for velodyne/000000.bin (KITTI odometry) and bags of ROS",
+               "no recording of LiDAR sweeps; looked for velodyne/000000.bin (KITTI odometry), a bag of ROS, and a "
+               "capture .pcap of a Velodyne or an Ouster",
                path.string()};
 }
 

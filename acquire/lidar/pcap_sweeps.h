@@ -1,0 +1,19 @@
+// Captures of the packets of a LiDAR (.pcap, .pcapng), with a trajectory beside them.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "acquire/lidar/sweep_source.h"
+#include "core/limits.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// Reads packets of Velodyne (velodyne_packets.h), and of Ouster with the sensor's metadata in a .json beside the
+/// capture. The first LiDAR of the capture is read. The whole capture is read once to find where sweeps begin. The
+/// world is that of the trajectory, z up. Errors: those of open_sweeps().
+[[nodiscard]] Result<std::unique_ptr<SweepSource>> open_pcap_sweeps(const std::filesystem::path& path,
+                                                                    const Limits& limits);
+
+}  // namespace scanknit
