@@ -25,11 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kOneSecond_ns = 1'000'000'000;
 constexpr std::int64_t kPause_ns = 1'500'000'000;        // no sweep takes so long
 constexpr std::size_t kMostSweepPackets = 8192;          // 3 million points; the largest sweeps have 260,000
 constexpr std::int64_t kPoseGap_ns = 250'000'000;        // a trajectory of 10 poses a second, some of them missing
-constexpr std::int64_t kSameClock_ns = 10 * kSecond_ns;  // clocks that are farther apart were not set by each other
+constexpr std::int64_t kSameClock_ns = 10 * kOneSecond_ns;  // clocks that are farther apart were not set by each other
 
 /// The packets of one sensor come from one address to one port.
 struct Stream {
@@ -390,7 +390,12 @@ class PcapSweeps final : public SweepSource {
 Result<std::unique_ptr<SweepSource>> open_pcap_sweeps(const fs::path& path, const Limits& limits) {
   auto file = open_random_access(path);
   if (!file) return file.error();
-  auto records = PcapRecords::open(*std::move(file));
+  return open_pcap_sweeps(*std::move(file), path, limits);
+}
+
+Result<std::unique_ptr<SweepSource>> open_pcap_sweeps(std::unique_ptr<RandomAccess> file, const fs::path& path,
+                                                      const Limits& limits) {
+  auto records = PcapRecords::open(std::move(file));
   if (!records) return located(records.error(), path);
   auto sweeps = std::make_unique<PcapSweeps>(path, UdpDatagrams(*std::move(records)), limits);
   if (auto opened = sweeps->open(); !opened) return opened.error();
