@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::int64_t kKnot_ns = 1'000'000;              // within a millisecond the motion is a straight line
 constexpr std::int64_t kLongestSweep_ns = 2'000'000'000;  // the slowest scanners turn once a second
+constexpr double kFarthest_m = 1e4;                       // no scanner goes farther within a sweep
 constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() - 2 * kLongestSweep_ns;
 
 }  // namespace
@@ -27,7 +28,9 @@ bool undo_motion(const SensorPath& path, Sweep& sweep) {
   for (std::int64_t piece = 0; piece <= pieces; ++piece) {
     const auto T_world_sensor = path(*sweep.timestamp_ns + start + length * piece / pieces);
     if (!T_world_sensor) return false;
-    knots.emplace_back((T_sensor_world * *T_world_sensor).cast<float>());
+    const Pose T_sensor_then = T_sensor_world * *T_world_sensor;
+    if (!(T_sensor_then.translation().norm() < kFarthest_m)) return false;  // NaN, too
+    knots.emplace_back(T_sensor_then.cast<float>());
   }
   const double pieces_per_ns = static_cast<double>(pieces) / static_cast<double>(std::max<std::int64_t>(length, 1));
   for (std::size_t i = 0; i < sweep.points_m.size(); ++i) {
