@@ -95,7 +95,11 @@ class BagSweeps final : public SweepSource {
     info_.duration_s = (static_cast<double>(*last) - static_cast<double>(*first)) * 1e-9;
     for (std::string& fault : messages_->faults()) info_.warnings.push_back(std::move(fault));
     tell_topics();
-    if (!survey_.sampled_ns) tell_motion();
+    if (survey_.sampled_ns) {
+      info_.warnings.emplace_back(kSampleWarning);
+    } else {
+      tell_motion();
+    }
   }
 
   [[nodiscard]] const SweepInfo& info() const override { return info_; }

@@ -6,6 +6,7 @@
 
 #include "acquire/replay/raw_recording.h"
 #include "acquire/replay/undistort.h"
+#include "acquire/ros2/frame_poses.h"
 #include "acquire/ros2/ros2_cloud.h"
 #include "acquire/ros2/ros2_entries.h"
 #include "acquire/ros2/ros2_survey.h"
@@ -210,11 +211,7 @@ Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::pat
   recording.has_metric_depth = bag->depth.content == Ros2Content::kMetricDepth;
   recording.frames_bring_camera = bag->depth_lens.has_value() || (bag->depth.is_cloud() && !config.intrinsics);
   tell_topics(survey, chosen, recording);
-  if (survey.sampled_ns) {
-    recording.warnings.push_back(
-        "a large bag with compressed chunks, described by its index: the duration is that of recording, and a frame "
-        "counts as one with a pose where poses were recorded within 0.1 s");
-  }
+  if (survey.sampled_ns) recording.warnings.emplace_back(kSampleWarning);
   tell_faults(*bag, chosen, recording);
   add_ros2_entries(survey, bag->depth, bag->colour ? &*bag->colour : nullptr, config.topics, recording);
   recording.decode = [bag](const FrameEntry& entry, const DecodeSettings& settings) {
