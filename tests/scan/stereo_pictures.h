@@ -28,9 +28,9 @@ struct RigOnPaper {
   }
 };
 
-/// Each pixel is the mean of 3 x 3 rays, as a sensor's pixel gathers light from all of its area.
+/// Each pixel is the mean of 2 x 2 rays, as a sensor's pixel gathers light from all of its area.
 inline ColourImage photograph(const SyntheticScene& scene, const RigOnPaper& rig, const Pose& T_world_camera) {
-  constexpr int kRays = 3;
+  constexpr int kRays = 2;
   const int width = rig.camera.width;
   const int height = rig.camera.height;
   const CameraIntrinsics fine = rig.camera.resized(kRays * width, kRays * height);
