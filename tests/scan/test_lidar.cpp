@@ -12,6 +12,7 @@
 #include "core/median.h"
 #include "export/mesh/read_mesh.h"
 #include "scan/scan.h"
+#include "tests/acquire/lidar_bag.h"
 #include "tests/acquire/lidar_room.h"
 #include "tests/core/temporary_folder.h"
 
@@ -40,12 +41,11 @@ class LidarRoom : public ::testing::Test {
     std::ifstream file(mesh(), std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-  /// The distance of each vertex to the nearest wall, where the mesh is in the camera's world of KITTI; ascending.
-  [[nodiscard]] std::vector<double> errors_m() const {
+  /// The distance of each vertex to the nearest wall, ascending. A mesh of KITTI's is in the camera's world.
+  [[nodiscard]] std::vector<double> errors_m(const Pose& T_room_world = kitti_camera_of_sensor().inverse()) const {
     const auto read = read_mesh(mesh(), {});
     EXPECT_TRUE(read);
     std::vector<double> errors;
-    const Pose T_room_world = kitti_camera_of_sensor().inverse();
     for (const Eigen::Vector3f& p : read->positions_m) errors.push_back(off_walls_m(T_room_world * p.cast<double>()));
     std::sort(errors.begin(), errors.end());
     return errors;
@@ -73,6 +73,28 @@ TEST_F(LidarRoom, BecomesItsWalls) {
   ASSERT_TRUE(result.mesh.check);
   const Eigen::Vector3f size = result.mesh.check->max_m - result.mesh.check->min_m;
   EXPECT_GT(size.maxCoeff(), 11.5F) << "the room is 12 m long";
+}
+
+TEST_F(LidarRoom, BecomesItsWallsInABagOfAMovingScanner) {
+  LidarWalk walk;
+  walk.model = {};
+  walk.sweeps = 30;
+  const Bytes bag = walk.bag().file();
+  const fs::path file = folder_.path() / "walk.mcap";
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bag.data()), static_cast<std::streamsize>(bag.size()));
+  ScanJob asked = job();
+  asked.input = file;
+  asked.config.acquire.every = 3;
+  const ScanResult result = scanned(asked);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_EQ(result.frames.fused, 10u);
+  EXPECT_TRUE(result.warnings.empty()) << result.warnings.front().text;
+  const double voxel_m = result.config.fusion.voxel_size_m;
+  const std::vector<double> errors = errors_m(Pose::Identity());
+  ASSERT_GT(errors.size(), 1000u);
+  EXPECT_LT(errors[errors.size() / 2], 0.02 * voxel_m) << "of the motion within a sweep nothing is left";
+  EXPECT_LT(errors[errors.size() * 95 / 100], 0.3 * voxel_m) << "but where walls meet";
 }
 
 TEST_F(LidarRoom, NeedsTheCalibrationOfTheSensor) {
