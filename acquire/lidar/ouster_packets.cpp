@@ -212,9 +212,9 @@ class OusterPackets final : public LidarPackets {
     return std::nullopt;
   }
   [[nodiscard]] std::int64_t clock_ns(Bytes packet, std::size_t index) const {
-    constexpr std::uint64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
+    constexpr std::uint64_t kClockEnd_ns = std::numeric_limits<std::int64_t>::max() / 2;
     const auto time = little_endian_at<std::uint64_t>(column(packet, index), 0);
-    return static_cast<std::int64_t>(std::min(time, kLatest_ns));
+    return static_cast<std::int64_t>(std::min(time, kClockEnd_ns));
   }
   [[nodiscard]] std::uint16_t frame_of(Bytes packet, std::size_t index) const {
     return is_legacy() ? little_endian_at<std::uint16_t>(column(packet, index), 10)

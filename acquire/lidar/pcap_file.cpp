@@ -69,9 +69,9 @@ Bytes ipv4_of(std::uint16_t link_type, Bytes frame) {
   std::size_t type_at = 0, at = 0;
   if (std::find(kRawIp.begin(), kRawIp.end(), link_type) != kRawIp.end()) return frame;
   if (link_type == kEthernet) {
-    constexpr int kMostTags = 4;
+    constexpr int kMostVlans = 4;
     type_at = 12;
-    for (int tag = 0; tag < kMostTags; ++tag) {
+    for (int tag = 0; tag < kMostVlans; ++tag) {
       const auto type = big_endian_at<std::uint16_t>(frame, type_at);
       if (std::find(kVlan.begin(), kVlan.end(), type) == kVlan.end()) break;
       type_at += 4;
