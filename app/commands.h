@@ -47,6 +47,7 @@ struct RunArguments {
   std::size_t every = 1;
   Pace pace = Pace::kFast;
   std::optional<std::filesystem::path> angles, cut_recording;  ///< of a turntable
+  std::optional<std::string> mask_class;                       ///< "all", or a number: acquire.mask_class
   ViewArguments view;
 };
 

@@ -10,6 +10,7 @@
 #include "acquire/lidar/sweep_source.h"
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
+#include "scan/classes/scan_classes.h"
 #include "scan/frames/apply_sensor.h"
 #include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
@@ -170,6 +171,7 @@ class RecordingScan {
 }  // namespace
 
 ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop) {
+  if (job.meshes_each_class) return scan_classes(job, observer, stop);
   if (job.config.acquire.geometry == Geometry::kSilhouettes) return scan_silhouettes(job, observer, stop);
   if (is_sweep_recording(job.input, job.config.acquire)) return scan_sweeps(job, observer, stop);
   return RecordingScan(job, observer, stop).run();

@@ -32,7 +32,8 @@ struct ScanJob {
   ScanFiles files;
   std::vector<std::filesystem::path> files_of_caller = {};  ///< the caller writes them after the scan; see
                                                             ///< check_files()
-  bool measures_fit = false;  ///< compare the mesh with some of the depth frames: MeshResult::fit
+  bool measures_fit = false;       ///< compare the mesh with some of the depth frames: MeshResult::fit
+  bool meshes_each_class = false;  ///< of the masks, instead of one mesh: scan_classes()
   Pace pace = Pace::kFast;
   std::function<PaceControl()> pace_control = steady_pace_control;
   std::optional<std::filesystem::path> angles = std::nullopt;  ///< of a turntable: degrees, a line for each frame

@@ -34,6 +34,7 @@ const char* to_string(WarningCode code) {
     case WarningCode::kVolumeFile: return "volume_file";
     case WarningCode::kSilhouettes: return "silhouettes";
     case WarningCode::kPointsOnly: return "points_only";
+    case WarningCode::kClasses: return "classes";
   }
   return "";
 }

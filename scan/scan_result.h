@@ -50,6 +50,7 @@ enum class WarningCode {
   kVolumeFile,    ///< parts of a volume file were not used
   kSilhouettes,   ///< a silhouette that the hull does not fill
   kPointsOnly,    ///< aligning only meshes and points makes no mesh
+  kClasses,       ///< a class of the masks without a mesh
 };
 
 struct ScanWarning {
@@ -265,6 +266,13 @@ struct SilhouetteResult {
   std::string worst_picture = {};
 };
 
+/// One class of the masks.
+struct ClassResult {
+  int label = 0;  ///< the value of its pixels
+  VolumeResult volume;
+  MeshResult mesh;
+};
+
 /// How long a stage took, each time that it ran.
 struct StageTimes {
   std::vector<double> samples_ms;
@@ -294,6 +302,7 @@ struct ScanResult {
   FilesByKind files;
   std::vector<ScanWarning> warnings;  ///< in the order in which they came; those of the mesh at the end
   StageTimesByName stages;
+  std::vector<ClassResult> classes;  ///< by label; empty unless each had to get a mesh: `mesh` is none then
 };
 
 /// The first warning with this code, or null.

@@ -64,6 +64,8 @@ void add_run(CLI::App& app, CommandLine& line) {
                 "depth; silhouettes: a visual hull from pictures with masks; stereo: depth from pairs of pictures");
   add_shorthand(*command, line, "--poses", "acquire.poses",
                 "Where poses come from: auto, recording, track, refine, still");
+  command->add_option("--class", run.mask_class, "Of acquire.masks: one class, or all, each with a mesh of its own")
+      ->type_name("all|N");
   add_turntable_options(*command, run);
   add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);

@@ -237,6 +237,20 @@ Json holes_json(const std::optional<HolesResult>& holes) {
   return json;
 }
 
+/// Of each class of the masks what the report has of a mesh; null unless each class got one.
+Json classes_json(const std::vector<ClassResult>& classes) {
+  if (classes.empty()) return nullptr;
+  Json json = Json::array();
+  for (const ClassResult& one : classes) {
+    json.push_back({{"class", one.label},
+                    {"volume", volume_json(one.volume)},
+                    {"mesh", mesh_json(one.mesh)},
+                    {"holes", holes_json(one.mesh.holes)},
+                    {"files", object_of(one.mesh.files)}});
+  }
+  return json;
+}
+
 Json doubled_json(const std::optional<DoubledResult>& doubled) {
   if (!doubled) return nullptr;
   return Json{{"area_m2", finite(doubled->area_m2)}, {"share", finite(doubled->share)}};
@@ -383,6 +397,7 @@ std::string report_json(const CommandRun& run) {
   json["extract"] = extract_json(scan.mesh);
   json["finish"] = finish_json(scan.mesh.finish);
   json["texture"] = texture_json(scan.texture);
+  json["classes"] = classes_json(scan.classes);
   json["files"] = object_of(files_of(run));
   json["config"] = Json::parse(config_to_json(scan.config));
   // Paths and messages may have bytes that are not UTF-8: these become the replacement character.

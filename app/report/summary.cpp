@@ -78,16 +78,27 @@ std::string isovalue_line(const ScanResult& scan) {
   return fmt::format("Isovalue {}, proposed by Otsu's method\n", format_number(*mesh.isovalue));
 }
 
-std::string mesh_line(const ScanResult& scan) {
-  const MeshCheck& mesh = *scan.mesh.check;
+/// `heading`: "Mesh", or the name of a class. `made` has been checked.
+std::string mesh_line(const std::string& heading, const MeshResult& made) {
+  const MeshCheck& mesh = *made.check;
   const Eigen::Vector3f size_mm = (mesh.max_m - mesh.min_m) * 1000.0f;
   const std::string pieces = fmt::format(", {} piece{}", grouped(mesh.components), mesh.components == 1 ? "" : "s");
-  const auto& doubled = scan.mesh.doubled;
+  const auto& doubled = made.doubled;
   const bool is_doubled = doubled && doubled->share > kWorthSaying;
   const std::string sheets = is_doubled ? fmt::format("; {:.1f} % in two sheets", 100 * doubled->share) : "";
-  return fmt::format("Mesh     {} triangles, {} vertices{}; {:.0f} x {:.0f} x {:.0f} mm{}\n", grouped(mesh.triangles),
-                     grouped(mesh.vertices), scan.mesh.is_checked ? pieces : ", not checked", size_mm.x(), size_mm.y(),
-                     size_mm.z(), sheets);
+  return fmt::format("{:<9}{} triangles, {} vertices{}; {:.0f} x {:.0f} x {:.0f} mm{}\n", heading,
+                     grouped(mesh.triangles), grouped(mesh.vertices), made.is_checked ? pieces : ", not checked",
+                     size_mm.x(), size_mm.y(), size_mm.z(), sheets);
+}
+
+/// A line for each class that has a mesh.
+std::string classes_text(const std::vector<ClassResult>& classes) {
+  std::string text;
+  for (const ClassResult& one : classes) {
+    const bool has_mesh = one.mesh.check && one.mesh.check->triangles > 0;
+    if (has_mesh) text += mesh_line(fmt::format("Class {} ", one.label), one.mesh);
+  }
+  return text;
 }
 
 /// "0.42 mm", "98 mm": two significant digits, or all digits before the point.
@@ -178,7 +189,8 @@ std::string summary_text(const CommandRun& run) {
   std::string text = frames_line(scan) + tracking_line(scan) + turntable_line(scan) + alignment_text(scan) +
                      silhouettes_line(scan) + volume_line(scan) + isovalue_line(scan);
   text += finish_text(scan);
-  if (scan.mesh.check) text += mesh_line(scan);
+  if (scan.mesh.check) text += mesh_line("Mesh", scan.mesh);
+  text += classes_text(scan.classes);
   return text + texture_line(scan) + time_line(run) + files_line(run) + next_line(scan);
 }
 

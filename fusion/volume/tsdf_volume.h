@@ -47,6 +47,8 @@ class TsdfVolume {
   ~TsdfVolume();
 
   [[nodiscard]] const FusionConfig& config() const { return config_; }
+  /// Changes the budget for new blocks, of volumes that share one.
+  void set_memory_budget_mib(std::size_t budget_mib) { config_.memory_budget_mib = budget_mib; }
   [[nodiscard]] const openvdb::FloatGrid& tsdf() const { return *tsdf_; }
   [[nodiscard]] const WeightCodeGrid& weight() const { return *weight_; }
   [[nodiscard]] const ColourCodeGrid& colour() const { return *colour_; }
