@@ -135,6 +135,8 @@ class BagSweeps final : public SweepSource {
   }
 
   void tell_topics() {
+    info_.topics["depth"] = topic_.name;
+    if (poses_.are_known()) info_.topics["poses"] = poses_.source();
     if (poses_.is_of_another_frame()) {
       info_.warnings.push_back(
           fmt::format("tf does not lead from '{}' to a world: the poses of {} are taken for the scanner's",
@@ -145,6 +147,7 @@ class BagSweeps final : public SweepSource {
       if (topic.has_sweeps && topic.name != topic_.name) others += (others.empty() ? "" : ", ") + topic.name;
     }
     if (others.empty()) return;
+    info_.topics["not_read"] = others;
     info_.warnings.push_back(
         fmt::format("the sweeps of {} are read, not those of {}: acquire.topics.depth chooses", topic_.name, others));
   }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,6 +41,7 @@ struct SweepInfo {
   UpAxis world_up = UpAxis::kMinusY;
   std::string expected_poses;  ///< for messages: where poses are looked for
   std::vector<std::string> warnings = {};
+  std::map<std::string, std::string> topics = {};  ///< of a bag of ROS, as RecordingInfo::topics; "depth": the sweeps
 };
 
 /// One consumer; not thread-safe. Holds one sweep at a time.

@@ -67,6 +67,7 @@ Json sweeps_json(const SweepInfo& info) {
   recording.frames_with_pose = info.sweeps_with_pose;
   recording.duration_s = info.duration_s;
   recording.warnings = info.warnings;
+  recording.topics = info.topics;
   if (info.sweeps_with_pose == 0) recording.warnings.push_back("no poses; `run` expects " + info.expected_poses);
   return recording_json(recording);
 }

@@ -263,6 +263,9 @@ TEST_F(LidarBag, ReadsTheTopicThatMoves) {
   ASSERT_NE(source, nullptr);
   EXPECT_EQ(source->info().sweeps, 4u);
   EXPECT_TRUE(warns(*source, "the sweeps of /points are read, not those of /a_map"));
+  const std::map<std::string, std::string> topics = {
+      {"depth", "/points"}, {"not_read", "/a_map"}, {"poses", "tf: map from lidar"}};
+  EXPECT_EQ(source->info().topics, topics);
 }
 
 TEST_F(LidarBag, ListsOfADepthCamerasPointsAreNoSweeps) {
