@@ -3,15 +3,16 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <memory>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "acquire/lidar/ouster_packets.h"
 #include "acquire/lidar/pcap_file.h"
+#include "acquire/lidar/pcap_sweeps.h"
 #include "acquire/lidar/sweep_source.h"
 #include "tests/acquire/lidar_packets.h"
 #include "tests/core/temporary_folder.h"
@@ -363,8 +364,8 @@ TEST(CaptureWithoutPoses, IsOpenedAndAllSweepsAreDropped) {
 
 /// Opens the capture, whose other files are there, and reads all of it. Returns how many points there were.
 std::size_t points_of_capture(const fs::path& folder, const std::string& capture) {
-  write_whole(folder / "walk.pcap", capture);
-  const auto source = open_sweeps(folder / "walk.pcap", {});
+  const auto file = std::as_bytes(std::span(capture));
+  const auto source = open_pcap_sweeps(std::make_unique<MemoryAccess>(file), folder / "walk.pcap", {});
   return source ? count_points(sweeps_of(**source)) : 0;
 }
 
