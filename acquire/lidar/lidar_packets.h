@@ -33,7 +33,7 @@ struct PacketHead {
 };
 
 /// Blocks of a packet, measured at one azimuth each: first <= block < end.
-struct BlockRange {
+struct PacketBlocks {
   std::size_t first = 0;
   std::size_t end = 0;
 };
@@ -56,7 +56,7 @@ class LidarPackets {
 
   /// Adds the points of a packet that fits to the sweep, with their rings and times. `offset_ns`: the packet's first
   /// measurement after Sweep::timestamp_ns.
-  virtual void add_points(std::span<const std::byte> packet, BlockRange blocks, std::int64_t offset_ns,
+  virtual void add_points(std::span<const std::byte> packet, PacketBlocks blocks, std::int64_t offset_ns,
                           Sweep& sweep) const = 0;
 };
 

@@ -180,7 +180,7 @@ class OusterPackets final : public LidarPackets {
     return head;
   }
 
-  void add_points(Bytes packet, BlockRange range, std::int64_t offset_ns, Sweep& sweep) const override {
+  void add_points(Bytes packet, PacketBlocks range, std::int64_t offset_ns, Sweep& sweep) const override {
     const auto first = first_column(packet);
     if (!first) return;
     const std::int64_t begins_ns = clock_ns(packet, *first);

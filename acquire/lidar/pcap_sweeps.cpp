@@ -364,8 +364,8 @@ class PcapSweeps final : public SweepSource {
       ++packets;
       const std::int64_t offset_ns = clock.unrolled(head->clock_ns, datagram->time_ns) - start.clock_ns;
       const bool fits = head->turn == start.turn && std::abs(offset_ns) <= kPause_ns;
-      const BlockRange blocks{datagram->offset == start.offset ? start.block : 0,
-                              is_next ? next->block : packets_->blocks()};
+      const PacketBlocks blocks{datagram->offset == start.offset ? start.block : 0,
+                                is_next ? next->block : packets_->blocks()};
       if (fits) packets_->add_points(datagram->payload, blocks, offset_ns, sweep);
       if (is_next) return;
     }

@@ -174,7 +174,7 @@ class VelodynePackets final : public LidarPackets {
     return head;
   }
 
-  void add_points(Bytes packet, BlockRange range, std::int64_t offset_ns, Sweep& sweep) const override {
+  void add_points(Bytes packet, PacketBlocks range, std::int64_t offset_ns, Sweep& sweep) const override {
     const Blocks blocks(packet);
     for (std::size_t block = range.first; block < std::min(range.end, kBlocks); ++block) {
       if (blocks.is_sound(block)) add_block(blocks, block, offset_ns, sweep);
