@@ -60,4 +60,64 @@ struct GreyView {
   return refined;
 }
 
+/// Sums over pixels of both pictures.
+struct LikenessSums {
+  float count = 0, left = 0, right = 0, left_squared = 0, right_squared = 0, products = 0;
+
+  void add(float l, float r) { *this += {1, l, r, l * l, r * r, l * r}; }
+  LikenessSums& operator+=(const LikenessSums& other) {
+    count += other.count;
+    left += other.left;
+    right += other.right;
+    left_squared += other.left_squared;
+    right_squared += other.right_squared;
+    products += other.products;
+    return *this;
+  }
+  /// Whether their correlation is at least `least`: false where one of them does not change at all.
+  [[nodiscard]] bool is_correlated(float least) const {
+    const float left_spread = left_squared - left * left / count;
+    const float right_spread = right_squared - right * right / count;
+    const float common = products - left * right / count;
+    constexpr float kRounding = 1e-3F;
+    return common > kRounding && common * common >= least * least * left_spread * right_spread;
+  }
+};
+
+/// Whether the match is more than what SGBM, for the sake of smoothness, goes on with where there is nothing to see:
+/// the upper, lower, left and right half of the surroundings each correlate with those in the right picture. Bare walls
+/// and backgrounds fail, whatever their noise, and so does the fringe that widens things beyond their edges.
+[[nodiscard]] inline bool is_alike_on_all_sides(const GreyView& left, const GreyView& right, int x, int y,
+                                                float disparity_px) {
+  constexpr int kHalf = 3;
+  constexpr float kLeast = 0.5F;
+  if (x < kHalf || x >= left.width - kHalf || y < kHalf || y >= left.height - kHalf) return false;
+  const float at = static_cast<float>(x) - disparity_px;
+  const float whole = std::floor(at);
+  const float part = at - whole;
+  const int x_right = static_cast<int>(whole);
+  if (x_right < kHalf || x_right + kHalf + 1 >= right.width) return false;
+  LikenessSums parts[3][3];  // before, at and after the pixel, by rows and by columns
+  const auto part_of = [](int step) { return step < 0 ? 0 : step == 0 ? 1 : 2; };
+  for (int j = -kHalf; j <= kHalf; ++j) {
+    const std::uint8_t* l = left.row(y + j) + x;
+    const std::uint8_t* r = right.row(y + j) + x_right;
+    for (int i = -kHalf; i <= kHalf; ++i) {
+      const float value = static_cast<float>(r[i]) + part * static_cast<float>(r[i + 1] - r[i]);
+      parts[part_of(j)][part_of(i)].add(static_cast<float>(l[i]), value);
+    }
+  }
+  for (const int first : {0, 1}) {  // the half before, and the half after, with the pixel's own row or column
+    LikenessSums rows, columns;
+    for (int own = first; own < first + 2; ++own) {
+      for (int other = 0; other < 3; ++other) {
+        rows += parts[own][other];
+        columns += parts[other][own];
+      }
+    }
+    if (!rows.is_correlated(kLeast) || !columns.is_correlated(kLeast)) return false;
+  }
+  return true;
+}
+
 }  // namespace scanknit

@@ -157,7 +157,8 @@ class SgbmMatcher final : public StereoMatcher {
         for (int x = 0; x < found.cols; ++x) {
           const float disparity = static_cast<float>(found.at<std::int16_t>(y, x)) / kFraction;
           if (disparity < static_cast<float>(first()) || disparity > static_cast<float>(x)) continue;
-          const double refined = refine_disparity(left_view, right_view, x, y, disparity);
+          const float refined = refine_disparity(left_view, right_view, x, y, disparity);
+          if (!is_alike_on_all_sides(left_view, right_view, x, y, refined)) continue;
           if (refined > cx_difference_) disparity_px.at(x, y) = static_cast<float>(refined - cx_difference_);
         }
       }
