@@ -191,7 +191,7 @@ TEST_F(StereoRecording, GivesTheSameBitsForAnyNumberOfThreads) {
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
   const Played one = played();
-  cv::setNumThreads(7);
+  cv::setNumThreads(2);
   const Played many = played();
   cv::setNumThreads(threads);
   ASSERT_EQ(one.frames.size(), 1u);
@@ -300,6 +300,36 @@ TEST_F(StereoRecording, DropsAPairWithoutTexture) {
   EXPECT_EQ(all.frames.size(), 1u);
   ASSERT_EQ(all.reasons(), std::vector<std::string>{"no_depth"});
   EXPECT_TRUE(contains(all.dropped[0].error.message, "too little texture")) << all.dropped[0].error.message;
+}
+
+/// Semi-global matching would go on with the wall's depth.
+TEST_F(StereoRecording, GivesNoDepthToABareBackgroundWithNoise) {
+  constexpr int kEdge = 80;
+  for (const bool is_right : {false, true}) {
+    ColourImage picture = picture_of_wall({.disparity_px = 10}, is_right);
+    for (int y = 0; y < picture.height(); ++y) {
+      for (int x = kEdge - (is_right ? 10 : 0); x < picture.width(); ++x) {
+        const double noise = spots(1e4 + 4 * x, 4 * y + (is_right ? 1e5 : 0)) / 64;
+        const auto grey = static_cast<std::uint8_t>(20 + std::lround(noise));
+        picture.at(x, y) = {grey, grey, grey};
+      }
+    }
+    const fs::path folder = folder_ / (is_right ? "right" : "left");
+    fs::create_directories(folder);
+    ASSERT_TRUE(write_colour_png(picture, folder / "0.png"));
+  }
+  write_rig();
+  const Played all = played();
+  ASSERT_EQ(all.frames.size(), 1u);
+  const DepthImage& depth_m = all.frames[0].depth_m;
+  int on_wall = 0, beside = 0;
+  for (int y = 0; y < depth_m.height(); ++y) {
+    for (int x = 0; x < depth_m.width(); ++x) {
+      if (depth_m.at(x, y) > 0) ++(x < kEdge ? on_wall : beside);
+    }
+  }
+  EXPECT_GT(on_wall, 60 * 100);
+  EXPECT_LT(beside, 200) << "of 9600 pixels";
 }
 
 TEST_F(StereoRecording, SaysThatLeftAndRightAreExchanged) {

@@ -73,6 +73,18 @@ TEST_F(MissingModule, OfPcdRecordingsIsToldOnceAndNotForEachFrame) {
   expect_told(modules_.run({"run", path("clouds"), "-o", path("out")}), "libscanknit_acquire_pcl.so", "libpcl-io1.13");
 }
 
+TEST_F(MissingModule, OfStereoPairsIsTold) {
+  make_recording();
+  std::filesystem::create_directory(folder_ / "pairs");
+  for (const char* side : {"left", "right"}) {
+    std::filesystem::copy(folder_ / "recording" / "color", folder_ / "pairs" / side,
+                          std::filesystem::copy_options::recursive);
+  }
+  std::ofstream(folder_ / "pairs" / "stereo.yaml") << "left: {fx: 131, fy: 131, cx: 79.5, cy: 59.5}\nbaseline: 0.06\n";
+  expect_told(modules_.run({"run", path("pairs"), "--geometry", "stereo", "-o", path("out")}),
+              "libscanknit_stereo_opencv.so", "libopencv-calib3d406");
+}
+
 TEST_F(MissingModule, OfTheOutlierFilterIsTold) {
   make_recording();
   expect_told(modules_.run({"run", path("recording"), "-o", path("out"), "--set", "acquire.outlier_neighbours=8"}),
