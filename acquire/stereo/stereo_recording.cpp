@@ -142,6 +142,10 @@ Result<void> take_size(const std::vector<FrameEntry>& entries, const Limits& lim
     }
     const CameraIntrinsics& left = rig.left.intrinsics;
     const CameraIntrinsics& right = rig.right.intrinsics;
+    if (std::abs(left.cx - right.cx) >= left.width) {
+      return Error{ErrorCode::kInput, "the cameras' cx differ by more than the width of the pictures",
+                   rig.file.string()};
+    }
     if (left.width == right.width && left.height == right.height) return {};
     return Error{ErrorCode::kInput,
                  fmt::format("the left camera is {} x {}, the right one {} x {}; expected two of one size", left.width,

@@ -67,9 +67,10 @@ Result<StereoCamera> checked(const CameraIntrinsics& camera, const std::vector<d
                              const std::string& name) {
   CameraIntrinsics sized = camera;
   if (sized.width == 0 || sized.height == 0) sized.width = sized.height = 1;
-  if (!sized.is_valid() || camera.fx < 0 || camera.fy < 0) {
-    return rig_error(name + ": expected finite fx, fy, cx, cy, with fx and fy above 0");
-  }
+  constexpr double kMost_px = 1e6;
+  const bool is_sound = sized.is_valid() && camera.fx > 0 && camera.fy > 0 && camera.fx <= kMost_px &&
+                        camera.fy <= kMost_px && std::abs(camera.cx) <= kMost_px && std::abs(camera.cy) <= kMost_px;
+  if (!is_sound) return rig_error(name + ": expected fx, fy, cx, cy in pixels, with fx and fy above 0");
   const auto lens = distortion_of(distortion);
   if (!lens) return rig_error(name + ": " + lens.error().message);
   return StereoCamera{camera, *lens};

@@ -302,6 +302,25 @@ TEST_F(StereoRecording, DropsAPairWithoutTexture) {
   EXPECT_TRUE(contains(all.dropped[0].error.message, "too little texture")) << all.dropped[0].error.message;
 }
 
+TEST_F(StereoRecording, TakesPicturesOfAnySize) {
+  for (const int side : {1, 2, 7, 8, 17}) {
+    write({.width = side, .height = side});
+    write_rig("left: {fx: 200, fy: 200, cx: 0, cy: 0}\nbaseline: 0.1\n");
+    const Played all = played();
+    EXPECT_EQ(all.frames.size() + all.dropped.size(), 1u);
+    EXPECT_TRUE(all.errors.empty());
+  }
+}
+
+TEST_F(StereoRecording, AllowsThatTheMiddleOfTheRightPictureIsElsewhere) {
+  for (const double shift_px : {-6.5, 6.5}) {
+    write({.disparity_px = Wall{}.disparity_px + shift_px});
+    write_rig(std::string("left: {fx: 200, fy: 200, cx: 79.5, cy: 59.5}\nright: {fx: 200, fy: 200, cx: ") +
+              std::to_string(79.5 - shift_px) + ", cy: 59.5}\nbaseline: 0.1\n");
+    expect_one_wall();
+  }
+}
+
 /// Semi-global matching would go on with the wall's depth.
 TEST_F(StereoRecording, GivesNoDepthToABareBackgroundWithNoise) {
   constexpr int kEdge = 80;
@@ -364,6 +383,8 @@ TEST_F(StereoRecording, SaysWhatIsWrongWithARig) {
       {left + "T_right_left: [2,0,0,-0.1, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n", "T_right_left"},
       {"left: {fx: 200, fy: 200, cx: 79.5}\nbaseline: 0.1\n", "left.cy is missing"},
       {"left: {fx: 0, fy: 200, cx: 79.5, cy: 1}\nbaseline: 0.1\n", "above 0"},
+      {left + "right: {fx: 200, fy: 200, cx: 500, cy: 59.5}\nbaseline: 0.1\n", "cx differ"},
+      {"left: {fx: 200, fy: 200, cx: 1e300, cy: 1}\nbaseline: 0.1\n", "expected fx, fy, cx, cy"},
       {"M1: 3\n", "M1 is missing"},
       {"left: {fx: [1", "do not close"},
   };
