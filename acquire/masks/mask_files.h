@@ -21,11 +21,13 @@ using Mask = Image<std::uint8_t>;
 inline constexpr std::uint8_t kHalfOfMask = 128;
 
 /// The file in `masks` that belongs to a picture by its name, of "frame-17.depth.png": frame-17.depth.png,
-/// frame-17.depth.png.png, frame-17.mask.png or frame-17.png. Empty: there is none.
+/// frame-17.depth.png.png, frame-17.mask.png, frame-17.png, or the first of BOP's, frame-17_000000.png. Empty: there is
+/// none.
 [[nodiscard]] std::filesystem::path find_mask(const std::filesystem::path& masks, const std::filesystem::path& picture);
 
-/// A PNG of any kind; colours by their brightest channel. With config.mask_class, pixels of that value are 255, all
-/// others 0. Errors (kInput) name the file.
+/// A PNG of any kind; colours by their brightest channel. The first of BOP's masks, one of each thing in a picture, is
+/// read together with the next ones (_000001 ...): thing n, counted from 0, has the value n + 1. With
+/// config.mask_class, pixels of that value are 255, all others 0. Errors (kInput) name the file.
 [[nodiscard]] Result<Mask> read_mask(const std::filesystem::path& path, const AcquireConfig& config);
 
 /// The brightest channel.

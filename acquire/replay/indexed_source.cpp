@@ -139,6 +139,7 @@ void IndexedSource::look_at_masks() {
   if (!info_.intrinsics) return;
   AcquireConfig as_in_file = config_;
   as_in_file.mask_class.reset();
+  as_in_file.keeps_labels = as_in_file.keeps_labels || config_.mask_class;
   std::vector<MaskFile> masks;
   const std::size_t frames = (last_ - next_) / config_.every + 1;
   const std::size_t looked_at = std::min(frames, kMost);

@@ -9,7 +9,9 @@
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquire/convert/picture_files.h"
@@ -448,6 +450,36 @@ TEST_F(MaskedDepth, StaysWholeWithItsLabels) {
   EXPECT_EQ(part.depth_m.at(20, 20), 0);
   EXPECT_EQ(part.weights.at(30, 20), 255);
   EXPECT_EQ(frame_of_class(*frame, 4, MaskMeans::kUnknown).depth_m.at(30, 20), 0);
+}
+
+TEST_F(MaskedDepth, TakesOneMaskOfEachThingAsBopHasThem) {
+  ColourImage other(64, 48);
+  other.at(5, 5) = Rgb8{255, 255, 255};
+  write_mask(mask_picture(0), "0000_000000.png");
+  write_mask(other, "0000_000001.png");
+  config_.keeps_labels = true;
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->labels.at(30, 20), 1);
+  EXPECT_EQ(frame->labels.at(5, 5), 2);
+  EXPECT_EQ(frame->labels.at(0, 0), 0);
+  for (const auto& [label, is_in] : {std::pair{std::optional<int>(), true}, {1, true}, {2, false}}) {
+    config_.keeps_labels = false;
+    config_.mask_class = label;
+    const FrameEvent masked = first_frame();
+    const auto* part = std::get_if<Frame>(&masked);
+    if (part == nullptr) {
+      EXPECT_FALSE(is_in);
+      continue;
+    }
+    EXPECT_EQ(part->depth_m.at(30, 20) > 0, is_in);
+  }
+  write_mask(ColourImage(20, 20), "0000_000001.png");
+  const FrameEvent wrong = first_frame();
+  const auto* dropped = std::get_if<FrameDropped>(&wrong);
+  ASSERT_NE(dropped, nullptr);
+  EXPECT_TRUE(contains(dropped->error.text(), "another size")) << dropped->error.text();
 }
 
 /// Of the whole recording: two masks have each fault.
