@@ -178,6 +178,24 @@ TEST_P(ClassesWithWrongRims, HaveNothingOfTheirNeighbours) {
 
 INSTANTIATE_TEST_SUITE_P(Pixels, ClassesWithWrongRims, ::testing::Values(0, 1, 2), ::testing::PrintToStringParamName());
 
+TEST_F(Classes, AreAsGoodAsEachAlone) {
+  ASSERT_NO_FATAL_FAILURE(record(1));
+  ASSERT_TRUE(scan(job()).outcome);
+  ScanJob alone = job();
+  alone.meshes_each_class = false;
+  alone.config.acquire.mask_class = kLabels[1];
+  const auto of_all = read_mesh(mesh_of(kLabels[1]));
+  alone.files.meshes = {mesh_of(kLabels[1])};
+  const ScanResult result = scan(alone);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  const auto one = read_mesh(mesh_of(kLabels[1]));
+  ASSERT_TRUE(one && of_all);
+  expect_alone(1);
+  // At rims the normals and the filter of a class among others know the depth beside it.
+  const auto vertices = static_cast<double>(one->positions_m.size());
+  EXPECT_NEAR(static_cast<double>(of_all->positions_m.size()), vertices, 0.05 * vertices);
+}
+
 TEST_F(Classes, NeedMasks) {
   ASSERT_NO_FATAL_FAILURE(record(0));
   ScanJob without = job();
