@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "acquire/layouts/timed_poses.h"
 #include "acquire/lidar/ouster_packets.h"
 #include "acquire/lidar/pcap_file.h"
 #include "acquire/lidar/undo_motion.h"
 #include "acquire/lidar/velodyne_packets.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/replay/folder.h"
 #include "core/files/located.h"
 #include "core/files/read_file.h"
@@ -26,9 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kOneSecond_ns = 1'000'000'000;
-constexpr std::int64_t kPause_ns = 1'500'000'000;        // no sweep takes so long
-constexpr std::size_t kMostSweepPackets = 8192;          // 3 million points; the largest sweeps have 260,000
-constexpr std::int64_t kPoseGap_ns = 250'000'000;        // a trajectory of 10 poses a second, some of them missing
+constexpr std::int64_t kPause_ns = 1'500'000'000;           // no sweep takes so long
+constexpr std::size_t kMostSweepPackets = 8192;             // 3 million points; the largest sweeps have 260,000
+constexpr std::int64_t kPoseGap_ns = 250'000'000;           // a trajectory of 10 poses a second, some of them missing
 constexpr std::int64_t kSameClock_ns = 10 * kOneSecond_ns;  // clocks that are farther apart were not set by each other
 
 /// The packets of one sensor come from one address to one port.

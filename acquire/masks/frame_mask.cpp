@@ -4,8 +4,6 @@
 #include <array>
 #include <utility>
 
-#include "acquire/replay/undistort.h"
-
 namespace scanknit {
 namespace {
 
@@ -51,16 +49,6 @@ Mask resized(const Mask& mask, int width, int height) {
       other.at(x, y) = mask.at(static_cast<int>((x + 0.5) * mask.width() / width), row);
     }
   }
-  return other;
-}
-
-Mask undistorted(const Mask& mask, const CameraIntrinsics& camera, const Distortion& distortion) {
-  DepthImage values(mask.width(), mask.height());  // depth is undistorted by the nearest pixel, as masks are
-  std::copy(mask.pixels().begin(), mask.pixels().end(), values.pixels().begin());
-  values = undistort(values, camera, distortion);
-  Mask other(mask.width(), mask.height());
-  std::transform(values.pixels().begin(), values.pixels().end(), other.pixels().begin(),
-                 [](float value) { return static_cast<std::uint8_t>(value); });
   return other;
 }
 

@@ -16,9 +16,6 @@ inline constexpr int kRimPixels = 4;
 /// The mask in another size, by the nearest pixel.
 [[nodiscard]] Mask resized(const Mask& mask, int width, int height);
 
-/// The mask of the same camera without distortion; `camera` has its size. Outside of the picture it is 0.
-[[nodiscard]] Mask undistorted(const Mask& mask, const CameraIntrinsics& camera, const Distortion& distortion);
-
 /// Leaves the depth within the mask, which has its size, and sets Frame::weights: pixel n from the rim, counted from 0,
 /// has the weight (n / kRimPixels)^2. With kFree, Frame::outside_m gets the rest. Beyond the picture's border nothing
 /// is known, so that there is no rim.

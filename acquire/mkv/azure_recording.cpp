@@ -1,4 +1,4 @@
-#include "acquire/mkv/azure_recording.h"
+#include "acquire/replay/raw_recording.h"
 
 #include <algorithm>
 #include <memory>

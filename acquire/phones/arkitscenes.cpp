@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/text_numbers.h"

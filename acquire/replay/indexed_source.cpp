@@ -240,7 +240,7 @@ std::optional<Drop> IndexedSource::use_mask(const FrameEntry& entry, const Disto
   const auto read = read_mask(path, config_);
   if (!read) return make_drop(DropReason::kUnreadable, read.error().message, path);
   Mask mask = resized(*read, frame.depth_m.width(), frame.depth_m.height());
-  if (distortion != Distortion{}) mask = undistorted(mask, frame.intrinsics, distortion);
+  if (distortion != Distortion{}) mask = undistort(mask, frame.intrinsics, distortion);
   if (config_.keeps_labels) {
     frame.labels = std::move(mask);
   } else {

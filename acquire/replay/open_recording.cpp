@@ -5,7 +5,6 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/masks/mask_files.h"
-#include "acquire/mkv/azure_recording.h"
 #include "acquire/recording_format.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/folder.h"

@@ -71,6 +71,12 @@ struct RawRecording {
 [[nodiscard]] Result<Recording> index_record3d(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                                const AcquireConfig& config);
 
+/// Recordings of Azure Kinect's recorder, which Orbbec's Femto cameras write, too: Matroska with depth, as the device's
+/// software computed it, colour, and the calibration. Errors also: there is no depth, or its camera is not known.
+[[nodiscard]] bool fits_azure_mkv(const RandomAccess& file);
+[[nodiscard]] Result<Recording> index_azure_mkv(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
+                                                const AcquireConfig& config);
+
 [[nodiscard]] bool fits_oni(const RandomAccess& file);
 [[nodiscard]] Result<Recording> index_oni(std::unique_ptr<RandomAccess> file, const std::filesystem::path& path,
                                           const AcquireConfig& config);

@@ -104,7 +104,8 @@ Image<T> resample(const Image<T>& image, CameraIntrinsics camera, const Lens& le
   return straight;
 }
 
-float sample_nearest(const DepthImage& image, const Place& at) {
+template <typename T>
+T sample_nearest(const Image<T>& image, const Place& at) {
   return image.at(at.x + (at.right >= 0.5 ? 1 : 0), at.y + (at.below >= 0.5 ? 1 : 0));
 }
 
@@ -149,7 +150,12 @@ Eigen::Vector2d distort_pixel(double u, double v, const CameraIntrinsics& camera
 }
 
 DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
-  return resample(depth_m, camera, distortion, sample_nearest);
+  return resample(depth_m, camera, distortion, sample_nearest<float>);
+}
+
+Image<std::uint8_t> undistort(const Image<std::uint8_t>& mask, const CameraIntrinsics& camera,
+                              const RationalDistortion& distortion) {
+  return resample(mask, camera, distortion, sample_nearest<std::uint8_t>);
 }
 
 ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const RationalDistortion& distortion) {
@@ -157,7 +163,7 @@ ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
 }
 
 DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera, const FisheyeDistortion& distortion) {
-  return resample(depth_m, camera, distortion, sample_nearest);
+  return resample(depth_m, camera, distortion, sample_nearest<float>);
 }
 
 ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera, const FisheyeDistortion& distortion) {

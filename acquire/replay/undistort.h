@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "acquire/acquire_config.h"
 #include "core/camera.h"
@@ -43,6 +44,10 @@ struct FisheyeDistortion {
 [[nodiscard]] DepthImage undistort(const DepthImage& depth_m, const CameraIntrinsics& camera,
                                    const RationalDistortion& distortion);
 
+/// The same for a mask.
+[[nodiscard]] Image<std::uint8_t> undistort(const Image<std::uint8_t>& mask, const CameraIntrinsics& camera,
+                                            const RationalDistortion& distortion);
+
 /// The same for colour, with bilinear interpolation; outside of the picture it is black.
 [[nodiscard]] ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
                                     const RationalDistortion& distortion);
@@ -52,7 +57,7 @@ struct FisheyeDistortion {
 [[nodiscard]] ColourImage undistort(const ColourImage& colour, const CameraIntrinsics& camera,
                                     const FisheyeDistortion& distortion);
 
-/// The same of a picture of either kind, for a lens without a denominator.
+/// The same of a picture of any kind, for a lens without a denominator.
 template <typename Picture>
 [[nodiscard]] Picture undistort(const Picture& picture, const CameraIntrinsics& camera, const Distortion& distortion) {
   return undistort(picture, camera, rational(distortion));

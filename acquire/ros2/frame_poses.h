@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/ros2/ros2_survey.h"
 #include "core/axes.h"
 

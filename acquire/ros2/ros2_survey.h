@@ -8,7 +8,7 @@
 
 #include "acquire/acquire_config.h"
 #include "acquire/bag/bag_messages.h"
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "acquire/ros2/ros2_pictures.h"
 #include "acquire/ros2/transform_tree.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "core/pose.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "acquire/layouts/timed_poses.h"
 #include "acquire/parse/pose_list.h"
+#include "acquire/parse/timed_poses.h"
 #include "acquire/replay/numbered_name.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/ascii_numbers.h"

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "acquire/mkv/azure_calibration.h"
-#include "acquire/mkv/azure_recording.h"
 #include "acquire/mkv/ebml_reader.h"
+#include "acquire/replay/raw_recording.h"
 #include "core/picture/jpeg_codec.h"
 #include "mkv_writer.h"
 #include "test_replay_support.h"

@@ -1,4 +1,4 @@
-#include "acquire/layouts/timed_poses.h"
+#include "acquire/parse/timed_poses.h"
 
 #include <algorithm>
 #include <limits>
