@@ -19,14 +19,14 @@ using test::bare_wall;
 using test::look;
 using test::World;
 
-constexpr double kVoxel = 0.01;
+constexpr double kVoxel_m = 0.01;
 constexpr double kWall_m = 1.0;
 const Eigen::Vector3d kVisitor(0, 0, 0.6);
 constexpr double kVisitorRadius = 0.1;
 
 TsdfVolume make_volume(bool carves = true) {
   FusionConfig config;
-  config.voxel_size_m = kVoxel;
+  config.voxel_size_m = kVoxel_m;
   config.carve_free_space = carves;
   auto volume = TsdfVolume::create(config);
   EXPECT_TRUE(volume);
@@ -53,7 +53,7 @@ Frame outside(Frame frame) {
 std::size_t matter_before_wall(const TsdfVolume& volume) {
   std::size_t count = 0;
   for (auto value = volume.tsdf().cbeginValueOn(); value; ++value) {
-    if (*value < 0 && value.getCoord().z() * kVoxel < kWall_m - 0.15) ++count;
+    if (*value < 0 && value.getCoord().z() * kVoxel_m < kWall_m - 0.15) ++count;
   }
   return count;
 }
