@@ -57,6 +57,14 @@ Result<Mask> read_things(const fs::path& first, const AcquireConfig& config) {
   return labels;
 }
 
+/// LabelFusion's labels of "0000000001_depth.png" or "0000000001_rgb.png", 0000000001_labels.png; else empty.
+std::string name_of_labels(std::string_view stem) {
+  for (const std::string_view kind : {"_depth", "_rgb"}) {
+    if (stem.ends_with(kind)) return std::string(stem.substr(0, stem.size() - kind.size())) + "_labels.png";
+  }
+  return {};
+}
+
 }  // namespace
 
 fs::path find_mask(const fs::path& masks, const fs::path& picture) {
@@ -64,7 +72,7 @@ fs::path find_mask(const fs::path& masks, const fs::path& picture) {
   const std::string stem = picture.stem().string();
   const std::string first = stem.substr(0, stem.find('.'));
   for (const std::string& name : {stem + ".png", picture.filename().string() + ".png", first + ".mask.png",
-                                  first + ".png", first + kFirstThing}) {
+                                  first + ".png", first + kFirstThing, name_of_labels(stem)}) {
     const bool is_itself = masks / name == picture;
     if (!is_itself && fs::is_regular_file(masks / name, code)) return masks / name;
   }

@@ -21,8 +21,8 @@ using Mask = Image<std::uint8_t>;
 inline constexpr std::uint8_t kHalfOfMask = 128;
 
 /// The file in `masks` that belongs to a picture by its name, of "frame-17.depth.png": frame-17.depth.png,
-/// frame-17.depth.png.png, frame-17.mask.png, frame-17.png, or the first of BOP's, frame-17_000000.png. Empty: there is
-/// none.
+/// frame-17.depth.png.png, frame-17.mask.png, frame-17.png, or the first of BOP's, frame-17_000000.png; of
+/// "17_depth.png" or "17_rgb.png" also LabelFusion's 17_labels.png. Empty: there is none.
 [[nodiscard]] std::filesystem::path find_mask(const std::filesystem::path& masks, const std::filesystem::path& picture);
 
 /// A PNG of any kind; colours by their brightest channel. The first of BOP's masks, one of each thing in a picture, is

@@ -452,6 +452,19 @@ TEST_F(MaskedDepth, StaysWholeWithItsLabels) {
   EXPECT_EQ(frame_of_class(*frame, 4, MaskMeans::kUnknown).depth_m.at(30, 20), 0);
 }
 
+TEST_F(MaskedDepth, TakesLabelsNamedAsLabelFusionNamesThem) {
+  fs::rename(path() / "depth/0000.png", path() / "depth/0000_depth.png");
+  write_mask(mask_picture(0, 3), "0000_labels.png");
+  config_.mask_class = 3;
+  const FrameEvent event = first_frame();
+  const auto* frame = std::get_if<Frame>(&event);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->depth_m.at(30, 20), 1.5f);
+  EXPECT_EQ(frame->depth_m.at(0, 0), 0);
+  EXPECT_EQ(find_mask(path() / "masks", "0000_rgb.png"), path() / "masks" / "0000_labels.png");
+  EXPECT_TRUE(find_mask(path() / "masks", "0000_color.png").empty());
+}
+
 TEST_F(MaskedDepth, TakesOneMaskOfEachThingAsBopHasThem) {
   ColourImage other(64, 48);
   other.at(5, 5) = Rgb8{255, 255, 255};
