@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/system/module.h"
-#include "finish/ground_plane.h"
+#include "finish/mesh_steps.h"
 
 namespace scanknit {
 

@@ -1,4 +1,4 @@
-#include "finish/ground_plane.h"
+#include "finish/mesh_steps.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>

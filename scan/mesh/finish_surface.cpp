@@ -11,7 +11,6 @@
 #include "core/mesh/mesh_area.h"
 #include "export/mesh/up_rotation.h"
 #include "finish/close_volume.h"
-#include "finish/ground_plane.h"
 #include "finish/invented.h"
 #include "finish/mesh_steps.h"
 #include "scan/mesh/drop_crumbs.h"

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "finish/ground_plane.h"
+#include "finish/mesh_steps.h"
 #include "tests/core/sample_meshes.h"
 
 namespace scanknit {
