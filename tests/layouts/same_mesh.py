@@ -41,6 +41,16 @@ def run(*command):
     return done.stdout
 
 
+def real_recording():
+    """The real recording; None, and told, where it is not there."""
+    beside = pathlib.Path(__file__).resolve().parents[3] / "shared/data"
+    real = pathlib.Path(os.environ.get("SCANKNIT_TEST_DATA", beside)) / "rgbd_redwood_lr1_211"
+    if real.exists():
+        return real
+    print(f"SKIPPED: no recording {real}")
+    return None
+
+
 def source_of(real, frames, folder, scanknit):
     """The first frames of the recording."""
     for kind, name in (("depth", "depth"), ("image", "color")):
@@ -94,11 +104,8 @@ def main():
     parser.add_argument("--frames", type=int, default=6)
     parser.add_argument("--time", type=pathlib.Path)
     options = parser.parse_args()
-    beside = pathlib.Path(__file__).resolve().parents[3] / "shared/data"
-    data = pathlib.Path(os.environ.get("SCANKNIT_TEST_DATA", beside))
-    real = data / "rgbd_redwood_lr1_211"
-    if not real.exists():
-        print(f"SKIPPED: no recording {real}")
+    real = real_recording()
+    if real is None:
         return 77
     all_right = True
     with tempfile.TemporaryDirectory() as place:
@@ -121,4 +128,5 @@ def main():
     return 0 if all_right else 1
 
 
-sys.exit(main())
+if __name__ == "__main__":
+    sys.exit(main())
