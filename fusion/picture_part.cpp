@@ -51,8 +51,14 @@ double median_depth_m(const std::vector<DepthImage>& pictures_m) {
 
 void crop_frame(Frame& frame, const PixelRect& rect) {
   SCANKNIT_CHECK(frame.depth_m.contains(rect.x0, rect.y0) && frame.depth_m.contains(rect.x1, rect.y1));
-  frame.depth_m = part_of(frame.depth_m, rect);
-  if (!frame.normals.empty()) frame.normals = part_of(frame.normals, rect);
+  const auto crop = [&](auto& picture) {
+    if (!picture.empty()) picture = part_of(picture, rect);
+  };
+  crop(frame.depth_m);
+  crop(frame.normals);
+  crop(frame.weights);
+  crop(frame.outside_m);
+  crop(frame.labels);
   frame.intrinsics.width = frame.depth_m.width();
   frame.intrinsics.height = frame.depth_m.height();
   frame.intrinsics.cx -= rect.x0;

@@ -20,8 +20,8 @@ struct PixelRect {
 /// The median of all pixels with depth; 0 when there are none.
 [[nodiscard]] double median_depth_m(const std::vector<DepthImage>& pictures_m);
 
-/// Keeps only the depth pixels of `rect`, which must be within the picture. Colour has its own camera and does not
-/// change.
+/// Keeps only the depth pixels of `rect`, which must be within the picture, and what masks say of them. Colour has its
+/// own camera and does not change.
 void crop_frame(Frame& frame, const PixelRect& rect);
 
 }  // namespace scanknit

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fusion/integrate/integrate.h"
+#include "fusion/picture_part.h"
 #include "tests/fusion/small_world.h"
 
 namespace scanknit {
@@ -150,6 +151,26 @@ TEST(MaskedFrames, GiveTheSameBitsOnAnyNumberOfThreads) {
   const auto one = fused(1);
   EXPECT_GT(one.size(), 10'000u);
   EXPECT_EQ(one, fused(2));
+}
+
+TEST(MaskedFrames, AreCroppedWithWhatTheirMasksSay) {
+  Frame frame = look_at_wall();
+  frame.weights = Image<std::uint8_t>(frame.depth_m.width(), frame.depth_m.height());
+  frame.outside_m = DepthImage(frame.depth_m.width(), frame.depth_m.height());
+  frame.labels = frame.weights;
+  frame.weights.at(30, 20) = 77;
+  frame.outside_m.at(31, 21) = 2.5f;
+  frame.labels.at(32, 22) = 3;
+  crop_frame(frame, {10, 15, 59, 54});
+  for (const auto& [width, height] : {std::pair(frame.weights.width(), frame.weights.height()),
+                                      std::pair(frame.outside_m.width(), frame.outside_m.height()),
+                                      std::pair(frame.labels.width(), frame.labels.height())}) {
+    EXPECT_EQ(width, 50);
+    EXPECT_EQ(height, 40);
+  }
+  EXPECT_EQ(frame.weights.at(20, 5), 77);
+  EXPECT_EQ(frame.outside_m.at(21, 6), 2.5f);
+  EXPECT_EQ(frame.labels.at(22, 7), 3);
 }
 
 }  // namespace
