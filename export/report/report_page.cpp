@@ -78,7 +78,9 @@ Result<void> check_report(std::string_view report_json) {
   for (const char* key : {"total_ms", "peak_rss_mib"}) {
     if (!is_missing(key) && !(*report)[key].is_number()) return wrong(key, "number");
   }
-  if (!is_missing("warnings") && !(*report)["warnings"].is_array()) return wrong("warnings", "list");
+  for (const char* key : {"warnings", "classes"}) {
+    if (!is_missing(key) && !(*report)[key].is_array()) return wrong(key, "list");
+  }
   for (const char* key : {"frames", "losses", "tracking", "turntable", "alignment", "stages", "volume", "silhouettes",
                           "mesh", "holes", "doubled", "fit", "extract", "finish", "texture", "files", "config"}) {
     if (!is_missing(key) && !(*report)[key].is_object()) return wrong(key, "object");
