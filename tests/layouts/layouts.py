@@ -23,15 +23,15 @@ FRAME_S = 0.1  # recordings of this layout have no clock: ten frames a second
 
 
 class Source:
-    def __init__(self, folder, depth_pgms):
-        """depth_pgms: the depth pictures as convert --to fakenect writes them."""
+    def __init__(self, folder, depth_pgms, colour_ppms):
+        """The last two: the pictures as convert --to fakenect writes them."""
         self.folder = folder
         self.depth = sorted((folder / "depth").iterdir())
         self.colour = sorted((folder / "color").iterdir())
         self.camera = json.loads((folder / "camera_intrinsic.json").read_text())
         numbers = [line.split() for line in (folder / "trajectory.log").read_text().splitlines()]
         self.poses = [rigid([[float(word) for word in row] for row in numbers[i + 1:i + 5]]) for i in range(0, len(numbers), 5)]
-        self._pgms = depth_pgms
+        self._pgms, self._ppms = depth_pgms, colour_ppms
 
     def __len__(self):
         return len(self.depth)
@@ -49,6 +49,11 @@ class Source:
         """Millimetres, little endian, row by row."""
         width, height = self.size
         return self._pgms[frame].read_bytes()[-2 * width * height:]
+
+    def raw_colour(self, frame):
+        """Red, green, blue, row by row."""
+        width, height = self.size
+        return self._ppms[frame].read_bytes()[-3 * width * height:]
 
     def times(self):
         return [100 + FRAME_S * i for i in range(len(self))]
@@ -87,16 +92,22 @@ def put(source, target):
     shutil.copyfile(source, target)
 
 
-def full_confidence(size, value):
-    """A grey PNG of one value."""
+def png(size, kind, pixels):
+    """8 bits; kind 0: grey, 2: red, green, blue."""
     width, height = size
+    row = len(pixels) // height
 
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
-    rows = (b"\0" + bytes([value]) * width) * height
-    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    rows = b"".join(b"\0" + pixels[y * row:(y + 1) * row] for y in range(height))
+    head = struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b"")
+
+
+def full_confidence(size, value):
+    """A grey picture of one value."""
+    return png(size, 0, bytes([value]) * (size[0] * size[1]))
 
 
 def write_replica(source, folder):
@@ -185,12 +196,12 @@ def write_polycam(source, folder):
 def write_arkitscenes(source, folder):
     confidence = full_confidence(source.size, 2)
     scene, lines = folder / "41069021/41069021_frames", []
-    for kind in ("confidence", "lowres_wide_intrinsics"):
+    for kind in ("confidence", "lowres_wide", "lowres_wide_intrinsics"):
         (scene / kind).mkdir(parents=True)
     for i, pose in enumerate(source.poses):
         name = f"41069021_{source.times()[i]:.3f}"
         put(source.depth[i], scene / f"lowres_depth/{name}.png")
-        put(source.colour[i], scene / f"lowres_wide/{name}.jpg")
+        (scene / f"lowres_wide/{name}.png").write_bytes(png(source.size, 2, source.raw_colour(i)))
         (scene / f"confidence/{name}.png").write_bytes(confidence)
         (scene / f"lowres_wide_intrinsics/{name}.pincam").write_text(" ".join(map(repr, [*source.size, *source.k])))
         rotation, translation = inverse(pose)
