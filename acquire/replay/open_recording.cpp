@@ -283,11 +283,9 @@ std::optional<fs::path> find_bag(const fs::path& path, const AcquireConfig& conf
     return layout != nullptr && is_of_bags(layout->format) ? std::optional(path) : std::nullopt;
   }
   constexpr std::array kEnds = {".mcap", ".db3", ".zstd", ".bag"};
-  const auto is_bag_name = [&](const fs::directory_entry& entry) {
-    return ends_as_one_of(kEnds, entry.path().filename().string());
-  };
-  const fs::directory_iterator files(path, code);
-  if (code || std::none_of(begin(files), end(files), is_bag_name)) return std::nullopt;
+  const auto folder = list_folder(path, config.limits);
+  const auto is_bag_name = [&](const std::string& name) { return ends_as_one_of(kEnds, name); };
+  if (!folder || std::none_of(folder->files.begin(), folder->files.end(), is_bag_name)) return std::nullopt;
   const auto found = find_recordings(path, 0, config);
   if (!found || found->size() != 1) return std::nullopt;
   const Found& bag = found->front();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquire/parse/quoted_text.h"
 #include "core/files/ascii_numbers.h"
 
 namespace scanknit {
@@ -14,21 +15,6 @@ constexpr std::size_t kLongestKey = 100;
 
 Error keyed_error(std::string message) {
   return {ErrorCode::kInput, std::move(message)};
-}
-
-std::string_view without_blanks(std::string_view text) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-/// Plain, or in quotes.
-std::string_view without_quotes(std::string_view text) {
-  text = without_blanks(text);
-  const bool is_quoted =
-      text.size() >= 2 && text.front() == text.back() && (text.front() == '"' || text.front() == '\'');
-  return is_quoted ? text.substr(1, text.size() - 2) : text;
 }
 
 /// Brackets, commas and blanks divide numbers; nothing if a word is no number.

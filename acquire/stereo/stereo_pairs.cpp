@@ -119,28 +119,18 @@ Result<void> read_pair_times(const fs::path& path, const Limits& limits, std::ve
 
 /// TUM's format: the recording's seconds, or the frame's number where it has none.
 Result<void> read_pair_poses(const fs::path& path, const Limits& limits, std::vector<FrameEntry>& entries) {
-  const auto text = read_text_file(path, limits.max_text_bytes);
-  if (!text) return text.error();
+  auto poses = read_tum_poses(path, limits);
+  if (!poses) return poses.error();
   const bool has_clock = std::all_of(entries.begin(), entries.end(),
                                      [](const FrameEntry& entry) { return entry.timestamp_ns.has_value(); });
-  std::vector<TimedPose> poses;
-  for (const TextLine& line : text_lines(*text)) {
-    const std::string where = path.string() + ":" + std::to_string(line.number);
-    const auto time = parse_seconds_ns(line.words[0]);
-    if (!time) return Error{ErrorCode::kInput, "expected 'seconds tx ty tz qx qy qz qw'", where};
-    auto pose = parse_tum_pose(line);
-    if (!pose) pose = Error{ErrorCode::kInput, pose.error().message, where};
-    poses.push_back({*time, std::move(pose)});
-  }
-  sort_by_time(poses);
   if (has_clock) {
-    for (FrameEntry& entry : entries) entry.T_world_camera = pose_at(poses, *entry.timestamp_ns);
+    for (FrameEntry& entry : entries) entry.T_world_camera = pose_at(*poses, *entry.timestamp_ns);
     return {};
   }
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   std::map<std::uint64_t, FrameEntry*> by_number;
   for (FrameEntry& entry : entries) by_number.emplace(entry.sequence, &entry);
-  for (TimedPose& pose : poses) {
+  for (TimedPose& pose : *poses) {
     if (pose.time_ns < 0 || pose.time_ns % kSecond_ns != 0) continue;
     const auto entry = by_number.find(static_cast<std::uint64_t>(pose.time_ns / kSecond_ns));
     if (entry != by_number.end()) entry->second->T_world_camera = std::move(pose.pose);
