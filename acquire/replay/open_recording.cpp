@@ -169,11 +169,19 @@ bool has_masks(const fs::path& path) {
                      [&](const char* name) { return fs::is_directory(path / name, code); });
 }
 
+/// Sweeps of a LiDAR, which are no frames (acquire/lidar/sweep_source.h), by their names.
+bool has_sweeps(const fs::path& path) {
+  std::error_code code;
+  const fs::path end = path.extension();
+  return end == ".pcap" || end == ".pcapng" || fs::is_directory(path / "velodyne", code);
+}
+
 Error nothing_fits(const fs::path& path, const AcquireConfig& config) {
   std::string message = "no recording of a known layout; looked for" + list_layouts(config.format);
   if (has_stereo_pairs(path, config.limits)) {
     message += "\nIt has pairs of pictures: they become depth with acquire.geometry=stereo";
   }
+  if (has_sweeps(path)) message += "\nIt has sweeps of a LiDAR: only run and info read them";
   if (has_masks(path)) {
     message += "\nIt has masks: pictures without depth become a mesh with acquire.geometry=silhouettes";
   }

@@ -199,6 +199,15 @@ TEST(Replay, EndsWhenAskedToStop) {
   EXPECT_TRUE(std::holds_alternative<EndOfStream>((*source)->next(stop.get_token())));
 }
 
+TEST(OpenRecording, OfSweepsSaysWhichCommandsReadThem) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(contains(open_error(folder.path()), "LiDAR"));
+  write_text(folder / "velodyne/000000.bin", "");
+  EXPECT_TRUE(contains(open_error(folder.path()), "sweeps of a LiDAR: only run and info read them"));
+  write_text(folder / "walk.pcap", "");
+  EXPECT_TRUE(contains(open_error(folder / "walk.pcap"), "sweeps of a LiDAR"));
+}
+
 TEST(Replay, StaysAtItsEnd) {
   const TemporaryFolder folder;
   write_seven_scenes(folder.path(), 1);
