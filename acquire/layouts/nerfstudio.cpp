@@ -48,15 +48,16 @@ Result<double> depth_scale(const Json& json, const fs::path& path) {
 }
 
 // The path of a picture, or the fault that drops its frame.
-void place_picture(const Folder& folder, const std::string& name, fs::path FrameEntry::*member, FrameEntry& entry) {
+void place_picture(const Folder& folder, const std::string& name, SharedPath FrameEntry::*member, FrameEntry& entry) {
   auto path = resolve_inside(folder.path, name);
   if (auto* drop = std::get_if<Drop>(&path)) {
     drop->error.where = (folder.path / kTransformsFile).string();
     if (!entry.fault) entry.fault = std::move(*drop);
     return;
   }
-  entry.*member = std::get<fs::path>(std::move(path));
-  if (!(entry.*member).has_extension()) entry.*member += ".png";  // instant-ngp leaves it out
+  fs::path picture = std::get<fs::path>(std::move(path));
+  if (!picture.has_extension()) picture += ".png";  // instant-ngp leaves it out
+  entry.*member = std::move(picture);
 }
 
 FrameEntry entry_of(const Json& frame, const Folder& folder, const AppliedChange& change) {

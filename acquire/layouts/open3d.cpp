@@ -90,7 +90,7 @@ Result<void> add_colour(const std::vector<Picture>& colour, const fs::path& fold
   for (const Picture& picture : colour) by_stem.emplace(picture.stem, picture.path);
   bool agrees = false;
   for (FrameEntry& entry : entries) {
-    const auto match = by_stem.find(entry.depth.stem().string());
+    const auto match = by_stem.find(entry.depth->stem().string());
     if (match == by_stem.end()) continue;
     entry.colour = match->second;
     agrees = true;

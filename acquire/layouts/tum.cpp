@@ -88,7 +88,7 @@ std::vector<std::size_t> associate(const std::vector<NamedFile>& depth, const st
 }
 
 // The path of `file`, or the fault that drops its frame.
-void place_file(const fs::path& list, const NamedFile& file, fs::path FrameEntry::*member, FrameEntry& entry) {
+void place_file(const fs::path& list, const NamedFile& file, SharedPath FrameEntry::*member, FrameEntry& entry) {
   auto path = resolve_inside(list.parent_path(), file.name);
   if (auto* drop = std::get_if<Drop>(&path)) {
     drop->error.where = list.string() + ":" + std::to_string(file.line);

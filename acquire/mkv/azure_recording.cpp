@@ -269,12 +269,13 @@ void add_entries(const AzureRecording& azure, Recording& recording) {
   constexpr double kShortest_ns = 1e6, kLongest_ns = 1e9;
   if (period_ns >= kShortest_ns && period_ns <= kLongest_ns) profile.frames_per_second = kSecond_ns / period_ns;
   const auto partners = pair_by_time(times_of(azure.depth), times_of(azure.colour), pairing_reach_ns(profile));
+  const SharedPath file = recording.folder;
   for (std::size_t i = 0; i < azure.depth.size(); ++i) {
     FrameEntry entry{.sequence = i, .timestamp_ns = azure.depth[i].time_ns};
-    entry.depth = recording.folder;
+    entry.depth = file;
     entry.depth_index = i;
     if (partners[i]) {
-      entry.colour = recording.folder;
+      entry.colour = file;
       entry.colour_index = *partners[i];
     }
     recording.entries.push_back(std::move(entry));

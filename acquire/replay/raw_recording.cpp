@@ -67,12 +67,13 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
   const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };
   const bool is_numbered = std::adjacent_find(raw.depth.begin(), raw.depth.end(), is_later) == raw.depth.end();
   const auto partners = pair_by_time(times_of(raw.depth), times_of(raw.colour), reach_ns(raw));
+  const SharedPath file = raw.file;
   for (std::size_t i = 0; i < raw.depth.size(); ++i) {
     FrameEntry entry{.sequence = is_numbered ? raw.depth[i].sequence : i, .timestamp_ns = raw.depth[i].device_ns};
-    entry.depth = raw.file;
+    entry.depth = file;
     entry.depth_index = i;
     if (partners[i]) {
-      entry.colour = raw.file;
+      entry.colour = file;
       entry.colour_index = *partners[i];
     }
     const auto pose = raw.T_world_camera.find(raw.depth[i].sequence);

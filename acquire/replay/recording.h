@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "acquire/replay/shared_path.h"
 #include "core/axes.h"
 #include "core/camera.h"
 #include "core/frame.h"
@@ -40,10 +41,10 @@ using OrDrop = std::variant<T, Drop>;
 struct FrameEntry {
   std::uint64_t sequence = 0;  ///< the recording's own frame number, else its position
   std::optional<std::int64_t> timestamp_ns = {};
-  std::filesystem::path depth = {};
-  std::filesystem::path colour = {};      ///< empty: this frame has no colour
-  std::filesystem::path confidence = {};  ///< empty: every depth pixel is trusted
-  std::size_t depth_index = 0;            ///< index of the picture in a file with many pictures
+  SharedPath depth = {};
+  SharedPath colour = {};       ///< empty: this frame has no colour
+  SharedPath confidence = {};   ///< empty: every depth pixel is trusted
+  std::size_t depth_index = 0;  ///< index of the picture in a file with many pictures
   std::size_t colour_index = 0;
   std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded pose is invalid
   std::optional<CameraIntrinsics> camera = {};      ///< this frame's own camera, for its decoder

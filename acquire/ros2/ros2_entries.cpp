@@ -46,13 +46,14 @@ void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const
   const auto& depth_ns = depth.times_ns;
   const auto colour_ns = colour != nullptr ? colour->times_ns : std::vector<std::int64_t>();
   const auto partners = pair_by_time(depth_ns, colour_ns, reach_ns(colour_ns));
+  const SharedPath bag = recording.folder;
   recording.entries.reserve(depth_ns.size());
   for (std::size_t i = 0; i < depth_ns.size(); ++i) {
     FrameEntry entry{.sequence = i, .timestamp_ns = depth_ns[i]};
-    entry.depth = recording.folder;
+    entry.depth = bag;
     entry.depth_index = i;
     if (partners[i]) {
-      entry.colour = recording.folder;
+      entry.colour = bag;
       entry.colour_index = *partners[i];
     }
     entry.T_world_camera = poses.at(depth_ns[i]);

@@ -71,7 +71,7 @@ void take_names(std::vector<FrameEntry>& entries) {
   constexpr std::uint64_t kFirstTime = 1'000'000'000'000'000;  // as nanoseconds, 12 days after 1970
   std::vector<std::uint64_t> numbers;
   for (const FrameEntry& entry : entries) {
-    const auto number = numbered_name(entry.colour.stem().string(), "", "");
+    const auto number = numbered_name(entry.colour->stem().string(), "", "");
     if (!number || (!numbers.empty() && *number <= numbers.back())) break;
     numbers.push_back(*number);
   }
@@ -88,7 +88,7 @@ void take_names(std::vector<FrameEntry>& entries) {
   }
   std::vector<std::int64_t> times_ns;
   for (const FrameEntry& entry : entries) {
-    const std::string stem = entry.colour.stem().string();
+    const std::string stem = entry.colour->stem().string();
     const auto time = stem.find('.') != std::string::npos ? parse_seconds_ns(stem) : std::nullopt;
     if (!time) return;
     times_ns.push_back(*time);

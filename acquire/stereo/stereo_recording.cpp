@@ -171,7 +171,7 @@ Result<void> check_pairs(const PairDecoder& decoder, const AcquireConfig& config
                    fmt::format("left and right are exchanged: {:.0f} % of the corners are farther to the right in the "
                                "right picture, which nothing before the cameras can be. Exchange the folders",
                                100 * found->share_behind),
-                   recording.entries[at].colour.string()};
+                   recording.entries[at].colour->string()};
     }
     if (std::abs(found->rows_px) > std::abs(worst_rows_px)) worst_rows_px = found->rows_px;
   }
