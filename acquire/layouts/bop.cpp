@@ -55,7 +55,7 @@ void read_bop_image(const nlohmann::json& image, const AcquireConfig& config, co
 OrDrop<DecodedFrame> decode_bop_frame(const FrameEntry& entry, const DecodeSettings& settings) {
   auto decoded = decode_png_frame(entry, settings);
   auto* frame = std::get_if<DecodedFrame>(&decoded);
-  if (frame != nullptr) frame->camera = entry.camera;
+  if (frame != nullptr) frame->camera = entry.camera.copy();
   return decoded;
 }
 

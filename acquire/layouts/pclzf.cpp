@@ -95,7 +95,7 @@ OrDrop<DecodedFrame> decode_pclzf_frame(const FrameEntry& entry, const DecodeSet
   if (!depth) return make_drop(DropReason::kUnreadable, depth.error().message, entry.depth);
   DecodedFrame frame;
   frame.depth_m = scale_depth(to_depth(*depth), settings.depth_scale);
-  frame.camera = entry.camera;
+  frame.camera = entry.camera.copy();
   if (frame.camera) {
     frame.camera->width = depth->width;
     frame.camera->height = depth->height;
@@ -106,7 +106,7 @@ OrDrop<DecodedFrame> decode_pclzf_frame(const FrameEntry& entry, const DecodeSet
   const auto colour = unpack(std::get<0>(bytes), "rgb24", 3, settings.limits);
   if (!colour) return make_drop(DropReason::kUnreadable, colour.error().message, entry.colour);
   frame.colour = to_colour(*colour);
-  frame.colour_camera = entry.colour_camera;
+  frame.colour_camera = entry.colour_camera.copy();
   if (frame.colour_camera) {
     frame.colour_camera->width = colour->width;
     frame.colour_camera->height = colour->height;

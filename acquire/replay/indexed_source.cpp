@@ -79,7 +79,7 @@ void IndexedSource::describe() {
   info_.topics = recording_.topics;
   info_.warnings = recording_.warnings;
   if (!recording_.has_metric_depth) {
-    const auto of_entry = entries.empty() ? std::nullopt : entries.front().depth_scale;
+    const auto of_entry = entries.empty() ? Rare<double>() : entries.front().depth_scale;
     info_.depth_scale = config_.depth_scale.value_or(of_entry.value_or(recording_.depth_scale));
   }
   info_.frames_with_pose =

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
+#include "acquire/replay/rare.h"
 #include "acquire/replay/shared_path.h"
 #include "core/axes.h"
 #include "core/camera.h"
@@ -47,10 +48,10 @@ struct FrameEntry {
   std::size_t depth_index = 0;  ///< index of the picture in a file with many pictures
   std::size_t colour_index = 0;
   std::optional<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded pose is invalid
-  std::optional<CameraIntrinsics> camera = {};      ///< this frame's own camera, for its decoder
-  std::optional<CameraIntrinsics> colour_camera = {};
-  std::optional<double> depth_scale = {};  ///< raw units per metre, if each frame has its own
-  std::optional<Drop> fault = {};          ///< found while indexing: the frame is dropped without opening it
+  Rare<CameraIntrinsics> camera = {};               ///< this frame's own camera, for its decoder
+  Rare<CameraIntrinsics> colour_camera = {};
+  Rare<double> depth_scale = {};  ///< raw units per metre, if each frame has its own
+  Rare<Drop> fault = {};          ///< found while indexing: the frame is dropped without opening it
 };
 
 /// The decoded files of a frame. Cameras and pose only if the files have them.
