@@ -143,8 +143,9 @@ Result<Recording> index_fakenect(const Folder& folder, const AcquireConfig& conf
   if (!camera) return camera.error();
   if (*camera) raw.calibration.depth.intrinsics = **camera;
   const auto units = find_depth_scale(folder.path, config.limits);
-  dump->is_disparity = !units.has_value();
-  raw.calibration.depth_unit_m = 1 / units.value_or(1000.0);
+  if (!units) return units.error();
+  dump->is_disparity = !units->has_value();
+  raw.calibration.depth_unit_m = 1 / units->value_or(1000.0);
   raw.depth = stamps_of(dump->depth);
   raw.colour = stamps_of(dump->colour);
   raw.read = [dump](StreamKind kind, std::size_t index) { return read_dumped(*dump, kind, index); };

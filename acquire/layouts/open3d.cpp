@@ -139,9 +139,10 @@ Result<Recording> index_open3d(const Folder& folder, const AcquireConfig& config
   const auto poses = read_pose_list(folder, config.limits);
   if (!poses) return poses.error();
 
-  Recording recording{.format = "open3d",
-                      .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kOpen3dDepthScale)};
+  const auto depth_scale = find_depth_scale(folder.path, config.limits);
+  if (!depth_scale) return depth_scale.error();
+  Recording recording{
+      .format = "open3d", .folder = folder.path, .depth_scale = depth_scale->value_or(kOpen3dDepthScale)};
   recording.decode = decode_png_frame;
   recording.entries = make_entries(*depth, poses->size());
   for (std::size_t i = 0; i < std::min(recording.entries.size(), poses->size()); ++i) {

@@ -57,9 +57,10 @@ Result<Recording> index_seven_scenes(const Folder& folder, const AcquireConfig& 
       frames[*of_pose].T_world_camera = read_pose(folder.path / name, config.limits);
     }
   }
-  Recording recording{.format = "7-scenes",
-                      .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kSevenScenesDepthScale)};
+  const auto depth_scale = find_depth_scale(folder.path, config.limits);
+  if (!depth_scale) return depth_scale.error();
+  Recording recording{
+      .format = "7-scenes", .folder = folder.path, .depth_scale = depth_scale->value_or(kSevenScenesDepthScale)};
   recording.decode = decode_png_frame;
   for (auto& [number, entry] : frames) {
     entry.sequence = number;

@@ -126,9 +126,9 @@ Result<Recording> index_tum(const Folder& folder, const AcquireConfig& config) {
     poses = *std::move(list);
   }
 
-  Recording recording{.format = "tum",
-                      .folder = folder.path,
-                      .depth_scale = find_depth_scale(folder.path, config.limits).value_or(kTumDepthScale)};
+  const auto depth_scale = find_depth_scale(folder.path, config.limits);
+  if (!depth_scale) return depth_scale.error();
+  Recording recording{.format = "tum", .folder = folder.path, .depth_scale = depth_scale->value_or(kTumDepthScale)};
   recording.decode = decode_png_frame;
   const auto partner = associate(*depth, colour);
   for (std::size_t i = 0; i < depth->size(); ++i) {

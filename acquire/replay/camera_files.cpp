@@ -64,13 +64,16 @@ Result<CameraIntrinsics> parse_camera_json(std::string_view text) {
                             [&](std::size_t row, std::size_t column) { return k[3 * column + row]; });
 }
 
-std::optional<double> find_depth_scale(const fs::path& folder, const Limits& limits) {
+Result<std::optional<double>> find_depth_scale(const fs::path& folder, const Limits& limits) {
+  const std::optional<double> none;
+  std::error_code ignored;
+  if (!fs::exists(folder / kJsonName, ignored)) return none;
   const auto text = read_text_file(folder / kJsonName, limits.max_text_bytes);
-  if (!text) return std::nullopt;
+  if (!text) return text.error();  // the usual scale would be another world
   const auto json = nlohmann::json::parse(*text, nullptr, false);
-  if (!json.is_object() || !json.contains("depth_scale") || !json["depth_scale"].is_number()) return std::nullopt;
+  if (!json.is_object() || !json.contains("depth_scale") || !json["depth_scale"].is_number()) return none;
   const double scale = json["depth_scale"].get<double>();
-  return scale >= 1 && scale <= 1e7 ? std::optional(scale) : std::nullopt;
+  return scale >= 1 && scale <= 1e7 ? std::optional(scale) : none;
 }
 
 Result<std::optional<CameraIntrinsics>> find_camera(const fs::path& folder, const Limits& limits) {

@@ -24,8 +24,9 @@ namespace scanknit {
                                                                   const Limits& limits);
 
 /// The key "depth_scale" of camera_intrinsic.json in `folder` (raw units per metre, 1 to 10,000,000), which our writers
-/// add and Open3D ignores. Nothing when it is missing.
-[[nodiscard]] std::optional<double> find_depth_scale(const std::filesystem::path& folder, const Limits& limits);
+/// add and Open3D ignores. Nothing when it is missing. Errors (kInput): the
+/// file cannot be read.
+[[nodiscard]] Result<std::optional<double>> find_depth_scale(const std::filesystem::path& folder, const Limits& limits);
 
 /// The error for a missing camera; it says how to give one.
 [[nodiscard]] Error missing_camera(const std::filesystem::path& folder);
