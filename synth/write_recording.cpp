@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "acquire/convert/picture_files.h"
@@ -18,6 +20,9 @@ namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kCameraFile = "camera_intrinsic.json";
+constexpr std::array kParts = {"depth", "color", "masks"};
 
 /// Removes pictures with our file names, so that a shorter recording does not end with frames of a longer one.
 Result<void> remove_old_pictures(const fs::path& folder) {
@@ -42,7 +47,7 @@ Result<void> prepare_folder(const SynthConfig& config, const fs::path& folder) {
   if (is_foreign) {
     return Error{ErrorCode::kOutput, "holds a recording that is not synthetic; choose another folder", folder.string()};
   }
-  for (const char* part : {"depth", "color", "masks"}) {
+  for (const char* part : kParts) {
     const bool is_wanted = config.masks || std::string_view(part) != "masks";
     if (!is_wanted && !fs::exists(folder / part, code)) continue;
     fs::create_directories(folder / part, code);
@@ -61,6 +66,40 @@ Result<void> remove_old_poses(const fs::path& folder) {
   }
   return {};
 }
+
+/// Half a recording looks like a whole one: what was written of one is removed at the end, unless it is kept. The old
+/// one in its place went before. Lists no folders: a process that may open no file can do this.
+class NewRecording {
+ public:
+  explicit NewRecording(fs::path folder, bool was_there) : folder_(std::move(folder)), was_there_(was_there) {}
+  ~NewRecording() {
+    if (is_kept_) return;
+    std::error_code ignored;
+    for (std::size_t i = 0; i < pictures_; ++i) {
+      for (const char* part : kParts) {
+        for (const char* ending : {"png", "jpg"}) {
+          fs::remove(folder_ / part / fmt::format("{:06}.{}", i, ending), ignored);
+        }
+      }
+    }
+    for (const char* file :
+         {kPosesFile, kTruePosesFile, kEncoderFile, kTimesFile, kCameraFile, kVisiblePointsFile, kGroundTruthFile}) {
+      fs::remove(folder_ / file, ignored);
+    }
+    for (const char* part : kParts) fs::remove(folder_ / part, ignored);  // if it is empty
+    if (!was_there_) fs::remove(folder_, ignored);
+  }
+  NewRecording(const NewRecording&) = delete;
+  NewRecording& operator=(const NewRecording&) = delete;
+
+  void begin_picture() { ++pictures_; }
+  void keep() { is_kept_ = true; }
+
+ private:
+  fs::path folder_;
+  bool was_there_, is_kept_ = false;
+  std::size_t pictures_ = 0;
+};
 
 /// One line for each frame, in degrees.
 std::string encoder_text(const TurntableRig& rig, const std::vector<FrameTime>& times, std::size_t frames) {
@@ -120,10 +159,13 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
                                                const fs::path& folder, const SynthProgress& progress,
                                                std::stop_token stop) {
   if (auto valid = validate(config); !valid) return valid.error();
+  std::error_code ignored;
+  const bool was_there = fs::exists(folder, ignored);
   if (auto ready = prepare_folder(config, folder); !ready) return ready.error();
+  NewRecording recording(folder, was_there);
   // Written first as well as last: it marks the folder as ours even if the run is killed.
   if (auto marked = write_truth(scene, config, 0, {}, folder); !marked) return marked.error();
-  const fs::path camera_file = folder / "camera_intrinsic.json";
+  const fs::path camera_file = folder / kCameraFile;
   if (auto done = write_camera_json(stated_camera(config), units_per_metre(config), camera_file); !done) {
     return done.error();
   }
@@ -139,6 +181,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
       summary.was_stopped = true;
       break;
     }
+    recording.begin_picture();
     const Shot shot = scanner.shoot(summary.frames);
     count_views(shot.exact, shot.camera, points);
     append_log_pose(trajectory, summary.frames, shot.T_world_camera.matrix());
@@ -150,6 +193,7 @@ Result<SynthSummary> write_synthetic_recording(const SyntheticScene& scene, cons
   summary.visible_points = points.size();
   if (auto done = write_poses(scanner, config, summary.frames, trajectory, folder); !done) return done.error();
   if (auto done = write_truth(scene, config, summary.frames, points, folder); !done) return done.error();
+  recording.keep();
   return summary;
 }
 
