@@ -472,7 +472,8 @@ std::string filled_page(const ReportJson& report, std::string_view trajectory, c
 
   kainjow::mustache::mustache html(page_template());
   html.set_custom_escape([](const std::string& text) { return escaped(text); });
-  std::string filled = html.render(page);
+  std::string filled;  // render(page) alone fills a stream, which swallows a lack of memory and leaves half a page
+  html.render(page, [&filled](const std::string& part) { filled += part; });
   SCANKNIT_CHECK(html.is_valid());
   return filled;
 }
