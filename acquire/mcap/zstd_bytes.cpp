@@ -1,6 +1,7 @@
 #include "acquire/mcap/zstd_bytes.h"
 
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <array>
@@ -45,6 +46,7 @@ Result<std::vector<std::byte>> zstd_unpack(std::span<const std::byte> packed, st
   }
   std::vector<std::byte> bytes(size);
   const std::size_t unpacked = ZSTD_decompress(bytes.data(), bytes.size(), packed.data(), packed.size());
+  if (ZSTD_getErrorCode(unpacked) == ZSTD_error_memory_allocation) throw std::bad_alloc();
   if (ZSTD_isError(unpacked) != 0 || unpacked != size) {
     return Error{ErrorCode::kInput, "the compressed data are corrupt"};
   }

@@ -21,7 +21,7 @@ namespace scanknit {
 [[nodiscard]] std::optional<std::uint64_t> zstd_content_size(std::span<const std::byte> packed);
 
 /// Unpacks `size` bytes. Allocates nothing unless `packed` states the same size; the caller has checked it against the
-/// limits. Errors (kInput, without `where`): another size, corrupt, or not one zstd frame.
+/// limits. Errors (kInput, without `where`): another size, corrupt, or not one zstd frame. Throws std::bad_alloc.
 [[nodiscard]] Result<std::vector<std::byte>> zstd_unpack(std::span<const std::byte> packed, std::size_t size);
 
 }  // namespace scanknit

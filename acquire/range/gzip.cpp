@@ -35,7 +35,7 @@ struct Inflater {
 /// All members one after the other, as gzip has it (RFC 1952, section 2.2).
 Result<std::string> inflate_all(std::string& packed, std::uintmax_t max_bytes) {
   Inflater inflater;
-  if (!inflater.is_open) return damaged("zlib cannot begin");
+  if (!inflater.is_open) throw std::bad_alloc();
   z_stream& stream = inflater.stream;
   std::string unpacked;
   std::array<char, kChunk> chunk;
@@ -73,7 +73,7 @@ Result<std::string> unpack_gzip(std::string bytes, std::uintmax_t max_bytes) {
   try {
     return inflate_all(bytes, max_bytes);
   } catch (const std::bad_alloc&) {
-    return damaged("what it unpacks to does not fit into memory");
+    return Error{ErrorCode::kBudget, "gzip: what it unpacks to does not fit into memory"};
   }
 }
 

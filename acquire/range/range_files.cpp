@@ -54,7 +54,7 @@ Result<RangeFile> read_range_file(const std::filesystem::path& path, const Limit
     for (PointCloud& cloud : file->clouds) cloud.name = name;
     return file;
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::kInput, "does not fit into memory", path.string()};
+    return Error{ErrorCode::kBudget, "does not fit into memory", path.string()};
   }
 }
 

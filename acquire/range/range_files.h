@@ -42,7 +42,8 @@ struct RangeFile {
 /// A PCD: a scan where it is organised (HEIGHT above 1), else a cloud. VIEWPOINT is the pose of the scan.
 [[nodiscard]] Result<RangeFile> parse_pcd_range(std::string_view bytes, const Limits& limits);
 
-/// Unpacks gzip; bytes that are not packed are returned as they are. Errors (kInput): damaged, or more than the limit.
+/// Unpacks gzip; bytes that are not packed are returned as they are. Errors (kInput): damaged, or more than the limit;
+/// kBudget: more than fits into memory.
 [[nodiscard]] Result<std::string> unpack_gzip(std::string bytes, std::uintmax_t max_bytes);
 
 /// One scan of a .conf.
@@ -57,7 +58,8 @@ struct NamedScan {
 [[nodiscard]] Result<std::vector<NamedScan>> parse_conf(std::string_view text, const Limits& limits);
 
 /// Reads .ply, .ply.gz, .pcd, .ptx, each packed with gzip or not; the content decides between a scan and a cloud. A PLY
-/// without a grid is no range file: nothing is returned, and a mesh reader may have it. Errors (kInput), with the path.
+/// without a grid is no range file: nothing is returned, and a mesh reader may have it. Errors (kInput), with the path;
+/// kBudget: it does not fit into memory.
 [[nodiscard]] Result<RangeFile> read_range_file(const std::filesystem::path& path, const Limits& limits = {});
 
 /// True for a name that read_range_file() may take.

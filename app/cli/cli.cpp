@@ -7,6 +7,8 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "app/cli/command_line.h"
@@ -29,15 +31,36 @@ std::string hint_for(const CLI::App& app, int argc, const char* const* argv) {
   return near ? fmt::format("\nDid you mean scanknit {}?", *near) : "\nSee scanknit --help";
 }
 
-int run_chosen(CommandLine& line) {
+/// What the system did not give to the command of this name.
+Error out_of_memory(const std::string& command) {
+  return {ErrorCode::kBudget,
+          "out of memory; end other programs, or let it do less: larger voxels (fusion.voxel_size), smaller pictures, "
+          "fewer --threads",
+          command};
+}
+
+Error out_of_threads(const std::string& command) {
+  return {ErrorCode::kBudget, "the system has no thread left; end other programs, or raise ulimit -u", command};
+}
+
+/// TBB has no type for it.
+bool is_lack_of_threads(const std::exception& fault) {
+  const auto* of_system = dynamic_cast<const std::system_error*>(&fault);
+  if (of_system != nullptr) return of_system->code() == std::errc::resource_unavailable_try_again;
+  return std::string_view(fault.what()).starts_with("pthread_create has failed");
+}
+
+/// `name`: the command's, for messages.
+int run_chosen(CommandLine& line, const std::string& name) {
   line.common.verbosity = line.is_quiet     ? Verbosity::kQuiet
                           : line.is_verbose ? Verbosity::kVerbose
                                             : Verbosity::kNormal;
   try {
     return line.command();
   } catch (const std::bad_alloc&) {
-    return fail({ErrorCode::kBudget, "out of memory"}, line.common);
+    return fail(out_of_memory(name), line.common);
   } catch (const std::exception& exception) {
+    if (is_lack_of_threads(exception)) return fail(out_of_threads(name), line.common);
     return fail({ErrorCode::kInternal, fmt::format("internal error: {}", exception.what())}, line.common);
   }
 }
@@ -63,7 +86,7 @@ int run_cli(int argc, const char* const* argv) {
     fmt::print("{}", app.help());
     return kExitOk;
   }
-  return run_chosen(line);
+  return run_chosen(line, app.get_subcommands().front()->get_name());
 }
 
 }  // namespace scanknit

@@ -3,11 +3,13 @@
 // libjpeg's header needs this one before it.
 #include <cstdio>
 
+#include <jerror.h>
 #include <jpeglib.h>
 
 #include <algorithm>
 #include <csetjmp>
 #include <exception>
+#include <new>
 #include <utility>
 
 namespace scanknit {
@@ -95,6 +97,8 @@ class JpegReader {
     return true;
   }
 
+  [[nodiscard]] bool lacks_memory() const { return errors_.msg_code == JERR_OUT_OF_MEMORY; }
+
  private:
   void convert_cmyk(std::span<Rgb8> row) const {
     const std::span<const JSAMPLE> samples = cmyk_;
@@ -122,7 +126,10 @@ void make_room(j_compress_ptr jpeg, std::size_t used) {
   } catch (const std::exception&) {  // std::bad_alloc, std::length_error
     has_room = false;
   }
-  if (!has_room) leave(reinterpret_cast<j_common_ptr>(jpeg));
+  if (!has_room) {
+    jpeg->err->msg_code = JERR_OUT_OF_MEMORY;
+    leave(reinterpret_cast<j_common_ptr>(jpeg));
+  }
   destination.next_output_byte = destination.bytes.data() + used;
   destination.free_in_buffer = destination.bytes.size() - used;
 }
@@ -174,6 +181,7 @@ class JpegWriter {
   }
 
   [[nodiscard]] std::vector<std::uint8_t> take() { return std::move(destination_.bytes); }
+  [[nodiscard]] bool lacks_memory() const { return errors_.msg_code == JERR_OUT_OF_MEMORY; }
 
  private:
   Errors errors_;
@@ -187,6 +195,7 @@ Result<ColourImage> decode_jpeg(std::span<const std::byte> bytes, const JpegHead
   auto image = ColourImage::uninitialised(header.width, header.height);
   JpegReader reader(bytes, header.width);
   if (reader.read(image)) return image;
+  if (reader.lacks_memory()) throw std::bad_alloc();
   return Error{ErrorCode::kInput, "the picture's compressed data are corrupt"};
 }
 
@@ -194,6 +203,7 @@ Result<std::vector<std::uint8_t>> encode_jpeg(const ColourImage& image, int qual
   if (image.empty()) return Error{ErrorCode::kOutput, "a picture without pixels cannot be written"};
   JpegWriter writer;
   if (writer.write(image, quality)) return writer.take();
+  if (writer.lacks_memory()) throw std::bad_alloc();
   return Error{ErrorCode::kOutput, "the picture could not be encoded as JPEG"};
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <span>
@@ -28,6 +29,17 @@ static_assert(sizeof(Rgb8) == 3);  // rows of pixels are rows of libpng's sample
 
 void keep_silent(png_structp /*png*/, png_const_charp /*message*/) {}
 
+/// Notes in the bool that libpng was given that memory is short: libpng itself would call the picture corrupt.
+png_voidp get_memory(png_structp png, png_alloc_size_t bytes) {
+  void* memory = std::malloc(bytes);
+  if (memory == nullptr) *static_cast<bool*>(png_get_mem_ptr(png)) = true;
+  return memory;
+}
+
+void give_back(png_structp /*png*/, png_voidp memory) {
+  std::free(memory);
+}
+
 void take_bytes(png_structp png, png_bytep to, std::size_t count) {
   auto& left = *static_cast<std::span<const std::byte>*>(png_get_io_ptr(png));
   if (count > left.size()) png_error(png, "truncated");
@@ -43,7 +55,9 @@ void append_bytes(png_structp png, png_bytep from, std::size_t count) {
   } catch (const std::bad_alloc&) {
     has_room = false;
   }
-  if (!has_room) png_error(png, "out of memory");
+  if (has_room) return;
+  *static_cast<bool*>(png_get_mem_ptr(png)) = true;
+  png_error(png, "out of memory");
 }
 
 void flush_nothing(png_structp /*png*/) {}
@@ -57,7 +71,9 @@ enum class Samples { kGrey, kColour, kColourAndAlpha };
 class PngReader {
  public:
   explicit PngReader(std::span<const std::byte> bytes)
-      : left_(bytes), png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, leave, keep_silent)) {
+      : left_(bytes),
+        png_(png_create_read_struct_2(PNG_LIBPNG_VER_STRING, nullptr, leave, keep_silent, &lacks_memory_, get_memory,
+                                      give_back)) {
     if (png_ == nullptr) return;
     info_ = png_create_info_struct(png_);
     png_set_read_fn(png_, &left_, take_bytes);
@@ -84,6 +100,8 @@ class PngReader {
     return true;
   }
 
+  [[nodiscard]] bool lacks_memory() const { return lacks_memory_; }
+
  private:
   void ask_for_colour(bool with_alpha) {
     png_set_strip_16(png_);
@@ -94,6 +112,7 @@ class PngReader {
   }
 
   std::span<const std::byte> left_;
+  bool lacks_memory_ = false;
   png_structp png_;
   png_infop info_ = nullptr;
 };
@@ -106,12 +125,15 @@ Result<Image<T>> decode(const PngFile& file, Samples samples) {
   for (int y = 0; y < image.height(); ++y) rows.push_back(reinterpret_cast<png_bytep>(image.row(y).data()));
   PngReader reader(file.critical);
   if (reader.read(rows, image.row(0).size_bytes(), samples)) return image;
+  if (reader.lacks_memory()) throw std::bad_alloc();
   return Error{ErrorCode::kInput, "the picture's compressed data are corrupt"};
 }
 
 class PngWriter {
  public:
-  PngWriter() : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, leave, keep_silent)) {
+  PngWriter()
+      : png_(png_create_write_struct_2(PNG_LIBPNG_VER_STRING, nullptr, leave, keep_silent, &lacks_memory_, get_memory,
+                                       give_back)) {
     if (png_ == nullptr) return;
     info_ = png_create_info_struct(png_);
     png_set_write_fn(png_, &bytes_, append_bytes, flush_nothing);
@@ -139,6 +161,7 @@ class PngWriter {
   }
 
   [[nodiscard]] std::vector<std::uint8_t> take() { return std::move(bytes_); }
+  [[nodiscard]] bool lacks_memory() const { return lacks_memory_; }
 
  private:
   /// The files of a recording are compared by their bytes: other settings are other files.
@@ -154,6 +177,7 @@ class PngWriter {
   }
 
   std::vector<std::uint8_t> bytes_;
+  bool lacks_memory_ = false;
   png_structp png_;
   png_infop info_ = nullptr;
 };
@@ -163,6 +187,7 @@ Result<std::vector<std::uint8_t>> encode(const Image<T>& image, PngEffort effort
   if (image.empty()) return Error{ErrorCode::kOutput, "a picture without pixels cannot be written"};
   PngWriter writer;
   if (writer.write(image, effort)) return writer.take();
+  if (writer.lacks_memory()) throw std::bad_alloc();
   return Error{ErrorCode::kOutput, "the picture could not be encoded as PNG"};
 }
 

@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-// Both decode what check_png let through. Errors (kInput): the compressed data are corrupt.
+// Both decode what check_png let through. Errors (kInput): the compressed data are corrupt. All throw std::bad_alloc.
 
 /// Grey as it is: T is of 8 or of 16 bits. `file.header` must be that of a grey picture of as many bits.
 template <typename T>

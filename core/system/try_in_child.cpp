@@ -148,7 +148,8 @@ Result<void> wait_for(pid_t child) {
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
     return Error{ErrorCode::kInput, "reading it takes far too long, or far too much memory, for a file of its size"};
   }
-  return Error{ErrorCode::kInput, "it is damaged in a way that crashes its reader"};
+  return Error{ErrorCode::kInput,
+               "it is damaged in a way that crashes its reader, or the system has no memory or thread left"};
 }
 
 /// Nothing: the child stalled.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -228,7 +229,9 @@ Result<void> write_glb(const GlbContents& contents, const ExportConfig& config, 
     for (std::size_t i = 0; i < parts.size(); ++i) builder.add_primitive(parts.part(i));
     if (contents.texture != nullptr) builder.add_picture(contents.texture->image);
     return builder.write(file);
-  } catch (const std::exception& problem) {  // bad_alloc
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kBudget, "out of memory while the GLB was built; larger voxels, or a file .ply, need less"};
+  } catch (const std::exception& problem) {
     return Error{ErrorCode::kOutput, std::string("the GLB could not be built: ") + problem.what()};
   }
 }

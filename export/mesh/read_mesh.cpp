@@ -36,7 +36,7 @@ Result<Mesh> parse_mesh(std::string_view bytes, MeshFormat format, const Limits&
   try {
     return read_as(format, bytes, limits, notes).and_then(finish_mesh);
   } catch (const std::bad_alloc&) {
-    return input_error("the mesh does not fit into memory");
+    return Error{ErrorCode::kBudget, "the mesh does not fit into memory"};
   }
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <new>
 #include <vector>
 
 #include "core/version.h"
@@ -28,7 +29,7 @@ class Deflater {
   explicit Deflater(AtomicFile& file) : file_(file), packed_(1u << 16) {
     constexpr int kRaw = -15, kMemory = 8;  // no zlib header: zip has its own
     is_open_ = deflateInit2(&stream_, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kRaw, kMemory, Z_DEFAULT_STRATEGY) == Z_OK;
-    if (!is_open_) status_ = Error{ErrorCode::kOutput, "the 3MF could not be compressed: no memory"};
+    if (!is_open_) throw std::bad_alloc();
   }
   ~Deflater() {
     if (is_open_) deflateEnd(&stream_);
@@ -220,7 +221,9 @@ Result<void> write_3mf(const Mesh& mesh, const Placement& placement, AtomicFile&
     const auto model = [&](Deflater& out) { put_model(mesh, placement, out); };
     if (auto written = zip.add("3D/3dmodel.model", model); !written) return written;
     return zip.finish();
-  } catch (const std::exception& problem) {  // bad_alloc
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kBudget, "out of memory while the 3MF was built; larger voxels, or a file .ply, need less"};
+  } catch (const std::exception& problem) {
     return Error{ErrorCode::kOutput, std::string("the 3MF could not be built: ") + problem.what()};
   }
 }

@@ -6,6 +6,7 @@
 
 #include "core/check.h"
 #include "export/picture/rasteriser.h"
+#include "export/picture/with_opencv.h"
 
 namespace scanknit {
 namespace {
@@ -24,11 +25,8 @@ void draw_scale_text(cv::Mat& canvas, const std::string& text, double x, int bas
               cv::LINE_AA);
 }
 
-}  // namespace
-
-ColourImage with_colour_scale(const ColourImage& picture, std::span<const Rgb8> colours,
-                              const std::vector<ScaleLabel>& labels, const std::string& title) {
-  SCANKNIT_CHECK(!colours.empty());
+ColourImage drawn_colour_scale(const ColourImage& picture, std::span<const Rgb8> colours,
+                               const std::vector<ScaleLabel>& labels, const std::string& title) {
   const int width = picture.width();
   ColourImage whole(width, picture.height() + kScaleHeight, kBackground);
   for (int y = 0; y < picture.height(); ++y)
@@ -56,6 +54,14 @@ ColourImage with_colour_scale(const ColourImage& picture, std::span<const Rgb8> 
     }
   }
   return whole;
+}
+
+}  // namespace
+
+ColourImage with_colour_scale(const ColourImage& picture, std::span<const Rgb8> colours,
+                              const std::vector<ScaleLabel>& labels, const std::string& title) {
+  SCANKNIT_CHECK(!colours.empty());
+  return with_opencv([&] { return drawn_colour_scale(picture, colours, labels, title); });
 }
 
 }  // namespace scanknit

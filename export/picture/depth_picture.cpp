@@ -5,13 +5,13 @@
 #include <utility>
 
 #include "core/picture/jpeg_codec.h"
+#include "export/picture/with_opencv.h"
 
 namespace scanknit {
+namespace {
 
-std::vector<std::uint8_t> depth_picture(const DepthImage& depth_m) {
+ColourImage coloured(const DepthImage& depth_m) {
   constexpr int kMostWidth = 320;
-  constexpr int kJpegQuality = 80;
-  if (depth_m.empty()) return {};
   const int step = (depth_m.width() + kMostWidth - 1) / kMostWidth;
   cv::Mat small(depth_m.height() / step, depth_m.width() / step, CV_32F);
   std::vector<float> seen;
@@ -47,7 +47,15 @@ std::vector<std::uint8_t> depth_picture(const DepthImage& depth_m) {
       picture.at(x, y) = {bgr[2], bgr[1], bgr[0]};
     }
   }
-  auto jpeg = encode_jpeg(picture, kJpegQuality);
+  return picture;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> depth_picture(const DepthImage& depth_m) {
+  constexpr int kJpegQuality = 80;
+  if (depth_m.empty()) return {};
+  auto jpeg = encode_jpeg(with_opencv([&] { return coloured(depth_m); }), kJpegQuality);
   return jpeg ? *std::move(jpeg) : std::vector<std::uint8_t>();
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <exception>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -10,6 +9,7 @@
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 #include "core/picture/png_structure.h"
+#include "export/picture/with_opencv.h"
 #include "export/report/page_text.h"
 
 namespace scanknit {
@@ -36,15 +36,11 @@ ColourImage narrowed(ColourImage& picture, int columns) {
 std::string picture_uri(std::span<const std::byte> png, int most_columns) {
   const auto file = check_png(png, Limits{.max_image_pixels = kMostSide * kMostSide});
   if (!file || file->header.width > kMostSide || file->header.height > kMostSide) return "";
-  try {
-    auto picture = decode_png_colour(*file);
-    if (!picture) return "";
-    if (picture->width() > most_columns) *picture = narrowed(*picture, most_columns);
-    const auto jpeg = encode_jpeg(*picture, kJpegQuality);
-    return jpeg ? "data:image/jpeg;base64," + base64(std::as_bytes(std::span(*jpeg))) : "";
-  } catch (const std::exception&) {  // cv::Exception, bad_alloc: the page is worth having without it
-    return "";
-  }
+  auto picture = decode_png_colour(*file);
+  if (!picture) return "";
+  if (picture->width() > most_columns) *picture = with_opencv([&] { return narrowed(*picture, most_columns); });
+  const auto jpeg = encode_jpeg(*picture, kJpegQuality);
+  return jpeg ? "data:image/jpeg;base64," + base64(std::as_bytes(std::span(*jpeg))) : "";
 }
 
 }  // namespace scanknit

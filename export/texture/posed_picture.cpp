@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "export/picture/with_opencv.h"
 #include "export/texture/srgb.h"
 
 namespace scanknit {
@@ -76,8 +77,10 @@ PosedPicture::PosedPicture(const Frame& frame, const Pose& T_world_camera, const
       noise_(band.noise),
       T_colour_world_(frame.colour->T_colour_depth * T_world_camera.inverse()) {
   see_depth(frame);
-  fill_small_holes();
-  measure_clearance();
+  with_opencv([this] {
+    fill_small_holes();
+    measure_clearance();
+  });
 }
 
 void PosedPicture::see_depth(const Frame& frame) {

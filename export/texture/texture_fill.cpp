@@ -4,12 +4,12 @@
 #include <vector>
 
 #include "core/check.h"
+#include "export/picture/with_opencv.h"
 
 namespace scanknit {
+namespace {
 
-void fill_uncovered(const Image<std::uint8_t>& is_covered, ColourImage& image) {
-  SCANKNIT_CHECK(is_covered.width() == image.width() && is_covered.height() == image.height());
-  if (image.empty()) return;
+void fill_from_nearest(const Image<std::uint8_t>& is_covered, ColourImage& image) {
   cv::Mat is_empty(image.height(), image.width(), CV_8U), distance, nearest;
   std::size_t covered = 0;
   for (int y = 0; y < image.height(); ++y) {
@@ -32,6 +32,14 @@ void fill_uncovered(const Image<std::uint8_t>& is_covered, ColourImage& image) {
       if (is_covered.at(x, y) == 0) image.at(x, y) = colour_of[static_cast<std::size_t>(nearest.at<int>(y, x))];
     }
   }
+}
+
+}  // namespace
+
+void fill_uncovered(const Image<std::uint8_t>& is_covered, ColourImage& image) {
+  SCANKNIT_CHECK(is_covered.width() == image.width() && is_covered.height() == image.height());
+  if (image.empty()) return;
+  with_opencv([&] { fill_from_nearest(is_covered, image); });
 }
 
 }  // namespace scanknit

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
@@ -128,6 +129,7 @@ Result<cv::Mat> decode_image(const Path& path) {
     if (image.empty()) return bad_volume(path, "truncated, corrupt, or of a kind that cannot be decoded");
     return image;
   } catch (const cv::Exception& fault) {
+    if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return bad_volume(path, "cannot be decoded: " + fault.err);
   }
 }

@@ -1,6 +1,7 @@
 // The module libscanknit_features_opencv.so.
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/hal/hal.hpp>
@@ -73,6 +74,11 @@ Pose pose_of(const cv::Mat& turn, const cv::Mat& shift) {
   return pose;
 }
 
+/// OpenCV says it by an exception of its own.
+void pass_on_lack_of_memory(const cv::Exception& fault) {
+  if (fault.code == cv::Error::StsNoMem) throw std::bad_alloc();
+}
+
 std::vector<Feature> features_in(const SurfaceLevel& picture) {
   std::vector<Feature> features;
   try {
@@ -97,8 +103,9 @@ std::vector<Feature> features_in(const SurfaceLevel& picture) {
                              .cast<float>();
       features.push_back(feature);
     }
-  } catch (const cv::Exception&) {
-    features.clear();  // too small a picture, or none of its memory to be had: no features
+  } catch (const cv::Exception& fault) {
+    pass_on_lack_of_memory(fault);
+    features.clear();  // too small a picture: no features
   }
   return features;
 }
@@ -125,7 +132,8 @@ std::optional<Pose> motion_between(const std::vector<Feature>& from, const std::
     const Pose T_to_from = pose_of(turn, shift);
     if (!is_rigid(T_to_from)) return std::nullopt;
     return T_to_from.inverse();
-  } catch (const cv::Exception&) {
+  } catch (const cv::Exception& fault) {
+    pass_on_lack_of_memory(fault);
     return std::nullopt;  // a degenerate set of points
   }
 }

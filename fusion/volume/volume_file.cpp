@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <memory>
+#include <new>
 #include <ostream>
 #include <streambuf>
 #include <string>
@@ -95,7 +96,7 @@ ChildLimits limits_for(std::uintmax_t file_bytes) {
   return {.memory_bytes = kAnyFile + 128 * file_bytes, .seconds = 10 + static_cast<double>(file_bytes) / 2e6};
 }
 
-/// Believes every count in the file.
+/// Believes every count in the file. Throws std::bad_alloc.
 Result<LoadedVolume> read_volume(const std::filesystem::path& path) {
   try {
     openvdb::initialize();
@@ -113,6 +114,8 @@ Result<LoadedVolume> read_volume(const std::filesystem::path& path) {
     volume.colour = find_grid<openvdb::Vec3SGrid>(*grids, "colour");
     volume.is_signed_distance = is_ours || volume.field->getGridClass() == openvdb::GRID_LEVEL_SET;
     return volume;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     return unreadable(path, e.what());
   }
@@ -134,6 +137,8 @@ Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
                                      in_stock_type<openvdb::Vec3SGrid>(*colour_, openvdb::Vec3s(-1), floats_of)};
     openvdb::io::Stream(stream).write(grids, metadata);
     if (buffer.status() && !stream) return Error{ErrorCode::kOutput, "OpenVDB failed to write", path.string()};
+  } catch (const std::bad_alloc&) {
+    if (buffer.status()) return Error{ErrorCode::kBudget, "out of memory while the volume was written", path.string()};
   } catch (const std::exception& e) {
     if (buffer.status())
       return Error{ErrorCode::kOutput, std::string("OpenVDB failed to write: ") + e.what(), path.string()};
@@ -161,7 +166,11 @@ Result<LoadedVolume> load_volume(const std::filesystem::path& path) {
       },
       limits_for(std::filesystem::file_size(path, code)));
   if (!tried) return Error{tried.error().code, tried.error().message, path.string()};
-  return read_volume(path);
+  try {
+    return read_volume(path);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kBudget, "out of memory while the volume was read", path.string()};
+  }
 }
 
 }  // namespace scanknit

@@ -94,6 +94,11 @@ class TextureMaker {
     });
     if (!read) return read.error();
     if (session_.is_stopped()) return Error{ErrorCode::kInput, "it was interrupted"};
+    if (done < poses_.size()) {
+      session_.warn(WarningCode::kFramesDropped,
+                    fmt::format("{} of {} frames could not be read again: the texture lacks them", poses_.size() - done,
+                                poses_.size()));
+    }
     BakedTexture baked = baker.bake();
     if (baked.frames == 0) return Error{ErrorCode::kInput, "none of the frames has colour"};
     return baked;

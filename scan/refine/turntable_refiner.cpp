@@ -100,6 +100,10 @@ Result<void> TurntableRefiner::prepare() {
       add_sample(frame);
       return {};
     });
+    if (read && read_so_far < to_read && !session_.is_stopped()) {
+      warn(fmt::format("{} of {} frames from which to learn what stands still could not be read", to_read - read_so_far,
+                       to_read));
+    }
     still_ = StillScene::learn(samples_, config_.fusion.noise);
     const std::vector<DepthImage> moving = moving_parts();
     if (const double depth_m = median_depth_m(moving); depth_m > 0) depth_m_ = depth_m;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 
 namespace scanknit {
 
@@ -13,11 +14,13 @@ std::vector<std::string> other_float_grids(const std::filesystem::path& path, co
   try {
     openvdb::initialize();
     openvdb::io::File file(path.string());
-    file.open();
+    file.open(/*delayLoad=*/false);  // else OpenVDB makes a temporary copy, which it leaves if it fails
     const openvdb::GridPtrVecPtr grids = file.readAllGridMetadata();
     for (const openvdb::GridBase::Ptr& grid : *grids) {
       if (grid->isType<openvdb::FloatGrid>()) names.push_back(grid->getName());
     }
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {
     return {};
   }
