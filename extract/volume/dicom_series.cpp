@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <vector>
 
@@ -85,6 +86,13 @@ std::optional<int> count_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   return count;
 }
 
+// Throws if the disk fails: GDCM takes what it did not get for an end, and asserts that there is none.
+std::ifstream open_for_gdcm(const Path& path) {
+  std::ifstream file(path, std::ios::binary);
+  file.exceptions(std::ios::badbit);
+  return file;
+}
+
 // GDCM asserts what is checked here.
 Result<void> read_image_header(const gdcm::DataSet& set, Slice& slice) {
   const auto rows = count_of(set, {0x0028, 0x0010}), columns = count_of(set, {0x0028, 0x0011});
@@ -121,7 +129,8 @@ Result<Slice> read_slice_header(const Path& path) {
   if (!bytes) return bytes.error();
   if (!is_dicom_structure(*bytes)) return bad_volume(path, "not DICOM, deflated, or truncated");
   gdcm::Reader reader;
-  reader.SetFileName(path.c_str());
+  std::ifstream file = open_for_gdcm(path);
+  reader.SetStream(file);
   if (!reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010))) return bad_volume(path, "not DICOM, or truncated");
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   Slice slice;
@@ -136,7 +145,8 @@ Result<Slice> read_slice_header(const Path& path) {
 Result<void> read_slice_samples(const Slice& slice, std::vector<char>& buffer, std::span<float> samples) {
   if (auto still_sound = read_slice_header(slice.path); !still_sound) return still_sound.error();
   gdcm::ImageReader reader;
-  reader.SetFileName(slice.path.c_str());
+  std::ifstream file = open_for_gdcm(slice.path);
+  reader.SetStream(file);
   if (!reader.Read()) return bad_volume(slice.path, "the image is truncated, corrupt or of an unknown encoding");
   const gdcm::Image& image = reader.GetImage();
   const auto type = stored_type(image.GetPixelFormat());
