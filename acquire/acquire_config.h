@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/camera.h"
 #include "core/frame_timing.h"
 #include "core/limits.h"
+#include "core/pose.h"
 
 namespace scanknit {
 
@@ -23,6 +26,34 @@ struct CameraModel {
   Distortion distortion{};
 
   friend bool operator==(const CameraModel&, const CameraModel&) = default;
+};
+
+/// The systematic error of a depth sensor, smooth over the picture and over distance:
+///   1 / z = (1 + scale(u, v)) / z_measured + shift(u, v).
+/// A wrong focal length or baseline is a scale, a wrong disparity a shift, which makes an error that grows as z squared
+/// (Khoshelham and Elberink 2012). The fields over the picture, as CLAMS (Teichman et al. 2013), Basso et al. 2018 and
+/// BAD SLAM (Schoeps et al. 2019) have them, are uniform cubic B-splines: each value is a mean of 16 of the numbers
+/// below, so that bounded numbers make a bounded correction.
+struct DepthBias {
+  static constexpr double kMostScale = 0.1;        ///< of the absolute values of `scale`
+  static constexpr double kMostShift_per_m = 0.1;  ///< of those of `shift_per_m`
+  static constexpr int kFewest = 4;                ///< columns, and rows
+  static constexpr int kMost = 64;
+
+  int columns = 0, rows = 0;        ///< of numbers; the picture spans the columns - 3 by rows - 3 cells in their middle
+  std::vector<double> scale;        ///< columns * rows, row by row
+  std::vector<double> shift_per_m;  ///< the same
+};
+
+/// A calibrated scanner, as `calibrate camera` writes it. What is not given is as the recording or scanner says.
+struct ScannerCamera {
+  std::string file;                      ///< for messages
+  std::string serial;                    ///< of the scanner; empty: unknown
+  std::optional<CameraModel> colour;     ///< its distortion is that of the picture as the camera takes it
+  std::optional<CameraModel> depth;      ///< the same
+  std::optional<Pose> T_colour_depth;    ///< p_colour = T_colour_depth * p_depth
+  std::optional<double> colour_later_s;  ///< FrameTiming::colour_later_s
+  std::optional<DepthBias> depth_bias;   ///< in the straightened picture of `depth`
 };
 
 enum class RecordingFormat : int;  // acquire/recording_format.h
@@ -87,8 +118,9 @@ struct AcquireConfig {
   Geometry geometry = Geometry::kDepth;
   RecordingFormat format{};               ///< kAuto
   std::optional<double> depth_scale;      ///< raw units per metre (1000, 5000 ...), > 0; overrides the recording's
-  std::optional<CameraModel> intrinsics;  ///< overrides the recording's
-  std::optional<SensorModel> sensor;      ///< nothing: recognised by the recording
+  std::optional<CameraModel> intrinsics;  ///< of depth; overrides the recording's
+  std::shared_ptr<const ScannerCamera> camera = nullptr;  ///< the same of both cameras; with `depth` no `intrinsics`
+  std::optional<SensorModel> sensor;                      ///< nothing: recognised by the recording
   BagTopics topics;
   std::optional<std::string> masks;  ///< a folder of masks, from the pictures' folder; nothing: found by its name
   std::optional<int> mask_class;     ///< the value of a mask's pixels that are the thing; nothing: how bright they are

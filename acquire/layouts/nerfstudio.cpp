@@ -75,7 +75,9 @@ FrameEntry entry_of(const Json& frame, const Folder& folder, const AppliedChange
 using Cameras = std::shared_ptr<std::vector<CameraModel>>;
 
 // Both pictures were taken by one lens; each has its own size.
-OrDrop<DecodedFrame> decode_frame(const FrameEntry& entry, const DecodeSettings& settings, const Cameras& cameras) {
+// `states_colour`: the configuration states colour's lens.
+OrDrop<DecodedFrame> decode_frame(const FrameEntry& entry, const DecodeSettings& settings, const Cameras& cameras,
+                                  bool states_colour) {
   auto decoded = decode_png_frame(entry, settings);
   auto* frame = std::get_if<DecodedFrame>(&decoded);
   if (frame == nullptr || cameras == nullptr) return decoded;
@@ -85,7 +87,7 @@ OrDrop<DecodedFrame> decode_frame(const FrameEntry& entry, const DecodeSettings&
   if (bends) frame->depth_m = undistort(frame->depth_m, *frame->camera, model.distortion);
   if (frame->colour.empty()) return decoded;
   frame->colour_camera = model.intrinsics.resized(frame->colour.width(), frame->colour.height());
-  if (!bends) return decoded;
+  if (!bends || states_colour) return decoded;
   frame->colour = undistort(frame->colour, *frame->colour_camera, model.distortion);
   frame->encoded_colour = nullptr;
   return decoded;
@@ -149,8 +151,9 @@ Result<Recording> index_nerfstudio(const Folder& folder, const AcquireConfig& co
       });
   if (is_none_held) return entries.front().fault->error;
   recording.frames_bring_camera = cameras != nullptr;
-  recording.decode = [cameras](const FrameEntry& entry, const DecodeSettings& settings) {
-    return decode_frame(entry, settings, cameras);
+  const bool states_colour = config.camera && config.camera->colour;
+  recording.decode = [cameras, states_colour](const FrameEntry& entry, const DecodeSettings& settings) {
+    return decode_frame(entry, settings, cameras, states_colour);
   };
   return recording;
 }

@@ -6,6 +6,7 @@
 
 #include "acquire/replay/raw_decode.h"
 #include "acquire/sensor/recognise_sensor.h"
+#include "acquire/sensor/scanner_camera.h"
 
 namespace scanknit {
 namespace {
@@ -42,6 +43,9 @@ FrameDropped drop(std::uint64_t sequence, DropReason reason, std::string message
 
 Result<std::unique_ptr<LiveSource>> LiveSource::start(LiveScanner scanner, LiveOptions options, Recorder* recorder) {
   const std::vector<StreamProfile> streams = scanner.streams;
+  if (options.camera) {
+    if (auto done = override_calibration(*options.camera, streams, scanner.calibration); !done) return done.error();
+  }
   std::unique_ptr<LiveSource> source(new LiveSource(std::move(scanner), std::move(options), recorder));
   const auto started = source->device_->start(
       streams, [self = source.get()](RawFrame frame) { self->take(std::move(frame)); },
@@ -144,6 +148,11 @@ FrameEvent LiveSource::decode(const RawPair& pair) {
     return drop(pair.depth.sequence, DropReason::kTimestamp, "its time is not after that of the frame before");
   }
   last_timestamp_ns_ = frame->timestamp_ns;
+  if (options_.camera && options_.camera->depth_bias) {
+    if (!correction_)
+      correction_.emplace(*options_.camera->depth_bias, frame->depth_m.width(), frame->depth_m.height());
+    correction_->apply(frame->depth_m);
+  }
   if (info_.poses == PoseMode::kStill) frame->T_world_camera = Pose::Identity();
   return *std::move(frame);
 }

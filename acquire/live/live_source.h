@@ -16,6 +16,7 @@
 #include "acquire/frame_source.h"
 #include "acquire/record/recorder.h"
 #include "acquire/replay/frame_pairing.h"
+#include "acquire/sensor/depth_bias.h"
 #include "core/limits.h"
 #include "core/system/bounded_queue.h"
 
@@ -33,7 +34,8 @@ struct LiveOptions {
   std::optional<std::size_t> frames;  ///< ends after so many depth pictures
   std::optional<double> seconds;      ///< ends so long after the first picture
   bool survives_unplugging = true;    ///< the device reconnects (DeviceOptions::reconnect_s) or fails by itself
-  EventSink on_event;                 ///< next() calls it, not a thread of the scanner
+  std::shared_ptr<const ScannerCamera> camera = nullptr;  ///< AcquireConfig::camera; recordings keep the scanner's own
+  EventSink on_event;                                     ///< next() calls it, not a thread of the scanner
   /// Called once in the same way when the recorder has stopped; frames still come.
   std::function<void(const Error&)> on_recorder_failure = {};
 };
@@ -42,7 +44,8 @@ struct LiveOptions {
 /// view and tracking show what the scanner sees now. The recorder gets all frames.
 class LiveSource final : public FrameSource {
  public:
-  /// Starts the scanner. `recorder` may be null and outlives this. Errors (kDevice): it cannot be started.
+  /// Starts the scanner. `recorder` may be null and outlives this. Errors: it cannot be started (kDevice);
+  /// override_calibration()'s.
   [[nodiscard]] static Result<std::unique_ptr<LiveSource>> start(LiveScanner scanner, LiveOptions options,
                                                                  Recorder* recorder);
   ~LiveSource() override;
@@ -75,6 +78,7 @@ class LiveSource final : public FrameSource {
   Recorder* recorder_;
   RawCalibration calibration_;
   Limits limits_;
+  std::optional<DepthCorrection> correction_;
 
   // Shared with the scanner's threads.
   BoundedQueue<RawFrame> queue_;

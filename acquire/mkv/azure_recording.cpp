@@ -321,6 +321,7 @@ Result<Recording> index_azure_mkv(std::unique_ptr<RandomAccess> file, const fs::
   if (const MkvTrack* colour = find_track(mkv, "K4A_COLOR_TRACK", "COLOR")) {
     const auto set = set_colour(mkv, *colour, calibration, *azure);
     if (!set) recording.warnings.push_back("colour is not read: " + set.error().message);
+    if (config.camera && config.camera->colour) azure->colour_lens.distortion = {};  // straightened by what is stated
   }
   if (const auto blocks = mkv.blocks.find(azure->depth_track.number); blocks != mkv.blocks.end()) {
     azure->depth = std::move(blocks->second);

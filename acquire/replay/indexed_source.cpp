@@ -33,21 +33,26 @@ OrDrop<CameraIntrinsics> fit_camera(CameraIntrinsics camera, int width, int heig
   return camera;
 }
 
-// Colour with the camera the files state, else the depth camera's for the colour's size: such recordings are
-// registered.
-OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraIntrinsics& depth_camera,
-                                  const Distortion& distortion, const std::filesystem::path& path) {
+// Colour with the camera that the configuration states, or the files (which is straight then), else the depth camera's
+// for the colour's size: such recordings are registered. `depth_camera` has the distortion that colour still has then.
+OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraModel& depth_camera, const ScannerCamera& stated,
+                                  const std::filesystem::path& path) {
   const int width = decoded.colour.width();
   const int height = decoded.colour.height();
-  const bool has_own_camera = decoded.colour_camera.has_value();
-  auto camera =
-      fit_camera(has_own_camera ? *decoded.colour_camera : depth_camera.resized(width, height), width, height, path);
+  CameraModel model;
+  if (stated.colour) {
+    model = *stated.colour;
+  } else if (decoded.colour_camera) {
+    model.intrinsics = *decoded.colour_camera;
+  } else {
+    model = {depth_camera.intrinsics.resized(width, height), depth_camera.distortion};
+  }
+  auto camera = fit_camera(model.intrinsics, width, height, path);
   if (auto* drop = std::get_if<Drop>(&camera)) return std::move(*drop);
-  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera), decoded.T_colour_depth,
-                     decoded.encoded_colour};
-  const bool bends = !has_own_camera && distortion != Distortion{};
-  if (bends) {
-    colour.image = undistort(colour.image, colour.intrinsics, distortion);
+  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera),
+                     stated.T_colour_depth.value_or(decoded.T_colour_depth), decoded.encoded_colour};
+  if (model.distortion != Distortion{}) {
+    colour.image = undistort(colour.image, colour.intrinsics, model.distortion);
     colour.encoded = nullptr;
   }
   return colour;
@@ -180,6 +185,7 @@ OrDrop<Frame> IndexedSource::load(std::size_t index) {
                          ", the first frame's " + size_text(first.width, first.height),
                      entry.depth);
   }
+  correct_depth(frame);
   const auto depth = frame.depth_m.pixels();
   const bool has_depth = std::any_of(depth.begin(), depth.end(), [](float z) { return z > 0; });
   if (!has_depth && !is_tracked(info_.poses)) {
@@ -190,6 +196,14 @@ OrDrop<Frame> IndexedSource::load(std::size_t index) {
   frame.timestamp_ns = has_clock_ ? *entry.timestamp_ns : static_cast<std::int64_t>(index);
   frame.sequence = entry.sequence;
   return loaded;
+}
+
+/// Not before the sensor was recognised: by the steps of its depth.
+void IndexedSource::correct_depth(Frame& frame) {
+  if (!config_.camera || !config_.camera->depth_bias) return;
+  if (!correction_) correction_.emplace(*config_.camera->depth_bias, frame.depth_m.width(), frame.depth_m.height());
+  correction_->apply(frame.depth_m);
+  if (!frame.outside_m.empty()) correction_->apply(frame.outside_m);
 }
 
 OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const {
@@ -218,7 +232,9 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
     if (auto drop = use_mask(entry, distortion, frame)) return *std::move(drop);
   }
   if (!decoded.colour.empty()) {
-    auto colour = settle_colour(decoded, frame.intrinsics, distortion, entry.colour);
+    static const ScannerCamera kNotStated;
+    const ScannerCamera& stated_cameras = config_.camera ? *config_.camera : kNotStated;
+    auto colour = settle_colour(decoded, {frame.intrinsics, distortion}, stated_cameras, entry.colour);
     if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
     frame.colour = std::get<ColourFrame>(std::move(colour));
   }

@@ -7,6 +7,7 @@
 
 #include "acquire/frame_source.h"
 #include "acquire/replay/recording.h"
+#include "acquire/sensor/depth_bias.h"
 
 namespace scanknit {
 
@@ -22,6 +23,7 @@ class IndexedSource final : public FrameSource {
 
  private:
   [[nodiscard]] OrDrop<Frame> load(std::size_t index);
+  void correct_depth(Frame& frame);
   [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;
   [[nodiscard]] std::filesystem::path masks_folder() const {
     return (recording_.folder / *config_.masks).lexically_normal();
@@ -37,6 +39,7 @@ class IndexedSource final : public FrameSource {
   Recording recording_;
   AcquireConfig config_;
   RecordingInfo info_;
+  std::optional<DepthCorrection> correction_;  ///< of all frames: they have one size
   bool has_clock_ = false;
   std::size_t next_ = 0;
   std::size_t last_ = 0;  // inclusive

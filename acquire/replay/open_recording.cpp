@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "acquire/frame_source.h"
 #include "acquire/masks/mask_files.h"
@@ -12,6 +13,7 @@
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/raw_recording.h"
 #include "acquire/sensor/recognise_sensor.h"
+#include "acquire/sensor/scanner_camera.h"
 #include "acquire/sensor/sensor_profile.h"
 
 namespace scanknit {
@@ -272,7 +274,15 @@ Result<void> check_config(const AcquireConfig& config) {
       return refuse("acquire.intrinsics: expected finite numbers, fx and fy not 0, width and height both or neither");
     }
   }
-  return {};
+  return check_cameras(config);
+}
+
+/// With the depth camera of acquire.camera as its intrinsics.
+Result<AcquireConfig> settled(const AcquireConfig& config) {
+  if (auto good = check_config(config); !good) return good.error();
+  AcquireConfig result = config;
+  if (config.camera && config.camera->depth) result.intrinsics = config.camera->depth;
+  return result;
 }
 
 /// Layouts that may be bags of ROS.
@@ -301,8 +311,10 @@ std::optional<fs::path> find_bag(const fs::path& path, const AcquireConfig& conf
   return is_of_bags(format) ? std::optional(bag.path()) : std::nullopt;
 }
 
-Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& config) {
-  if (const auto checked = check_config(config); !checked) return checked.error();
+Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& wanted) {
+  auto good = settled(wanted);
+  if (!good) return good.error();
+  AcquireConfig config = *std::move(good);
   auto recording = index_recording(path, config);
   if (!recording) return recording.error();
   const std::size_t frames = recording->entries.size();
@@ -320,14 +332,16 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
   if (!config.sensor && !recording->sensor) {
     recording->sensor = sensor_by_name({recording->format, recording->folder, recording->device});
   }
-  AcquireConfig config_with_camera = config;
+  if (config.camera) {
+    if (auto fits = check_serial(*config.camera, recording->serial); !fits) return fits.error();
+  }
   if (!config.intrinsics && !recording->camera && !recording->frames_bring_camera) {
     const auto recognised = recording->sensor ? recording->sensor->model : SensorModel::kNone;
     const SensorProfile* sensor = find_sensor(config.sensor.value_or(recognised));
     if (sensor == nullptr || !sensor->camera) return missing_camera(recording->folder);
-    config_with_camera.intrinsics = sensor->camera;
+    config.intrinsics = sensor->camera;
   }
-  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config_with_camera));
+  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config));
 }
 
 }  // namespace scanknit

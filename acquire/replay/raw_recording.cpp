@@ -56,11 +56,13 @@ std::int64_t reach_ns(const RawRecording& raw) {
 Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
   // Straightening what the configuration states is the source's work, as in every layout.
   if (config.intrinsics) raw.calibration.depth = {config.intrinsics->intrinsics, {}};
+  if (config.camera && config.camera->colour) raw.calibration.colour = {config.camera->colour->intrinsics, {}};
   if (config.depth_scale) raw.calibration.depth_unit_m = 1 / *config.depth_scale;
 
   Recording recording{.format = raw.format,
                       .folder = raw.file,
                       .device = raw.calibration.device,
+                      .serial = raw.calibration.serial,
                       .depth_scale = 1 / raw.calibration.depth_unit_m};
   recording.frames_bring_camera = raw.calibration.depth.intrinsics.fx != 0;  // its size may be left open
   recording.warnings = std::move(raw.warnings);

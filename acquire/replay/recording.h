@@ -77,6 +77,7 @@ struct Recording {
   const char* format = "";
   std::filesystem::path folder = {};
   std::string device = {};                      ///< the sensor's name; empty: the recording does not say it
+  std::string serial = {};                      ///< of the device; the same
   std::optional<RecognisedSensor> sensor = {};  ///< by its names
   std::vector<FrameEntry> entries = {};
   std::optional<CameraIntrinsics> camera = {};  ///< of depth; width and height 0: the size of the picture

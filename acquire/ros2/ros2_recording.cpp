@@ -204,7 +204,7 @@ Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::pat
   if (chosen.colour != nullptr) {
     bag->colour = *chosen.colour;
     set_camera(survey, config.topics.colour_camera, *bag->colour);
-    bag->colour_lens = lens_of(*bag->colour);
+    if (!config.camera || !config.camera->colour) bag->colour_lens = lens_of(*bag->colour);
     bag->T_colour_depth = chosen.T_colour_depth.value_or(Pose::Identity());
   }
   Recording recording{.format = bag->messages->encoding() == RosEncoding::kRos1 ? "ros1" : "ros2", .folder = path};

@@ -2,17 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
-#include <string>
 
 #include "acquire/acquire_config.h"
+#include "app/config/config_camera.h"
 #include "app/config/yaml_node.h"
 
 namespace scanknit {
-
-/// Called for each error, with its place in the file.
-using YamlComplaint = std::function<void(const YamlNode& where, const std::string& what)>;
 
 /// [fx, fy, cx, cy]; a map of width, height, fx, fy, cx, cy and distortion: [k1, k2, p1, p2, k3] (fx, fy, cx, cy
 /// required; width and height both or neither); or the name of a file, relative to `folder`, with nine numbers of a 3x3

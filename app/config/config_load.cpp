@@ -83,6 +83,7 @@ class ConfigReader {
   [[nodiscard]] std::optional<ConfigValue> value_of(const ConfigKey& key, const YamlNode& node) {
     const bool is_auto = key.allows_auto && node.kind == YamlNode::Kind::kScalar && node.text == "auto";
     if (key.type == ConfigType::kIntrinsics && !is_auto) return intrinsics_of(key, node);
+    if (key.type == ConfigType::kCamera && !is_auto) return camera_of(key, node);
     if (key.type == ConfigType::kList && node.kind == YamlNode::Kind::kSequence) return list_of(key, node);
     return word_of(key, node);
   }
@@ -119,10 +120,17 @@ class ConfigReader {
   }
 
   [[nodiscard]] std::optional<ConfigValue> intrinsics_of(const ConfigKey& key, const YamlNode& node) {
-    const auto model = read_intrinsics(node, folder_, [&](const YamlNode& where, const std::string& what) {
-      note(where, fmt::format("{}: {}", key.name, what));
-    });
+    const auto model = read_intrinsics(node, folder_, complaint_of(key));
     return model ? std::optional<ConfigValue>(*model) : std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<ConfigValue> camera_of(const ConfigKey& key, const YamlNode& node) {
+    auto camera = read_scanner_camera_file(node, folder_, complaint_of(key));
+    return camera ? std::optional<ConfigValue>(std::move(camera)) : std::nullopt;
+  }
+
+  [[nodiscard]] YamlComplaint complaint_of(const ConfigKey& key) {
+    return [this, &key](const YamlNode& where, const std::string& what) { note(where, key.name + ": " + what); };
   }
 
   std::string name_;

@@ -54,6 +54,7 @@ std::string value_text(const ConfigKey& key, const ConfigValue& value) {
           [](const std::string& word) { return word; },
           [](const std::vector<std::string>& words) { return fmt::format("[{}]", fmt::join(words, ", ")); },
           [](const CameraModel& model) { return camera_text(model); },
+          [](const std::shared_ptr<const ScannerCamera>& camera) { return camera->file; },
       },
       value);
 }
@@ -71,6 +72,7 @@ Json value_json(const ConfigValue& value) {
                                       {"cy", c.cy},
                                       {"distortion", model.distortion}};
                         },
+                        [](const std::shared_ptr<const ScannerCamera>& camera) { return Json(camera->file); },
                         [](const auto& plain) { return Json(plain); },
                     },
                     value);
@@ -110,6 +112,7 @@ std::string allowed_text(const ConfigKey& key) {
     case ConfigType::kList: return "some of " + range;
     case ConfigType::kTopic: return "auto, a topic's name";
     case ConfigType::kPath: return "auto, a path";
+    case ConfigType::kCamera: return "auto, a file";
     case ConfigType::kIntrinsics: return "auto, [fx, fy, cx, cy], a map, a file";
     default: break;
   }
@@ -161,6 +164,7 @@ Json value_schema(const ConfigKey& key) {
       return {{"anyOf", {words, list}}};
     }
     case ConfigType::kTopic: return text_schema("^[A-Za-z0-9/_.~-]+$");
+    case ConfigType::kCamera:
     case ConfigType::kPath: return text_schema("^[^\\x00-\\x1f]+$");
     case ConfigType::kIntrinsics: return intrinsics_schema();
   }

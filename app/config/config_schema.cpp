@@ -472,6 +472,7 @@ Result<ConfigValue> parse_config_word(const ConfigKey& key, std::string_view wor
     case ConfigType::kPath:
       if (is_path(word)) return ConfigValue(std::string(word));
       return complaint(fmt::format("expected a path, got '{}'", word));
+    case ConfigType::kCamera: return complaint(fmt::format("expected the name of a file, got '{}'", word));
     case ConfigType::kIntrinsics: break;
   }
   return complaint(fmt::format("expected [fx, fy, cx, cy], a map or a file, got '{}'", word));

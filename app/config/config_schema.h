@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,12 +26,13 @@ enum class ConfigType {
   kTopic,       ///< the name of a topic of ROS: letters, digits, and / _ - . ~
   kPath,        ///< the name of a file or folder
   kIntrinsics,  ///< [fx, fy, cx, cy], a map, or the name of a file
+  kCamera,      ///< the name of a CAMERA.yaml
 };
 
 /// A value of any key. monostate: `auto`, if the key allows it. Numbers and lengths (metres) are doubles; integers and
 /// memory (MiB) are int64; an enum is its word.
-using ConfigValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::string>, CameraModel>;
+using ConfigValue = std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::string>,
+                                 CameraModel, std::shared_ptr<const ScannerCamera>>;
 
 struct ConfigKey {
   std::string name;  ///< dotted: "fusion.voxel_size"
@@ -52,7 +54,7 @@ struct ConfigKey {
 [[nodiscard]] const ConfigKey* find_config_key(std::string_view name);
 
 /// Parses a value that is one word. Errors (kConfig, without `where`): not of the key's type, or out of its range. For
-/// kList: a list of one entry. For kIntrinsics: only `auto`.
+/// kList: a list of one entry. For kIntrinsics and kCamera: only `auto`.
 [[nodiscard]] Result<ConfigValue> parse_config_word(const ConfigKey& key, std::string_view word);
 
 /// The allowed range: "0.0002..0.1 m"; for enums and lists the words: "linear, mid_edge".

@@ -1,4 +1,5 @@
 #include <iterator>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,24 @@ namespace scanknit {
 namespace {
 
 using namespace config_keys;
+
+/// Null is `auto`.
+ConfigKey camera_key() {
+  using Camera = std::shared_ptr<const ScannerCamera>;
+  ConfigKey key = describe(ConfigType::kCamera,
+                           {"acquire.camera", "",
+                            "The calibration of the scanner, which `calibrate camera` wrote: lenses, the pose and the "
+                            "time between both cameras, the systematic error of depth. auto: as the recording says."});
+  key.allows_auto = true;
+  key.get = [](const ScanConfig& config) {
+    return config.acquire.camera ? ConfigValue(config.acquire.camera) : ConfigValue();
+  };
+  key.set = [](ScanConfig& config, const ConfigValue& value) {
+    const auto* camera = std::get_if<Camera>(&value);
+    config.acquire.camera = camera != nullptr ? *camera : nullptr;
+  };
+  return key;
+}
 
 /// What a recording's pictures mean.
 std::vector<ConfigKey> picture_keys() {
@@ -57,6 +76,7 @@ std::vector<ConfigKey> picture_keys() {
           [](auto& c) -> auto& { return c.acquire.format; }),
       std::move(depth_scale),
       std::move(intrinsics),
+      camera_key(),
   };
 }
 

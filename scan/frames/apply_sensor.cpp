@@ -63,6 +63,7 @@ void apply_range(const SensorProfile& sensor, ScanConfig& config, ScanSession& s
 std::optional<FrameTiming> apply_sensor(const std::optional<RecognisedSensor>& recognised, ScanConfig& config,
                                         ScanSession& session) {
   AcquireConfig& acquire = config.acquire;
+  if (!acquire.colour_later_s && acquire.camera) acquire.colour_later_s = acquire.camera->colour_later_s;
   if (!acquire.sensor && recognised) report_sensor(*recognised, session);
   const auto own_noise = !acquire.sensor && recognised ? recognised->own_noise : std::nullopt;
   const bool is_by_depth = !acquire.sensor && recognised && recognised->is_by_depth;

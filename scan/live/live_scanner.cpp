@@ -21,11 +21,12 @@ void leave_out_colour(std::vector<StreamProfile>& streams) {
 }
 
 /// If the pose of the colour camera is unknown, colour does not fit depth: it is not used unless the user asks for it.
-void choose_colour(LiveScanner& scanner, ScannerColour wanted, ScanSession& session) {
+void choose_colour(LiveScanner& scanner, const AcquireConfig& config, ScanSession& session) {
   const bool has_colour = scanner.streams.size() > 1;
-  if (!has_colour || scanner.calibration.colour_unknown.empty()) return;
+  const bool is_stated = config.camera && config.camera->colour && config.camera->T_colour_depth;
+  if (!has_colour || scanner.calibration.colour_unknown.empty() || is_stated) return;
   const std::string why = "it is not known where the colour camera is: " + scanner.calibration.colour_unknown;
-  if (wanted == ScannerColour::kRegistered) {
+  if (config.colour == ScannerColour::kRegistered) {
     session.warn(WarningCode::kScanner,
                  why + ". Colour is used as if both cameras had the same viewpoint, as acquire.colour says");
     return;
@@ -48,9 +49,10 @@ Result<void> check_size(const LiveScanner& scanner) {
                scanner.device->info().name};
 }
 
-Result<void> check_depth_camera(const LiveScanner& scanner, Calibration need, ScanSession& session) {
+Result<void> check_depth_camera(const LiveScanner& scanner, const AcquireConfig& config, Calibration need,
+                                ScanSession& session) {
   const std::string& why = scanner.calibration.depth_unknown;
-  if (why.empty()) return {};
+  if (why.empty() || (config.camera && config.camera->depth)) return {};
   if (need == Calibration::kRequired) {
     return Error{ErrorCode::kDevice, why + ". Give the depth camera's intrinsics as acquire.intrinsics",
                  scanner.device->info().name};
@@ -100,9 +102,9 @@ Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig
   scanner.calibration = *std::move(calibration);
   session.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
   for (const std::string& warning : scanner.calibration.warnings) session.warn(WarningCode::kScanner, warning);
-  if (auto usable = check_depth_camera(scanner, need, session); !usable) return usable.error();
+  if (auto usable = check_depth_camera(scanner, config.acquire, need, session); !usable) return usable.error();
   if (auto fits = check_size(scanner); !fits) return fits.error();
-  choose_colour(scanner, config.acquire.colour, session);
+  choose_colour(scanner, config.acquire, session);
   apply(config.scanner, *scanner.device, session);
   for (const StreamProfile& stream : scanner.streams) session.info(stream_text(stream));
   return scanner;

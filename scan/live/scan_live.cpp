@@ -6,6 +6,7 @@
 
 #include "acquire/live/live_source.h"
 #include "acquire/record/recorder.h"
+#include "acquire/sensor/scanner_camera.h"
 #include "core/files/atomic_file.h"
 #include "scan/checks/settings_check.h"
 #include "scan/frames/apply_sensor.h"
@@ -62,6 +63,7 @@ class LiveScan {
   }
 
   [[nodiscard]] Result<void> check_job() const {
+    if (auto good = check_cameras(job_.config.acquire); !good) return good;
     const PoseMode poses = job_.config.acquire.poses;
     if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
       return Error{ErrorCode::kUsage, "a scanner knows no poses: acquire.poses is track (the default) or still"};
@@ -83,6 +85,7 @@ class LiveScan {
     if (auto opened = open_recorder(scanner->calibration); !opened) return opened;
     const bool stands_still = job_.config.acquire.poses == PoseMode::kStill;
     LiveOptions options = live_options(request_.scanner, stands_still ? PoseMode::kStill : PoseMode::kTrack, session_);
+    options.camera = job_.config.acquire.camera;
     options.on_recorder_failure = [this](const Error& error) {
       session_.warn(WarningCode::kRecorder, error.text() + "; the scan goes on");
       has_warned_of_recorder_ = true;
