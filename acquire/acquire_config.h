@@ -47,13 +47,13 @@ struct DepthBias {
 
 /// A calibrated scanner, as `calibrate camera` writes it. What is not given is as the recording or scanner says.
 struct ScannerCamera {
-  std::string file;                      ///< for messages
-  std::string serial;                    ///< of the scanner; empty: unknown
-  std::optional<CameraModel> colour;     ///< its distortion is that of the picture as the camera takes it
-  std::optional<CameraModel> depth;      ///< the same
-  std::optional<Pose> T_colour_depth;    ///< p_colour = T_colour_depth * p_depth
-  std::optional<double> colour_later_s;  ///< FrameTiming::colour_later_s
-  std::optional<DepthBias> depth_bias;   ///< in the straightened picture of `depth`
+  std::string file = {};                      ///< for messages
+  std::string serial = {};                    ///< of the scanner; empty: unknown
+  std::optional<CameraModel> colour = {};     ///< its distortion is that of the picture as the camera takes it
+  std::optional<CameraModel> depth = {};      ///< the same
+  std::optional<Pose> T_colour_depth = {};    ///< p_colour = T_colour_depth * p_depth
+  std::optional<double> colour_later_s = {};  ///< FrameTiming::colour_later_s
+  std::optional<DepthBias> depth_bias = {};   ///< in the straightened picture of `depth`
 };
 
 enum class RecordingFormat : int;  // acquire/recording_format.h
