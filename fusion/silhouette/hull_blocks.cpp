@@ -1,0 +1,137 @@
+#include "fusion/silhouette/hull_blocks.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "fusion/volume/block_index.h"
+
+namespace scanknit {
+namespace {
+
+using Eigen::Vector3d;
+using openvdb::Coord;
+
+std::vector<Coord> halves_of(const std::vector<Coord>& cubes, int edge, const Coord& last) {
+  std::vector<Coord> halves;
+  for (const Coord& cube : cubes) {
+    for (int k = 0; k < 8; ++k) {
+      const Coord half = cube + Coord((k >> 2 & 1) * edge, (k >> 1 & 1) * edge, (k & 1) * edge);
+      if (half.x() <= last.x() && half.y() <= last.y() && half.z() <= last.z()) halves.push_back(half);
+    }
+  }
+  return halves;
+}
+
+}  // namespace
+
+HullBlocks::HullBlocks(std::span<const SilhouetteView> views, const TsdfVolume& volume)
+    : views_(views),
+      cubes_(views_),
+      voxel_size_m_(volume.config().voxel_size_m),
+      band_m_(volume.tsdf().background()),
+      budget_mib_(volume.config().memory_budget_mib) {
+  for (const SilhouetteView& view : views) T_camera_world_.push_back(view.T_world_camera.inverse());
+}
+
+Vector3d HullBlocks::position(const Coord& index) const {
+  return Vector3d(index.x(), index.y(), index.z()) * voxel_size_m_;
+}
+
+Result<std::vector<Coord>> HullBlocks::in_band(const Eigen::AlignedBox3d& box) const {
+  constexpr double kFarthest = 1e9;  // voxels; indices must fit their type, with room to spare
+  if (!(box.min().cwiseAbs().maxCoeff() / voxel_size_m_ < kFarthest) ||
+      !(box.max().cwiseAbs().maxCoeff() / voxel_size_m_ < kFarthest)) {
+    return Error{ErrorCode::kInput, "the thing is too far from the world's origin for this voxel size"};
+  }
+  constexpr std::size_t kBytesPerBlock = kBlockVoxels * (sizeof(float) + sizeof(WeightCode) + sizeof(ColourCode));
+  constexpr std::size_t kTimesTheBudget = 4;  // cubes and blocks that only may meet the band are among them
+  auto found = in_band(box, kTimesTheBudget * ((budget_mib_ << 20) / kBytesPerBlock));
+  if (!found) {
+    return Error{ErrorCode::kBudget,
+                 "the hull needs far more memory than fusion.memory_budget: set a larger fusion.voxel_size"};
+  }
+  return *std::move(found);
+}
+
+/// Nothing if there are more than `most`.
+std::optional<std::vector<Coord>> HullBlocks::in_band(const Eigen::AlignedBox3d& box, std::size_t most) const {
+  const auto lowest = [&](double m) { return static_cast<int>(std::floor(m / voxel_size_m_ / kBlockEdgeVoxels)); };
+  const Coord first(lowest(box.min().x()), lowest(box.min().y()), lowest(box.min().z()));
+  const Coord last(lowest(box.max().x()), lowest(box.max().y()), lowest(box.max().z()));
+  constexpr int kCubes = 32;  // at first, along the longest side
+  const int longest = std::max({last.x() - first.x(), last.y() - first.y(), last.z() - first.z()});
+  int edge = 1;  // blocks
+  while (longest / edge >= kCubes) edge *= 2;
+  std::vector<Coord> cubes;
+  for (int x = first.x(); x <= last.x(); x += edge) {
+    for (int y = first.y(); y <= last.y(); y += edge) {
+      for (int z = first.z(); z <= last.z(); z += edge) cubes.emplace_back(x, y, z);
+    }
+  }
+  for (;; edge /= 2) {
+    cubes = those_in_the_band(cubes, edge);
+    if (cubes.size() > most) return std::nullopt;
+    if (edge == 1) break;
+    cubes = halves_of(cubes, edge / 2, last);
+  }
+  for (Coord& cube : cubes) cube = Coord(cube.x() << 3, cube.y() << 3, cube.z() << 3);
+  return cubes;
+}
+
+std::vector<Coord> HullBlocks::those_in_the_band(const std::vector<Coord>& cubes, int edge) const {
+  std::vector<char> keeps(cubes.size());
+  const double half_m = edge * kBlockEdgeVoxels * voxel_size_m_ / 2;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cubes.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const Vector3d origin = position(Coord(cubes[i].x() << 3, cubes[i].y() << 3, cubes[i].z() << 3));
+      keeps[i] = cubes_.may_hold_surface(origin + Vector3d::Constant(half_m), half_m, band_m_) ? 1 : 0;
+    }
+  });
+  std::vector<Coord> kept;
+  for (std::size_t i = 0; i < cubes.size(); ++i) {
+    if (keeps[i] != 0) kept.push_back(cubes[i]);
+  }
+  return kept;
+}
+
+std::array<HullBlocks::Look, kBlockVoxels> HullBlocks::look_at(const Coord& origin) const {
+  std::array<Look, kBlockVoxels> looks;
+  const Vector3d first = position(origin);
+  const std::vector<std::size_t> deciding = deciding_views(first);
+  for (unsigned n = 0; n < kBlockVoxels; ++n) {
+    looks[n] = look(first + Vector3d(n >> 6, n >> 3 & 7, n & 7) * voxel_size_m_, deciding);
+  }
+  return looks;
+}
+
+/// Those in which the block is not as a whole so far within the silhouette that it is not in the band.
+std::vector<std::size_t> HullBlocks::deciding_views(const Vector3d& origin) const {
+  const double half_m = kBlockEdgeVoxels * voxel_size_m_ / 2;
+  std::vector<std::size_t> deciding;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    if (!cubes_.is_deep_inside(i, origin + Vector3d::Constant(half_m), half_m, band_m_)) deciding.push_back(i);
+  }
+  return deciding;
+}
+
+/// The views that do not decide see the voxel, deep inside.
+HullBlocks::Look HullBlocks::look(const Vector3d& p, const std::vector<std::size_t>& deciding) const {
+  Look look{-band_m_, static_cast<int>(views_.size() - deciding.size())};
+  for (const std::size_t i : deciding) {
+    const Vector3d in_camera = T_camera_world_[i] * p;
+    if (!(in_camera.z() > 0)) continue;
+    const Eigen::Vector2d pixel = views_[i].camera.project(in_camera);
+    if (!views_[i].silhouette.sees(pixel.x(), pixel.y())) continue;
+    ++look.seen_by;
+    const double metres_per_pixel = in_camera.z() / focal_length(views_[i].camera);
+    const double distance = views_[i].silhouette.distance_px(pixel.x(), pixel.y()) * metres_per_pixel;
+    look.distance_m = std::max(look.distance_m, static_cast<float>(std::min<double>(distance, band_m_)));
+  }
+  return look;
+}
+
+}  // namespace scanknit
