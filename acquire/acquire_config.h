@@ -122,8 +122,9 @@ struct AcquireConfig {
   std::shared_ptr<const ScannerCamera> camera = nullptr;  ///< the same of both cameras; with `depth` no `intrinsics`
   std::optional<SensorModel> sensor;                      ///< nothing: recognised by the recording
   BagTopics topics;
-  std::optional<std::string> masks;  ///< a folder of masks, from the pictures' folder; nothing: found by its name
-  std::optional<int> mask_class;     ///< the value of a mask's pixels that are the thing; nothing: how bright they are
+  /// A folder of masks, from the pictures' folder, or kAlphaMasks; nothing: found by its name.
+  std::optional<std::string> masks;
+  std::optional<int> mask_class;  ///< the value of a mask's pixels that are the thing; nothing: how bright they are
   std::optional<std::string> background;  ///< a picture without the thing; masks are the difference from it
   PoseMode poses = PoseMode::kAuto;
   ScannerColour colour = ScannerColour::kAuto;
@@ -150,6 +151,9 @@ struct AcquireConfig {
   /// Masks hold several classes: depth stays whole, and frames bring their masks as Frame::labels. `mask_class` and
   /// `mask_means` are not used.
   bool keeps_labels = false;
+
+  /// Frames bring the mask that was used as Frame::labels: 0 to 255, how much of each pixel is the thing.
+  bool keeps_masks = false;
 
   [[nodiscard]] FrameTiming timing() const { return {readout_s.value_or(0), colour_later_s.value_or(0)}; }
 };

@@ -39,7 +39,8 @@ struct Frame {
   // What masks add, of the size of `depth_m`; each is empty without.
   Image<std::uint8_t> weights;  ///< how much each depth counts when it is fused, of 255; empty: fully
   DepthImage outside_m;         ///< what a mask took out of `depth_m`: up to there, and no farther, space is free
-  Image<std::uint8_t> labels;   ///< the class of each pixel, 0: none, if AcquireConfig::keeps_labels
+  Image<std::uint8_t> labels;   ///< the class of each pixel, 0: none, if AcquireConfig::keeps_labels; the mask itself
+                                ///< if AcquireConfig::keeps_masks
 };
 
 /// Why a frame could not be used: one word per kind, counted in the report as frames.dropped_by_reason.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace scanknit {
@@ -28,6 +29,22 @@ Image<std::uint8_t> distances_from_outside(const Mask& mask) {
   return distances;
 }
 
+/// The pixels of a side of `from` that one of the same side of `to` pixels covers.
+struct CoveredPixels {
+  CoveredPixels(int at, int to, int from)
+      : begin(1.0 * at * from / to),
+        end(1.0 * (at + 1) * from / to),
+        first(static_cast<int>(begin)),
+        last(std::clamp(static_cast<int>(std::ceil(end)) - 1, first, from - 1)) {}
+  /// Of the covered length.
+  [[nodiscard]] double share(int pixel) const {
+    return std::max(0.0, std::min<double>(end, pixel + 1) - std::max<double>(begin, pixel)) / (end - begin);
+  }
+
+  double begin, end;
+  int first, last;
+};
+
 /// By the distance from outside.
 std::array<std::uint8_t, kRimPixels + 2> weights_by_distance() {
   std::array<std::uint8_t, kRimPixels + 2> weights{};
@@ -47,6 +64,25 @@ Mask resized(const Mask& mask, int width, int height) {
     const auto row = static_cast<int>((y + 0.5) * mask.height() / height);
     for (int x = 0; x < width; ++x) {
       other.at(x, y) = mask.at(static_cast<int>((x + 0.5) * mask.width() / width), row);
+    }
+  }
+  return other;
+}
+
+Mask resized_by_mean(const Mask& mask, int width, int height) {
+  if (mask.width() == width && mask.height() == height) return mask;
+  Mask other(width, height);
+  for (int y = 0; y < height; ++y) {
+    const CoveredPixels rows(y, height, mask.height());
+    for (int x = 0; x < width; ++x) {
+      const CoveredPixels columns(x, width, mask.width());
+      double sum = 0;
+      for (int row = rows.first; row <= rows.last; ++row) {
+        for (int column = columns.first; column <= columns.last; ++column) {
+          sum += rows.share(row) * columns.share(column) * mask.at(column, row);
+        }
+      }
+      other.at(x, y) = static_cast<std::uint8_t>(sum + 0.5);
     }
   }
   return other;

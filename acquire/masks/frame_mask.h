@@ -16,6 +16,9 @@ inline constexpr int kRimPixels = 4;
 /// The mask in another size, by the nearest pixel.
 [[nodiscard]] Mask resized(const Mask& mask, int width, int height);
 
+/// The mask in another size, by the mean of what each pixel covers: outlines stay where they are, between pixels.
+[[nodiscard]] Mask resized_by_mean(const Mask& mask, int width, int height);
+
 /// Leaves the depth within the mask, which has its size, and sets Frame::weights: pixel n from the rim, counted from 0,
 /// has the weight (n / kRimPixels)^2. With kFree, Frame::outside_m gets the rest. Beyond the picture's border nothing
 /// is known, so that there is no rim.

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "acquire/masks/found_masks.h"
 #include "acquire/masks/mask_files.h"
 #include "acquire/pictures/picture_set.h"
 #include "acquire/replay/picture_codec.h"
@@ -11,13 +12,12 @@
 #include "core/files/located.h"
 #include "core/files/read_file.h"
 #include "core/picture/decode_picture.h"
-#include "core/picture/jpeg_structure.h"
-#include "core/picture/png_codec.h"
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
+
 Error mask_error(std::string message, const fs::path& path) {
   return {ErrorCode::kInput, std::move(message), path.string()};
 }
@@ -27,51 +27,18 @@ std::string size_of(const Picture& picture) {
   return std::to_string(picture.width()) + " x " + std::to_string(picture.height());
 }
 
-/// Where a picture differs from the empty one, by more than pictures of the same thing do.
-Result<Mask> difference(const ColourImage& picture, const ColourImage& empty, const fs::path& path) {
-  if (picture.width() != empty.width() || picture.height() != empty.height()) {
-    return mask_error("the empty picture is " + size_of(empty) + ", this one " + size_of(picture), path);
-  }
-  constexpr int kLeast = 20, kSure = 44;  // of 255, in the channel that differs most; between them a share
-  Mask mask(picture.width(), picture.height());
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const Rgb8 &a = picture.pixels()[i], &b = empty.pixels()[i];
-    const int most = std::max({std::abs(a.r - b.r), std::abs(a.g - b.g), std::abs(a.b - b.b)});
-    mask.pixels()[i] = static_cast<std::uint8_t>(std::clamp((most - kLeast) * 255 / (kSure - kLeast), 0, 255));
-  }
-  return mask;
-}
-
 /// The mask of a picture whose bytes are these, from where there is one.
 Result<Mask> mask_of(const PlacedPicture& picture, const std::vector<std::byte>& bytes, const ColourImage& colour,
                      const EmptyPicture& empty, const AcquireConfig& config) {
   if (!picture.mask.empty()) return read_mask(picture.mask, config);
-  if (!empty.empty()) return difference(colour, empty, picture.picture);
-  if (!looks_like_jpeg(bytes)) {
-    const auto file = check_png(bytes, config.limits);
-    if (file && file->header.has_alpha) return decode_png_alpha(*file);
+  if (!empty.empty() && mask_origin(config) != MaskOrigin::kAlpha) {
+    auto mask = difference(colour, empty);
+    return mask ? std::move(mask) : Result<Mask>(located(mask.error(), picture.picture));
   }
+  if (auto mask = alpha_of(bytes, config.limits)) return mask;
   return mask_error("no mask of this picture: expected " + picture.picture.stem().string() +
                         ".png in masks/, a picture with alpha, or an empty picture (acquire.background)",
                     picture.picture);
-}
-
-Result<void> check_mask(const Mask& mask, const fs::path& path) {
-  constexpr std::uint8_t kHalf = 128;
-  const auto thing =
-      std::count_if(mask.pixels().begin(), mask.pixels().end(), [](std::uint8_t value) { return value >= kHalf; });
-  if (thing == 0) return mask_error("the mask is empty: nothing of the picture is the thing", path);
-  if (thing == static_cast<std::ptrdiff_t>(mask.size())) {
-    return mask_error("the mask is white all over: it leaves no outline", path);
-  }
-  const int right = mask.width() - 1, bottom = mask.height() - 1;
-  const std::array corners = {mask.at(0, 0), mask.at(right, 0), mask.at(0, bottom), mask.at(right, bottom)};
-  if (std::all_of(corners.begin(), corners.end(), [](std::uint8_t value) { return value >= kHalf; })) {
-    return mask_error(
-        "all four corners of the picture belong to the thing: the mask is most likely inverted (the thing is white)",
-        path);
-  }
-  return {};
 }
 
 Mask undistorted(const Mask& mask, const CameraModel& camera) {
@@ -117,15 +84,6 @@ void make_smaller(std::size_t most_pixels, MaskedPicture& picture) {
 
 }  // namespace
 
-Result<EmptyPicture> read_empty_picture(const AcquireConfig& config) {
-  if (!config.background) return EmptyPicture();
-  const auto bytes = read_file(*config.background, config.limits.max_image_bytes);
-  if (!bytes) return bytes.error();
-  auto picture = decode_picture(*bytes, config.limits);
-  if (!picture) return located(picture.error(), *config.background);
-  return *std::move(picture);
-}
-
 Result<MaskedPicture> read_masked_picture(const PlacedPicture& picture, const EmptyPicture& empty,
                                           const AcquireConfig& config, std::size_t most_pixels) {
   const auto bytes = read_file(picture.picture, config.limits.max_image_bytes);
@@ -138,7 +96,7 @@ Result<MaskedPicture> read_masked_picture(const PlacedPicture& picture, const Em
   if (mask->width() != colour->width() || mask->height() != colour->height()) {
     return mask_error("the mask is " + size_of(*mask) + ", the picture " + size_of(*colour), mask_file);
   }
-  if (auto sound = check_mask(*mask, mask_file); !sound) return sound.error();
+  if (auto sound = check_silhouette(*mask); !sound) return located(sound.error(), mask_file);
   CameraModel camera = picture.camera;
   CameraIntrinsics& k = camera.intrinsics;
   if (k.width == 0 && k.height == 0) {

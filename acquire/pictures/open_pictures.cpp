@@ -25,8 +25,13 @@ constexpr std::array kPictureLayouts = {PictureLayout{fits_transforms_pictures, 
                                         PictureLayout{fits_still_camera_pictures, list_still_camera_pictures}};
 
 void find_masks(const AcquireConfig& config, PictureSet& set) {
+  const MaskOrigin origin = mask_origin(config);
   for (PlacedPicture& picture : set.pictures) {
-    if (config.masks) {
+    if (origin == MaskOrigin::kAlpha) {
+      picture.mask.clear();
+      continue;
+    }
+    if (origin == MaskOrigin::kFiles) {
       picture.mask = find_mask(set.folder / *config.masks, picture.picture);
       continue;
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquire/acquire_config.h"
+#include "acquire/masks/found_masks.h"
 #include "core/axes.h"
 #include "core/image.h"
 #include "core/limits.h"
@@ -36,7 +37,8 @@ struct PictureSet {
 /// Lists the pictures of a folder. Layouts, asked in this order: transforms.json of nerfstudio and instant-ngp;
 /// COLMAP's text model (cameras.txt, images.txt; also in sparse/0 or sparse); Middlebury's NAME_par.txt; pictures in
 /// color/, image/, images/ or rgb/ with trajectory.log or trajectory.json and a camera; the same without poses. A mask
-/// is what the file names, else STEM.png or NAME.png in masks/, mask/ or silhouettes/ (or in `config.masks`).
+/// is what the file names, else STEM.png or NAME.png in masks/, mask/ or silhouettes/ (or in `config.masks`, which
+/// may also be kAlphaMasks: the pictures' own alpha).
 /// config.from, to and every choose some. Errors (kInput): none of these; a file that cannot be read; no picture with a
 /// pose.
 [[nodiscard]] Result<PictureSet> open_pictures(const std::filesystem::path& path, const AcquireConfig& config);
@@ -47,12 +49,6 @@ struct MaskedPicture {
   Image<std::uint8_t> mask;
   CameraIntrinsics camera;
 };
-
-/// The empty picture, from which the difference is taken; empty: none.
-using EmptyPicture = ColourImage;
-
-/// Errors (kInput): `config.background` cannot be read.
-[[nodiscard]] Result<EmptyPicture> read_empty_picture(const AcquireConfig& config);
 
 /// `most_pixels`: a larger picture is made smaller, by the mean of squares of whole pixels. Errors (kInput): a file is
 /// missing or cannot be read; sizes that differ from the camera's or among the files; no mask at all; a mask that is

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "acquire/masks/check_masks.h"
+#include "acquire/masks/found_masks.h"
 #include "acquire/masks/frame_mask.h"
 #include "acquire/masks/mask_files.h"
 #include "acquire/replay/undistort.h"
@@ -58,10 +59,24 @@ OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraModel& dept
   return colour;
 }
 
+/// True if a place in the colour picture is the same place in the depth picture, whatever their sizes, to a hundredth
+/// of their width.
+bool sees_the_same(const CameraIntrinsics& colour, const Pose& T_colour_depth, const CameraIntrinsics& depth) {
+  constexpr double kNear_m = 0.002, kWithin = 0.01;
+  if (T_colour_depth.translation().norm() > kNear_m) return false;
+  const CameraIntrinsics same = depth.resized(colour.width, colour.height);
+  for (const auto& [u, v] :
+       {std::pair(0, 0), {same.width - 1, 0}, {0, same.height - 1}, {same.width - 1, same.height - 1}}) {
+    const Eigen::Vector3d p = T_colour_depth.linear() * same.unproject(u, v, 1);
+    if (!(p.z() > 0) || !((colour.project(p) - Eigen::Vector2d(u, v)).norm() <= kWithin * colour.width)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
-IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
-    : recording_(std::move(recording)), config_(config) {
+IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config, EmptyPicture empty)
+    : recording_(std::move(recording)), config_(config), masks_(mask_origin(config)), empty_(std::move(empty)) {
   next_ = config_.from;
   last_ = std::min(config_.to, recording_.entries.size() - 1);
   if (const std::size_t jumps = make_times_ascend(recording_.entries); jumps > 0) {
@@ -71,7 +86,7 @@ IndexedSource::IndexedSource(Recording recording, const AcquireConfig& config)
   }
   describe();
   look_at_first_frames();
-  if (config_.masks) look_at_masks();
+  if (masks_ != MaskOrigin::kNone) look_at_masks();
 }
 
 void IndexedSource::describe() {
@@ -149,7 +164,15 @@ void IndexedSource::look_at_masks() {
   const std::size_t frames = (last_ - next_) / config_.every + 1;
   const std::size_t looked_at = std::min(frames, kMost);
   for (std::size_t i = 0; i < looked_at; ++i) {
-    const std::filesystem::path path = mask_of(recording_.entries[next_ + i * frames / looked_at * config_.every]);
+    const FrameEntry& entry = recording_.entries[next_ + i * frames / looked_at * config_.every];
+    if (masks_ != MaskOrigin::kFiles) {
+      const auto decoded = recording_.decode(entry, decode_settings(entry));
+      if (!std::holds_alternative<DecodedFrame>(decoded)) continue;
+      auto found = find_mask_in_colour(entry, std::get<DecodedFrame>(decoded), *info_.intrinsics);
+      if (auto* mask = std::get_if<Mask>(&found)) masks.push_back({entry.colour, std::move(*mask)});
+      continue;
+    }
+    const std::filesystem::path path = mask_of(entry);
     auto mask = path.empty() ? Result<Mask>(Mask()) : read_mask(path, as_in_file);
     if (mask && !mask->empty()) masks.push_back({path, *std::move(mask)});
   }
@@ -206,13 +229,15 @@ void IndexedSource::correct_depth(Frame& frame) {
   if (!frame.outside_m.empty()) correction_->apply(frame.outside_m);
 }
 
+DecodeSettings IndexedSource::decode_settings(const FrameEntry& entry) const {
+  return {.depth_scale = config_.depth_scale.value_or(entry.depth_scale.value_or(recording_.depth_scale)),
+          .min_confidence = config_.min_confidence,
+          .limits = config_.limits};
+}
+
 OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const {
   if (entry.fault) return *entry.fault;
-  const DecodeSettings settings{
-      .depth_scale = config_.depth_scale.value_or(entry.depth_scale.value_or(recording_.depth_scale)),
-      .min_confidence = config_.min_confidence,
-      .limits = config_.limits};
-  auto decoding = recording_.decode(entry, settings);
+  auto decoding = recording_.decode(entry, decode_settings(entry));
   if (auto* drop = std::get_if<Drop>(&decoding)) return std::move(*drop);
   auto& decoded = std::get<DecodedFrame>(decoding);
   pose = decoded.T_world_camera ? decoded.T_world_camera : entry.T_world_camera;
@@ -228,8 +253,8 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
   frame.depth_m = std::move(decoded.depth_m);
   const Distortion distortion = config_.intrinsics ? config_.intrinsics->distortion : Distortion{};
   if (distortion != Distortion{}) frame.depth_m = undistort(frame.depth_m, frame.intrinsics, distortion);
-  if (config_.masks) {
-    if (auto drop = use_mask(entry, distortion, frame)) return *std::move(drop);
+  if (masks_ != MaskOrigin::kNone) {
+    if (auto drop = use_mask(entry, decoded, distortion, frame)) return *std::move(drop);
   }
   if (!decoded.colour.empty()) {
     static const ScannerCamera kNotStated;
@@ -247,21 +272,59 @@ std::filesystem::path IndexedSource::mask_of(const FrameEntry& entry) const {
   return path;
 }
 
-/// Leaves the depth within the frame's mask, or adds its labels.
-std::optional<Drop> IndexedSource::use_mask(const FrameEntry& entry, const Distortion& distortion, Frame& frame) const {
+OrDrop<Mask> IndexedSource::read_mask_file(const FrameEntry& entry) const {
   const std::filesystem::path path = mask_of(entry);
   if (path.empty()) {
     return make_drop(DropReason::kMissingFile, "no mask of this frame in " + masks_folder().string(), entry.depth);
   }
-  const auto read = read_mask(path, config_);
-  if (!read) return make_drop(DropReason::kUnreadable, read.error().message, path);
-  Mask mask = resized(*read, frame.depth_m.width(), frame.depth_m.height());
-  if (distortion != Distortion{}) mask = undistort(mask, frame.intrinsics, distortion);
+  auto mask = read_mask(path, config_);
+  if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message, path);
+  return *std::move(mask);
+}
+
+/// A mask from the colour picture, which must show what the depth camera sees.
+OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const DecodedFrame& decoded,
+                                                const CameraIntrinsics& depth_camera) const {
+  const bool is_alpha = masks_ == MaskOrigin::kAlpha;
+  const char* key = is_alpha ? "acquire.masks: alpha" : "acquire.background";
+  if (decoded.colour.empty()) {
+    return make_drop(DropReason::kMissingFile, std::string(key) + " needs a colour picture, which this frame has not",
+                     entry.depth);
+  }
+  if (decoded.colour_camera && !sees_the_same(*decoded.colour_camera, decoded.T_colour_depth, depth_camera)) {
+    return make_drop(DropReason::kNoIntrinsics,
+                     std::string(key) +
+                         " needs colour in the depth camera's view, but this recording's colour camera "
+                         "sees another; give a folder of masks of the depth pictures (acquire.masks)",
+                     entry.colour);
+  }
+  if (is_alpha && !decoded.encoded_colour) {
+    return make_drop(DropReason::kUnreadable, "this recording's colour has no alpha (acquire.masks: alpha)",
+                     entry.colour);
+  }
+  auto mask = is_alpha ? alpha_of(*decoded.encoded_colour, config_.limits) : difference(decoded.colour, empty_);
+  if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message + " (" + key + ")", entry.colour);
+  return *std::move(mask);
+}
+
+/// Leaves the depth within the frame's mask, or adds its labels.
+std::optional<Drop> IndexedSource::use_mask(const FrameEntry& entry, const DecodedFrame& decoded,
+                                            const Distortion& distortion, Frame& frame) const {
+  auto found =
+      masks_ == MaskOrigin::kFiles ? read_mask_file(entry) : find_mask_in_colour(entry, decoded, frame.intrinsics);
+  if (auto* drop = std::get_if<Drop>(&found)) return std::move(*drop);
+  const Mask& whole = std::get<Mask>(found);
+  const auto as_the_depth = [&](Mask mask) {
+    return distortion != Distortion{} ? undistort(mask, frame.intrinsics, distortion) : mask;
+  };
+  const int width = frame.depth_m.width(), height = frame.depth_m.height();
+  Mask mask = as_the_depth(resized(whole, width, height));
   if (config_.keeps_labels) {
     frame.labels = std::move(mask);
-  } else {
-    keep_within(mask, config_.mask_means, frame);
+    return std::nullopt;
   }
+  keep_within(mask, config_.mask_means, frame);
+  if (config_.keeps_masks) frame.labels = as_the_depth(resized_by_mean(whole, width, height));
   return std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "acquire/frame_source.h"
+#include "acquire/masks/found_masks.h"
 #include "acquire/replay/recording.h"
 #include "acquire/sensor/depth_bias.h"
 
@@ -15,8 +16,9 @@ namespace scanknit {
 /// selected frames that can be decoded sets the size that all others must have.
 class IndexedSource final : public FrameSource {
  public:
-  /// `config` is valid and its from/to/every select at least one entry of `recording`.
-  IndexedSource(Recording recording, const AcquireConfig& config);
+  /// `config` is valid and its from/to/every select at least one entry of `recording`. `empty`: of
+  /// read_empty_picture().
+  IndexedSource(Recording recording, const AcquireConfig& config, EmptyPicture empty);
 
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] FrameEvent next(std::stop_token stop) override;
@@ -29,7 +31,12 @@ class IndexedSource final : public FrameSource {
     return (recording_.folder / *config_.masks).lexically_normal();
   }
   [[nodiscard]] std::filesystem::path mask_of(const FrameEntry& entry) const;
-  [[nodiscard]] std::optional<Drop> use_mask(const FrameEntry& entry, const Distortion& distortion, Frame& frame) const;
+  [[nodiscard]] DecodeSettings decode_settings(const FrameEntry& entry) const;
+  [[nodiscard]] OrDrop<Mask> read_mask_file(const FrameEntry& entry) const;
+  [[nodiscard]] OrDrop<Mask> find_mask_in_colour(const FrameEntry& entry, const DecodedFrame& decoded,
+                                                 const CameraIntrinsics& depth_camera) const;
+  [[nodiscard]] std::optional<Drop> use_mask(const FrameEntry& entry, const DecodedFrame& decoded,
+                                             const Distortion& distortion, Frame& frame) const;
   [[nodiscard]] std::optional<Drop> settle_pose(const FrameEntry& entry, const std::optional<Result<Pose>>& pose,
                                                 Frame& frame) const;
   void describe();
@@ -38,6 +45,8 @@ class IndexedSource final : public FrameSource {
 
   Recording recording_;
   AcquireConfig config_;
+  MaskOrigin masks_;
+  EmptyPicture empty_;
   RecordingInfo info_;
   std::optional<DepthCorrection> correction_;  ///< of all frames: they have one size
   bool has_clock_ = false;

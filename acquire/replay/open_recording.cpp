@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acquire/frame_source.h"
+#include "acquire/masks/found_masks.h"
 #include "acquire/masks/mask_files.h"
 #include "acquire/recording_format.h"
 #include "acquire/replay/camera_files.h"
@@ -341,7 +342,10 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
     if (sensor == nullptr || !sensor->camera) return missing_camera(recording->folder);
     config.intrinsics = sensor->camera;
   }
-  return std::unique_ptr<FrameSource>(std::make_unique<IndexedSource>(*std::move(recording), config));
+  auto empty = read_empty_picture(config);
+  if (!empty) return empty.error();
+  return std::unique_ptr<FrameSource>(
+      std::make_unique<IndexedSource>(*std::move(recording), config, *std::move(empty)));
 }
 
 }  // namespace scanknit

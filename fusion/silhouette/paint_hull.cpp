@@ -1,4 +1,4 @@
-// paint_hull(), compare_silhouette(): what the views see of a carved volume.
+// paint_hull(), paint_filled(), compare_silhouette(): what the views see of a carved volume.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "fusion/silhouette/fill_gaps.h"
 #include "fusion/silhouette/visual_hull.h"
 #include "fusion/track/raycast.h"
 #include "fusion/volume/block_index.h"
@@ -95,12 +96,14 @@ ColourCode mixed(const std::vector<Painter::Stroke>& strokes) {
   return encode_colour({channel(0), channel(1), channel(2)}, 255);
 }
 
-void paint(const std::vector<Painter>& painters, double voxel_size_m, VolumeBlock& block) {
+using Voxels = GapBlock::Voxels;
+
+void paint(const std::vector<Painter>& painters, double voxel_size_m, const Voxels& wanted, VolumeBlock& block) {
   constexpr float kPainted_voxels = 2;  // an edge of a cell that the surface crosses is no longer than the diagonal
   const auto near_m = static_cast<float>(kPainted_voxels * voxel_size_m);
   std::vector<Painter::Stroke> strokes;
   for (unsigned n = 0; n < kBlockVoxels; ++n) {
-    if (!block.tsdf->isValueOn(n) || std::abs(block.tsdf->buffer().data()[n]) > near_m) continue;
+    if (!wanted[n] || std::abs(block.tsdf->buffer().data()[n]) > near_m) continue;
     const Vector3d p =
         Vector3d(block.origin.x() + static_cast<int>(n >> 6), block.origin.y() + static_cast<int>(n >> 3 & 7),
                  block.origin.z() + static_cast<int>(n & 7)) *
@@ -113,20 +116,44 @@ void paint(const std::vector<Painter>& painters, double voxel_size_m, VolumeBloc
   }
 }
 
-}  // namespace
+/// A block of the volume, and which of its voxels to paint.
+struct PaintTask {
+  VolumeBlock* block;
+  Voxels voxels;
+};
 
-void paint_hull(std::span<const ColourOfView> views, TsdfVolume& volume) {
+void paint(std::span<const ColourOfView> views, const std::vector<PaintTask>& tasks, TsdfVolume& volume) {
   std::vector<Painter> painters;
   painters.reserve(views.size());
   for (const ColourOfView& view : views) painters.emplace_back(view, volume);
-  const std::span<VolumeBlock> blocks = volume.index().blocks();
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size()), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const bool had_colours = has_own_colours(*blocks[i].colour);
-      paint(painters, volume.config().voxel_size_m, blocks[i]);
-      if (!had_colours && has_own_colours(*blocks[i].colour)) volume.count_colours_of_a_block();
+      VolumeBlock& block = *tasks[i].block;
+      const bool had_colours = has_own_colours(*block.colour);
+      paint(painters, volume.config().voxel_size_m, tasks[i].voxels, block);
+      if (!had_colours && has_own_colours(*block.colour)) volume.count_colours_of_a_block();
     }
   });
+}
+
+}  // namespace
+
+void paint_hull(std::span<const ColourOfView> views, TsdfVolume& volume) {
+  std::vector<PaintTask> tasks;
+  for (VolumeBlock& block : volume.index().blocks()) {
+    PaintTask& task = tasks.emplace_back(PaintTask{&block, {}});
+    for (unsigned n = 0; n < kBlockVoxels; ++n) task.voxels[n] = block.tsdf->isValueOn(n);
+  }
+  paint(views, tasks, volume);
+}
+
+void paint_filled(std::span<const ColourOfView> views, const GapFill& fill, TsdfVolume& volume) {
+  std::vector<PaintTask> tasks;
+  for (const FilledBlock& filled : fill.blocks) {
+    const BlockIndex::Number number = volume.index().find(filled.origin);
+    tasks.push_back({&volume.index().blocks()[number], filled.voxels});
+  }
+  paint(views, tasks, volume);
 }
 
 SilhouetteFit compare_silhouette(const SilhouetteView& view, const TsdfVolume& volume) {

@@ -1,0 +1,45 @@
+// Masks that are found in the pictures themselves: their alpha, or what differs from an empty picture.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "acquire/acquire_config.h"
+#include "acquire/masks/mask_files.h"
+#include "core/image.h"
+#include "core/limits.h"
+#include "core/result.h"
+
+namespace scanknit {
+
+/// The value of acquire.masks that is no folder: masks are the colour pictures' alpha. A folder of that name is
+/// "./alpha".
+inline constexpr const char* kAlphaMasks = "alpha";
+
+/// Where the masks of frames come from.
+enum class MaskOrigin {
+  kNone,
+  kFiles,       ///< the folder acquire.masks
+  kAlpha,       ///< acquire.masks is kAlphaMasks
+  kDifference,  ///< from the picture acquire.background, without acquire.masks
+};
+[[nodiscard]] MaskOrigin mask_origin(const AcquireConfig& config);
+
+/// The picture without the thing, from which the difference is taken; empty: none.
+using EmptyPicture = ColourImage;
+
+/// Empty without `config.background`. Errors (kInput): it cannot be read.
+[[nodiscard]] Result<EmptyPicture> read_empty_picture(const AcquireConfig& config);
+
+/// How surely each pixel is the thing: where a picture differs from the empty one by more than pictures of the same
+/// thing do. Error (kInput, without `where`): their sizes differ.
+[[nodiscard]] Result<Mask> difference(const ColourImage& picture, const EmptyPicture& empty);
+
+/// The alpha of a picture whose file's bytes are these. Errors (kInput, without `where`): no PNG, or one without alpha.
+[[nodiscard]] Result<Mask> alpha_of(std::span<const std::byte> bytes, const Limits& limits);
+
+/// Errors (kInput, without `where`): a mask in which nothing is the thing, or everything, or most likely what is not
+/// the thing: all four corners.
+[[nodiscard]] Result<void> check_silhouette(const Mask& mask);
+
+}  // namespace scanknit
