@@ -14,14 +14,21 @@ namespace scanknit {
 inline constexpr std::size_t kLeastMemoryBudgetMib = 8;
 inline constexpr std::size_t kMostMemoryBudgetMib = 1 << 24;
 
+/// What the frames' silhouettes add to their depth.
+enum class SilhouetteUse {
+  kOff,
+  kCarve,  ///< their visual hull fills what depth left of the thing
+};
+
 struct FusionConfig {
-  double voxel_size_m = 0.004;           ///< edge of a voxel, >= 0.000001
-  double truncation_voxels = 4;          ///< the band's half-width, at least this many voxels (> 0) ...
-  double truncation_sigmas = 3;          ///< ... and at least this many sigma(z) of the observation; 0: fixed band
-  NoiseModel noise;                      ///< of a scan: see ScanConfig::noise
-  double max_weight = 4095;              ///< beyond this weight, new observations replace old ones; > 0, at most 4095
-  bool carve_free_space = true;          ///< update known voxels in front of the surface towards +truncation
-  bool loop_closure = true;              ///< distribute the drift of a tracked walk that comes back, at its end
+  double voxel_size_m = 0.004;   ///< edge of a voxel, >= 0.000001
+  double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels (> 0) ...
+  double truncation_sigmas = 3;  ///< ... and at least this many sigma(z) of the observation; 0: fixed band
+  NoiseModel noise;              ///< of a scan: see ScanConfig::noise
+  double max_weight = 4095;      ///< beyond this weight, new observations replace old ones; > 0, at most 4095
+  bool carve_free_space = true;  ///< update known voxels in front of the surface towards +truncation
+  bool loop_closure = true;      ///< distribute the drift of a tracked walk that comes back, at its end
+  SilhouetteUse silhouettes = SilhouetteUse::kOff;
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 

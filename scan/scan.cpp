@@ -64,7 +64,9 @@ Result<void> check_cut_recording(const ScanJob& job) {
 class RecordingScan {
  public:
   RecordingScan(const ScanJob& job, ScanObserver& observer, const std::stop_token& stop)
-      : job_(job), session_(observer, stop), archive_(archive_of(job_)) {}
+      : job_(job), session_(observer, stop), archive_(archive_of(job_)) {
+    job_.config.acquire.keeps_masks = job_.config.fusion.silhouettes == SilhouetteUse::kCarve;
+  }
 
   [[nodiscard]] ScanResult run() {
     Result<void> outcome = scan();
@@ -86,6 +88,7 @@ class RecordingScan {
   [[nodiscard]] Result<void> check_job() const {
     if (auto writable = check_files(job_); !writable) return writable;
     if (auto asked = check_is_turntable(job_); !asked) return asked;
+    if (auto masked = check_carving(job_.config); !masked) return masked;
     return check_cut_recording(job_);
   }
 

@@ -9,6 +9,7 @@
 #include "scan/frames/fuse_again.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/pose_finder.h"
+#include "scan/silhouettes/carve_gaps.h"
 #include "scan/volume/write_beside_mesh.h"
 
 namespace scanknit {
@@ -240,7 +241,19 @@ Result<void> ScanPass::add(Frame& frame) {
   return {};
 }
 
+/// Before the mesh: silhouettes fill what depth left; the volume's file gets it, too.
+Result<void> ScanPass::carve_gaps() {
+  if (job_.config.fusion.silhouettes != SilhouetteUse::kCarve || !input_.archive.is_kept()) return {};
+  if (session_.is_stopped() || scan_->trajectory().empty()) return {};
+  const GapsToCarve gaps{job_.config, scan_->trajectory(), input_.archive, refiner_.kept_space()};
+  auto carved = scanknit::carve_gaps(gaps, scan_->volume(), session_);
+  if (!carved) return carved.error();
+  silhouettes_ = *std::move(carved);
+  return silhouettes_ ? write_volume_and_trajectory() : Result<void>();
+}
+
 Result<void> ScanPass::write_mesh() {
+  if (auto carved = carve_gaps(); !carved) return carved;
   const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
   MeshedScan meshed = mesh_scan(*scan_, request, session_);
   mesh_ = std::move(meshed.result);
@@ -340,6 +353,7 @@ ScanResult ScanPass::result() const {
   result.frames = intake_.counts();
   result.volume = volume_;
   result.mesh = mesh_;
+  result.silhouettes = silhouettes_;
   result.texture = texture_;
   result.loops = std::move(refined.loops);
   result.turntable = std::move(refined.turntable);

@@ -80,6 +80,7 @@ class ScanPass {
   [[nodiscard]] Result<void> write_texture();
 
   [[nodiscard]] Result<void> add(Frame& frame);
+  [[nodiscard]] Result<void> carve_gaps();
   [[nodiscard]] Result<void> write_mesh();
   [[nodiscard]] Result<void> write_volume_and_trajectory();
   [[nodiscard]] ScanState state();
@@ -109,6 +110,7 @@ class ScanPass {
   std::optional<WrittenMesh> written_;
   VolumeResult volume_;
   MeshResult mesh_;
+  std::optional<SilhouetteResult> silhouettes_;
   std::optional<TextureResult> texture_;
   FilesByKind files_;
 };

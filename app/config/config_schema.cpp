@@ -213,6 +213,12 @@ std::vector<ConfigKey> volume_keys() {
            "When poses are tracked and the walk comes back to where it has been, the drift is distributed over it at "
            "the end and the frames are fused again."},
           [](auto& c) -> auto& { return c.fusion.loop_closure; }),
+      choice<SilhouetteUse>(
+          {"fusion.silhouettes", "",
+           "carve: where depth never decided, the visual hull of the masks (acquire.masks or acquire.background) fills "
+           "the mesh: parts that give no depth appear. off: only depth counts."},
+          {{"off", SilhouetteUse::kOff}, {"carve", SilhouetteUse::kCarve}},
+          [](auto& c) -> auto& { return c.fusion.silhouettes; }),
       memory(
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "

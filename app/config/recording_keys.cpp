@@ -86,8 +86,9 @@ std::vector<ConfigKey> mask_keys() {
       ConfigType::kPath,
       {"acquire.masks", "",
        "The folder of masks, as seen from the recording's: pictures with the names of depth or colour, white where the "
-       "thing is. Only depth within them is fused. auto: all depth; of silhouettes what the layout names, else masks, "
-       "mask or silhouettes, else the pictures' own alpha."});
+       "thing is; or alpha: the colour pictures' own. Only depth within them is fused. auto: all depth, or what "
+       "acquire.background says; of silhouettes what the layout names, else masks, mask or silhouettes, else the "
+       "pictures' own alpha."});
   bind_optional<std::string>(
       masks, [](auto& c) -> auto& { return c.acquire.masks; });
   ConfigKey mask_class = describe(
@@ -98,8 +99,8 @@ std::vector<ConfigKey> mask_keys() {
       mask_class, [](auto& c) -> auto& { return c.acquire.mask_class; });
   ConfigKey background = describe(
       ConfigType::kPath, {"acquire.background", "",
-                          "Silhouettes: a picture of the same camera and place without the thing, for pictures "
-                          "without masks. What differs from it is the thing."});
+                          "A colour picture of the same camera and place without the thing, for pictures without "
+                          "masks. What differs from it is the thing."});
   bind_optional<std::string>(
       background, [](auto& c) -> auto& { return c.acquire.background; });
   return {

@@ -193,14 +193,24 @@ void set(const VolumeBlock& block, openvdb::Index offset, float distance_m, Colo
   block.colour->setValueOn(offset, colour);
 }
 
+/// The height above which the disc, if it was seen, does not disturb.
+double clear_height_m(const TurntableSpace& space, const FusionConfig& config) {
+  const double sigma_m = config.noise.sigma_m(space.axis.point.norm());
+  return space.disc_m.value_or(0) + std::max(kClearVoxels * config.voxel_size_m, kClearSigmas * sigma_m);
+}
+
 }  // namespace
+
+bool is_kept(const TurntableSpace& space, const FusionConfig& config, const Vector3d& p) {
+  const bool is_low = space.disc_m && space.height_of(p) < clear_height_m(space, config);
+  return !is_low && space.distance_of(p) <= space.radius_m;
+}
 
 VolumeCut cut_volume(const TurntableSpace& space, bool closes_base, TsdfVolume& volume) {
   const double voxel_m = volume.config().voxel_size_m;
   const auto truncation_m = static_cast<float>(volume.config().truncation_voxels * voxel_m);
-  const double sigma_m = volume.config().noise.sigma_m(space.axis.point.norm());
   const double disc_m = space.disc_m.value_or(0);
-  const double clear_m = disc_m + std::max(kClearVoxels * voxel_m, kClearSigmas * sigma_m);
+  const double clear_m = clear_height_m(space, volume.config());
   const double below_m = disc_m - 3 * voxel_m;
   VolumeCut cut;
   std::unique_ptr<Outline> outline;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "acquire/masks/found_masks.h"
 #include "export/mesh/write_mesh.h"
 
 namespace scanknit {
@@ -52,12 +53,16 @@ void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
     const char* verb = keys.size() == 1 ? "has" : "have";
     session.warn(WarningCode::kNoEffect, fmt::format("{} {} no effect because {}", list_text(keys), verb, why));
   };
-  const FinishConfig& finish = job.config.finish;
+  const ScanConfig& config = job.config;
+  const FinishConfig& finish = config.finish;
   if (std::none_of(job.files.meshes.begin(), job.files.meshes.end(), is_glb_path)) {
     warn_of(glb_keys(job), "no GLB file is written");
   }
   if (finish.ground == GroundMode::kKeep && finish.ground_clearance_m) {
     warn_of({"finish.ground_clearance"}, "finish.ground is keep");
+  }
+  if (config.acquire.geometry == Geometry::kSilhouettes && config.fusion.silhouettes == SilhouetteUse::kCarve) {
+    warn_of({"fusion.silhouettes"}, "acquire.geometry is silhouettes: there is no depth");
   }
   if (finish.watertight == Watertight::kOff) warn_of(hole_keys(job), "finish.watertight is off");
   if (finish.watertight == Watertight::kFull && job.asks_for(kMaxHole)) {
@@ -72,6 +77,15 @@ void warn_of_settings(const ScanJob& job, ScanSession& session) {
   if (job.config.extract.decider != Decider::kLorensen) return;
   session.warn(WarningCode::kMeshHasHoles,
                "extract.decider: lorensen leaves holes in the mesh; it is for teaching only (trilinear leaves none)");
+}
+
+Result<void> check_carving(const ScanConfig& config) {
+  if (config.fusion.silhouettes != SilhouetteUse::kCarve) return {};
+  if (mask_origin(config.acquire) != MaskOrigin::kNone) return {};
+  return Error{ErrorCode::kConfig,
+               "carve needs masks: set acquire.masks to their folder, or to alpha if the colour pictures have it, or "
+               "acquire.background to a picture without the thing",
+               "fusion.silhouettes"};
 }
 
 }  // namespace scanknit

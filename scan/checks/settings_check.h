@@ -10,4 +10,7 @@ namespace scanknit {
 /// meshes have holes by design.
 void warn_of_settings(const ScanJob& job, ScanSession& session);
 
+/// Errors: kConfig when fusion.silhouettes is carve and the frames have no masks.
+[[nodiscard]] Result<void> check_carving(const ScanConfig& config);
+
 }  // namespace scanknit

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquire/filter/depth_filter.h"
+#include "acquire/masks/found_masks.h"
 #include "core/files/atomic_file.h"
 #include "export/trajectory.h"
 #include "fusion/shutter/deskew.h"
@@ -76,10 +77,13 @@ class ClassScan {
       return Error{ErrorCode::kUsage,
                    "silhouettes are carved one class at a time: set acquire.mask_class to one of them"};
     }
-    if (!job_.config.acquire.masks) {
+    if (mask_origin(job_.config.acquire) != MaskOrigin::kFiles) {
       return Error{
           ErrorCode::kUsage,
           "a mesh for each class needs masks: set acquire.masks to their folder, as seen from the recording's"};
+    }
+    if (job_.config.fusion.silhouettes == SilhouetteUse::kCarve) {
+      return Error{ErrorCode::kUsage, "silhouettes fill one class at a time: set acquire.mask_class to one of them"};
     }
     if (job_.cut_recording || job_.angles || job_.config.turntable.is_enabled) {
       return Error{ErrorCode::kUsage,

@@ -68,6 +68,11 @@ class LiveScan {
     if (poses == PoseMode::kRecording || poses == PoseMode::kRefine) {
       return Error{ErrorCode::kUsage, "a scanner knows no poses: acquire.poses is track (the default) or still"};
     }
+    if (job_.config.fusion.silhouettes == SilhouetteUse::kCarve) {
+      return Error{
+          ErrorCode::kUsage,
+          "a scanner's frames have no masks: record first, and run the recording with fusion.silhouettes=carve"};
+    }
     if (job_.config.acquire.geometry != Geometry::kDepth) {
       return Error{ErrorCode::kUsage, "a scanner gives depth: leave acquire.geometry at depth"};
     }

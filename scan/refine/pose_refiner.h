@@ -1,7 +1,9 @@
 // PoseRefiner: finds better poses for the frames of a scan, after all of them have been tracked and fused.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <optional>
 
 #include "core/frame.h"
@@ -55,6 +57,9 @@ class PoseRefiner {
   /// Called instead of accept() when not all frames could be fused again: `fused` is their number, or the error. The
   /// scan keeps its tracked poses, unless this returns an error.
   [[nodiscard]] virtual Result<void> reject(const Result<std::size_t>& fused) = 0;
+
+  /// Where accept() left the volume as it was fused, a point in the world; empty: everywhere.
+  [[nodiscard]] virtual std::function<bool(const Eigen::Vector3d&)> kept_space() const { return {}; }
 
   /// True when the world of the refined poses is not that of the tracked ones.
   [[nodiscard]] virtual bool moves_the_world() const { return false; }

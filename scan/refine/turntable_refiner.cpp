@@ -332,6 +332,13 @@ Result<void> TurntableRefiner::accept(TsdfVolume& volume) {
   return {};
 }
 
+std::function<bool(const Eigen::Vector3d&)> TurntableRefiner::kept_space() const {
+  if (!result_.is_refined || !config_.turntable.cuts) return {};
+  return [this, space = moved(*space_, T_world_object_)](const Eigen::Vector3d& p) {
+    return is_kept(space, config_.fusion, p);
+  };
+}
+
 Result<void> TurntableRefiner::reject(const Result<std::size_t>& fused) {
   if (!fused) return fused.error();
   (void)give_up("it was interrupted");

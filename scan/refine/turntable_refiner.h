@@ -45,6 +45,7 @@ class TurntableRefiner final : public PoseRefiner {
   /// Cuts the volume to the space in which the object turned.
   [[nodiscard]] Result<void> accept(TsdfVolume& volume) override;
   [[nodiscard]] Result<void> reject(const Result<std::size_t>& fused) override;
+  [[nodiscard]] std::function<bool(const Eigen::Vector3d&)> kept_space() const override;
   [[nodiscard]] bool moves_the_world() const override { return true; }
   /// If the scan ended between prepare() and refine(), the reason says so.
   [[nodiscard]] RefinerResult result() const override;

@@ -144,7 +144,7 @@ class SilhouetteScan {
       session_.warn(WarningCode::kBudgetReached, "the volume has reached fusion.memory_budget: the mesh is incomplete");
     }
     session_.timed("colour", [&] { paint(volume); });
-    session_.timed("agreement", [&] { measure_agreement(volume); });
+    result_.silhouettes = session_.timed("agreement", [&] { return agreement_of(read_, volume, session_); });
     result_.volume = described(volume);
     return {};
   }
@@ -155,29 +155,6 @@ class SilhouetteScan {
       colours.push_back({&read_.pictures[i].colour, read_.views[i].camera, read_.views[i].T_world_camera});
     }
     paint_hull(colours, volume);
-  }
-
-  /// A view whose silhouette the hull does not fill has a wrong pose, or a wrong mask.
-  void measure_agreement(const TsdfVolume& volume) {
-    SilhouetteResult silhouettes{.pictures = read_.views.size()};
-    double sum = 0;
-    for (std::size_t i = 0; i < read_.views.size(); ++i) {
-      const SilhouetteFit fit = compare_silhouette(read_.views[i], volume);
-      sum += fit.agreement;
-      if (fit.overlap >= silhouettes.worst_overlap) continue;
-      silhouettes.worst_overlap = fit.overlap;
-      silhouettes.worst_picture = read_.names[i];
-    }
-    silhouettes.agreement = sum / static_cast<double>(read_.views.size());
-    constexpr double kPoor = 0.9;
-    if (silhouettes.worst_overlap < kPoor) {
-      session_.warn(
-          WarningCode::kSilhouettes,
-          fmt::format("{}: mesh and mask overlap by {:.0f} % only. Its pose or its mask is wrong, or those of others "
-                      "cut the thing off",
-                      silhouettes.worst_picture, 100 * silhouettes.worst_overlap));
-    }
-    result_.silhouettes = std::move(silhouettes);
   }
 
   [[nodiscard]] Result<void> write(const TsdfVolume& volume) {

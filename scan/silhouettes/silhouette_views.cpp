@@ -1,5 +1,7 @@
 #include "scan/silhouettes/silhouette_views.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -70,6 +72,27 @@ void reach_band(const Eigen::AlignedBox3d& box, double truncation_m, SilhouetteP
     const double wanted = std::min(std::ceil(band_px) + 2, Silhouette::kLongestReach_px);
     if (wanted > view.silhouette.reach_px()) view.silhouette = Silhouette(read.pictures[i].mask, wanted);
   }
+}
+
+SilhouetteResult agreement_of(const SilhouettePictures& read, const TsdfVolume& volume, ScanSession& session) {
+  SilhouetteResult silhouettes{.pictures = read.views.size()};
+  double sum = 0;
+  for (std::size_t i = 0; i < read.views.size(); ++i) {
+    const SilhouetteFit fit = compare_silhouette(read.views[i], volume);
+    sum += fit.agreement;
+    if (fit.overlap >= silhouettes.worst_overlap) continue;
+    silhouettes.worst_overlap = fit.overlap;
+    silhouettes.worst_picture = read.names[i];
+  }
+  silhouettes.agreement = sum / static_cast<double>(read.views.size());
+  constexpr double kPoor = 0.9;
+  if (silhouettes.worst_overlap < kPoor) {
+    session.warn(WarningCode::kSilhouettes,
+                 fmt::format("{}: mesh and mask overlap by {:.0f} % only. Its pose or its mask is wrong, or those of "
+                             "others cut the thing off",
+                             silhouettes.worst_picture, 100 * silhouettes.worst_overlap));
+  }
+  return silhouettes;
 }
 
 double pixel_size_m(const SilhouettePictures& read, const Eigen::Vector3d& middle) {

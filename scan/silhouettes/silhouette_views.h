@@ -28,6 +28,11 @@ struct SilhouettePictures {
 /// Measures the silhouettes again whose distances do not reach as far as the band in `box`.
 void reach_band(const Eigen::AlignedBox3d& box, double truncation_m, SilhouettePictures& read);
 
+/// How well the volume's own outline fills each mask. Warns of a view whose silhouette it does not fill: its pose is
+/// wrong, or its mask.
+[[nodiscard]] SilhouetteResult agreement_of(const SilhouettePictures& read, const TsdfVolume& volume,
+                                            ScanSession& session);
+
 /// The side of a pixel on the thing: the median of the views, metres.
 [[nodiscard]] double pixel_size_m(const SilhouettePictures& read, const Eigen::Vector3d& middle);
 
