@@ -47,6 +47,22 @@ std::unique_ptr<SyntheticScene> tower() {
   return std::move(drawing).scene("tower", turntable_path({}), 300);
 }
 
+/// The wall is 1 cm thick, and the handle's tube, too, which ends within the wall.
+std::unique_ptr<SyntheticScene> cup() {
+  constexpr double kHalfHeight_m = 0.05, kOuter_m = 0.038, kInner_m = 0.028, kInnerFloor_m = -0.038;
+  const Lathe body{{{0, -kHalfHeight_m},
+                    {kOuter_m, -kHalfHeight_m},
+                    {kOuter_m, kHalfHeight_m},
+                    {kInner_m, kHalfHeight_m},
+                    {kInner_m, kInnerFloor_m},
+                    {0, kInnerFloor_m}}};
+  Drawing drawing;
+  drawing.add(body, {0, 0, 0}, paint(0, Pattern::kChecks, 0.012));
+  drawing.add(Torus{0.024, 0.005}, {0.058, 0, 0}, paint(3, Pattern::kStripes, 0.008), Drawing::roll(90));
+  drawing.made_of({.reflectivity = 0, .gloss = 0});
+  return std::move(drawing).scene("cup", turntable_path({}), 120);
+}
+
 void put_desk(Drawing& drawing, double top_m) {
   drawing.add(Box{{0.5, 0.3, 0.015}, 0.004}, {0, 0, top_m - 0.015}, paint(7, Pattern::kMarble, 0.05));
   for (const double x : {-0.45, 0.45}) {
@@ -180,9 +196,19 @@ Result<std::unique_ptr<SyntheticScene>> drawn() {
 
 // In the order of kSceneNames.
 constexpr std::array<Result<std::unique_ptr<SyntheticScene>> (*)(), kSceneNames.size()> kScenes = {
-    drawn<sphere>,        drawn<turntable>,      drawn<tower>,           drawn<desk>,
-    drawn<plates>,        drawn<room>,           drawn<gallery>,         drawn<twins>,
-    drawn<clutter_scene>, drawn<corridor_scene>, drawn<bare_wall_scene>, drawn<hall_scene>,
+    drawn<sphere>,
+    drawn<turntable>,
+    drawn<tower>,
+    drawn<desk>,
+    drawn<plates>,
+    drawn<room>,
+    drawn<gallery>,
+    drawn<twins>,
+    drawn<clutter_scene>,
+    drawn<corridor_scene>,
+    drawn<bare_wall_scene>,
+    drawn<hall_scene>,
+    drawn<cup>,
     board_scene};
 
 }  // namespace

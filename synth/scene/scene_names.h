@@ -22,9 +22,10 @@ inline constexpr std::string_view kBoardSceneName = "calibration_board";
 ///   corridor   18 m long and 1.8 m wide, bare but for doors; the camera walks along it.
 ///   bare_wall  a wall with one poster at its end; the camera goes along it at 1.2 m.
 ///   hall       a table with things on it before an open hall: depth from 0.4 to 30 m.
+///   cup        a cup of 10 cm, alone, whose handle sends no light back; Euler characteristic 0.
 ///   calibration_board  a board of 36 x 25 cm for `calibrate camera`, which the camera sees from all sides.
-inline constexpr std::array<std::string_view, 13> kSceneNames = {
-    "sphere", "turntable", "tower",    "desk",      "plates", "room",         "gallery",
-    "twins",  "clutter",   "corridor", "bare_wall", "hall",   kBoardSceneName};
+inline constexpr std::array<std::string_view, 14> kSceneNames = {
+    "sphere", "turntable", "tower",    "desk",      "plates", "room", "gallery",
+    "twins",  "clutter",   "corridor", "bare_wall", "hall",   "cup",  kBoardSceneName};
 
 }  // namespace scanknit

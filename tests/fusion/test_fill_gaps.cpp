@@ -27,7 +27,7 @@ constexpr double kDarkFrom_m = 0.05;  // of the ball: the cap beyond it, along x
 constexpr double kAway_m = 0.6;
 
 CameraIntrinsics gap_camera() {
-  return {320, 240, 400, 400, 159.5, 119.5};
+  return {320, 320, 300, 300, 159.5, 159.5};
 }
 
 /// Round the z axis, from above and from below in turn.
@@ -137,30 +137,6 @@ TEST(FillGaps, NeverChangesWhatDepthDecided) {
   for (const auto& [index, voxel] : before) ASSERT_TRUE(after.at(index) == voxel) << index;
 }
 
-TEST(FillGaps, GivesTheHullsDistance) {
-  HalfDarkBall ball;
-  TsdfVolume hull = volume_of();
-  ASSERT_TRUE(carve_hull(ball.views, box_of(ball.views), hull));
-  const auto of_hull = known_voxels(hull), before = known_voxels(ball.volume);
-  const auto fill = fill_gaps(ball.gaps(), ball.volume);
-  ASSERT_TRUE(fill) << fill.error().text();
-  const auto after = known_voxels(ball.volume);
-  for (const auto& [index, voxel] : after) {
-    if (before.contains(index)) continue;
-    ASSERT_TRUE(of_hull.contains(index)) << index;
-    ASSERT_TRUE(of_hull.at(index) == voxel) << index;
-  }
-  for (const double aside : {-0.03, 0.0, 0.03}) {
-    const Vector3d direction = Vector3d(0.1, aside, 0.02).normalized();
-    EXPECT_FALSE(before.contains(voxel_at(kBall_m * direction))) << "depth does not know the cap";
-    const auto within = after.find(voxel_at((kBall_m - 2 * kGapVoxel_m) * direction));
-    const auto beyond = after.find(voxel_at((kBall_m + 2 * kGapVoxel_m) * direction));
-    ASSERT_TRUE(within != after.end());
-    EXPECT_LT(within->second.tsdf_m, 0);
-    EXPECT_TRUE(beyond == after.end() || beyond->second.tsdf_m > 0);
-  }
-}
-
 /// The whole cap, but for where the hull is larger than the ball.
 TEST(FillGaps, ClosesTheSurface) {
   HalfDarkBall ball;
@@ -173,25 +149,6 @@ TEST(FillGaps, ClosesTheSurface) {
                   index.asVec3d().length() * kGapVoxel_m < kBall_m - 2 * kGapVoxel_m)
           << index;
     }
-  }
-}
-
-TEST(FillGaps, LeavesOutWhatAFrameLooksThrough) {
-  const std::vector<Pose> poses = poses_round_ball(16);
-  const std::vector<SilhouetteView> views = ball_views(poses);
-  constexpr double kSmaller_m = 0.06;  // what depth sees within the silhouettes
-  TsdfVolume volume = volume_of();
-  for (const Pose& pose : poses) ASSERT_TRUE(integrate(ball_frame(pose, kSmaller_m), pose, volume));
-  auto gaps = DepthGaps::find(views, box_of(views), volume);
-  ASSERT_TRUE(gaps) << gaps.error().text();
-  const std::size_t all = gaps->voxels_inside();
-  for (const Pose& pose : poses) gaps->look_through(ball_frame(pose, kSmaller_m).depth_m, gap_camera(), pose);
-  EXPECT_LT(gaps->voxels_inside(), all);
-  ASSERT_TRUE(fill_gaps(*gaps, volume));
-  const auto after = known_voxels(volume);
-  for (const Pose& pose : poses) {
-    const Vector3d before_it = 0.09 * pose.translation().normalized();
-    EXPECT_FALSE(after.contains(voxel_at(before_it))) << "the camera sees the smaller ball behind it";
   }
 }
 
