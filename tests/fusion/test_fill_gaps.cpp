@@ -119,11 +119,6 @@ std::map<Coord, Known> known_voxels(const TsdfVolume& volume) {
   return known;
 }
 
-Coord voxel_at(const Vector3d& p) {
-  const auto index = [&](int axis) { return static_cast<int>(std::lround(p[axis] / kGapVoxel_m)); };
-  return {index(0), index(1), index(2)};
-}
-
 TEST(FillGaps, NeverChangesWhatDepthDecided) {
   HalfDarkBall ball;
   const auto before = known_voxels(ball.volume);
