@@ -20,6 +20,16 @@ enum class SilhouetteUse {
   kCarve,  ///< their visual hull fills what depth left of the thing
 };
 
+/// Whether a volume that is larger than the memory is fused brick by brick, and in bricks of how many voxels.
+enum class BrickSize {
+  kOff = -1,
+  kAuto = 0,  ///< only where the volume exceeds its budget; then as large as the budget allows
+  k64 = 64,
+  k128 = 128,
+  k256 = 256,
+  k512 = 512,
+};
+
 struct FusionConfig {
   double voxel_size_m = 0.004;   ///< edge of a voxel, >= 0.000001
   double truncation_voxels = 4;  ///< the band's half-width, at least this many voxels (> 0) ...
@@ -29,6 +39,7 @@ struct FusionConfig {
   bool carve_free_space = true;  ///< update known voxels in front of the surface towards +truncation
   bool loop_closure = true;      ///< distribute the drift of a tracked walk that comes back, at its end
   SilhouetteUse silhouettes = SilhouetteUse::kOff;
+  BrickSize bricks = BrickSize::kOff;    ///< of scans whose poses are known
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 

@@ -57,7 +57,7 @@ Result<IntegrateStats> Reconstruction::integrate_straightened(Frame& frame, cons
   if (!found.motion.is_still()) session_.timed("deskew", [&] { deskew(found.motion, frame); });
   const bool was_full = is_budget_reached();
   auto fused = session_.timed("integrate", [&] { return integrate(frame, found.T_world_camera, volume_); });
-  if (is_budget_reached() && !was_full) {
+  if (is_budget_reached() && !was_full && options_.warns_when_full) {
     session_.warn(WarningCode::kBudgetReached,
                   fmt::format("frame {}: the volume has reached fusion.memory_budget and grows no further; what it "
                               "holds is still refined",

@@ -27,6 +27,7 @@ class Reconstruction {
   struct Options {
     PoseMode poses = PoseMode::kTrack;  ///< not kAuto
     bool keeps_depth_samples = false;   ///< keep some depth frames, to compare the mesh with
+    bool warns_when_full = true;        ///< the volume has reached its budget, and the scan goes on
   };
 
   /// `config`, `refiner` and `session` outlive it. Errors: TsdfVolume::create().

@@ -8,6 +8,8 @@
 
 #include "acquire/convert/cut_recording.h"
 #include "acquire/lidar/sweep_source.h"
+#include "scan/bricks/bricks_check.h"
+#include "scan/bricks/scan_in_bricks.h"
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
 #include "scan/classes/scan_classes.h"
@@ -98,9 +100,30 @@ class RecordingScan {
     for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
     possible_timing_ = apply_sensor((*opened)->info().sensor, job_.config, session_);
     source_ = paced(read_ahead(*std::move(opened)), job_.pace, job_.pace_control());
-    const PoseMode poses = source_->info().poses;
-    if (auto fits = check_budget(job_.input, poses, job_.config, session_.stop()); !fits) return fits;
+    if (auto fits = choose_bricks(); !fits) return fits;
     return session_.observer().on_open(source_->info());
+  }
+
+  /// Whether the volume is fused in bricks. Errors: those of check_budget(), if it cannot be.
+  [[nodiscard]] Result<void> choose_bricks() {
+    const PoseMode poses = source_->info().poses;
+    const BrickSize asked = job_.config.fusion.bricks;
+    const Result<void> possible = check_bricks(job_, poses);
+    const bool is_asked = asked != BrickSize::kOff && asked != BrickSize::kAuto;
+    if (is_asked && !possible) {
+      session_.warn(WarningCode::kNoEffect, "fusion.bricks has no effect: " + possible.error().message);
+    }
+    may_use_bricks_ = asked != BrickSize::kOff && possible;
+    if (may_use_bricks_) {
+      const auto sound = TsdfVolume::create(job_.config.fusion);
+      uses_bricks_ = sound && (is_asked || !fits_into_budget(job_.input, job_.config, session_.stop()));
+      return sound ? Result<void>() : sound.error();
+    }
+    auto fits = check_budget(job_.input, poses, job_.config, session_.stop());
+    if (fits || fits.error().code != ErrorCode::kBudget || asked == BrickSize::kOff) return fits;
+    Error error = fits.error();
+    error.message += "; " + possible.error().message;
+    return error;
   }
 
   /// If frames fit badly where the camera turns quickly, and the sensor may have a rolling shutter, scans them again
@@ -109,9 +132,12 @@ class RecordingScan {
     constexpr double kMostMisfit = 0.03;  // 0.014 to 0.02 where the timing is known, 0.06 to 0.34 where it is not
     constexpr double kBetter = 0.8;       // with the shutter that a sensor has, a third is left
     PassInput input = input_of(*source_);
+    if (uses_bricks_) return keep_in_bricks(input);
+    input.limits.gives_up_when_full = may_use_bricks_;
     if (possible_timing_) input.limits.most_misfit = kMostMisfit;
     PassResult first = scan_walk(job_, input, session_);
     if (!first.has_given_up) return keep(std::move(first));
+    if (may_use_bricks_) return walk_in_bricks();
     session_.info(
         fmt::format("the camera turned quickly, and {:.1f} % of the frames' points do not fit there: the frames are "
                     "scanned again with a rolling shutter of {:.0f} ms",
@@ -126,6 +152,20 @@ class RecordingScan {
     session_.info("the rolling shutter hardly improves the fit: the frames are scanned again without it");
     job_.config.acquire = without_timing;
     return keep(walk_again(std::move(first)));
+  }
+
+  /// Scans the recording again, from its beginning: its volume turned out to exceed the budget.
+  [[nodiscard]] Result<void> walk_in_bricks() {
+    const auto frames = open_frames(job_);
+    return frames ? keep_in_bricks(input_of(**frames)) : frames.error();
+  }
+
+  [[nodiscard]] Result<void> keep_in_bricks(const PassInput& input) {
+    if (job_.config.fusion.bricks == BrickSize::kAuto) {
+      session_.info("the volume needs more than fusion.memory_budget: it is fused in bricks, which takes longer");
+    }
+    result_ = scan_in_bricks(job_, input, session_);
+    return result_.outcome;
   }
 
   /// Scans a turntable. If it turns out to be none, scans the recording as a walk.
@@ -167,6 +207,8 @@ class RecordingScan {
   ScanSession session_;
   FrameArchive archive_;
   std::unique_ptr<FrameSource> source_;
+  bool may_use_bricks_ = false;  ///< if the volume exceeds its budget
+  bool uses_bricks_ = false;
   std::optional<FrameTiming> possible_timing_;  ///< of a sensor that may be simulated: apply_sensor()
   ScanResult result_;
 };

@@ -69,7 +69,7 @@ Result<void> ScanPass::run() {
 Result<void> ScanPass::begin() {
   if (auto prepared = refiner_.prepare(); !prepared) return prepared;
   const bool keeps_depth_samples = job_.measures_fit || job_.config.finish.drops_crumbs;
-  const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples};
+  const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples, !input_.limits.gives_up_when_full};
   auto scan = Reconstruction::create(job_.config, options, refiner_, session_);
   if (!scan) return scan.error();
   scan_.emplace(*std::move(scan));
@@ -82,6 +82,7 @@ Result<void> ScanPass::track_and_fuse() {
     if (auto frame = intake_.next()) {
       if (auto added = add(*frame); !added) return added;
       if (intake_.counts().lost > most_lost && !session_.is_stopped()) return give_up();
+      if (input_.limits.gives_up_when_full && scan_->is_budget_reached()) return give_up();
     } else {
       session_.observer().on_no_frame(nullptr, state());
     }
@@ -119,7 +120,7 @@ Result<void> ScanPass::check_misfit() {
 
 Result<void> ScanPass::give_up() {
   has_given_up_ = true;
-  return Error{ErrorCode::kTooLittle, "the frames fit worse than this pass allows"};
+  return Error{ErrorCode::kTooLittle, "the frames fit worse than this pass allows, or the volume is full"};
 }
 
 /// Writes the mesh of a scanner's tracked frames first, so that it exists whatever happens later. A recording's frames

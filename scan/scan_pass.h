@@ -26,6 +26,7 @@ struct PassLimits {
   double most_misfit = 1;
   /// The pass gives up as soon as it has lost more frames, before any of them is looked for again.
   std::size_t most_lost_before_search = std::numeric_limits<std::size_t>::max();
+  bool gives_up_when_full = false;  ///< as soon as the volume has reached its budget
 };
 
 /// The frames of a pass, and how to take them.

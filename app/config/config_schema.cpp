@@ -222,8 +222,20 @@ std::vector<ConfigKey> volume_keys() {
       memory(
           {"fusion.memory_budget", "",
            "Memory that the volume may take. A run that would need more is refused before it starts, with the "
-           "voxel size that would fit."},
+           "voxel size that would fit, unless fusion.bricks is auto."},
           {kLeastMemoryBudgetMib, kMostMemoryBudgetMib}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
+      choice<BrickSize>(
+          {"fusion.bricks", "",
+           "Poses that are known: fuse the volume in parts, on disk beside the mesh, which is the same. auto: if it "
+           "exceeds fusion.memory_budget, in parts as large as that allows; 64 to 512: always, in cubes of so many "
+           "voxels; off: never."},
+          {{"auto", BrickSize::kAuto},
+           {"off", BrickSize::kOff},
+           {"64", BrickSize::k64},
+           {"128", BrickSize::k128},
+           {"256", BrickSize::k256},
+           {"512", BrickSize::k512}},
+          [](auto& c) -> auto& { return c.fusion.bricks; }),
   };
 }
 

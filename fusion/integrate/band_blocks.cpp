@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -100,6 +101,16 @@ Node root_of(const Observation& observation, const Pose& T_world_camera, double 
   return {origin, blocks};
 }
 
+/// True if one of the node's regions is in the set. The node has the size of a task.
+bool has_region_of(const Node& node, const RegionSet& regions) {
+  static_assert(kTaskBlocks * kBlock == 2 * kRegionVoxels);
+  for (int n = 0; n < 8; ++n) {
+    const Coord offset(kRegionVoxels * (n & 1), kRegionVoxels * ((n >> 1) & 1), kRegionVoxels * (n >> 2));
+    if (regions.contains(node.origin + offset)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 bool is_indexable(const Observation& observation, const Pose& T_world_camera, double voxel_size_m) {
@@ -135,19 +146,37 @@ std::optional<SampleProjector::View> SampleProjector::view_of(const CubeView& cu
       {pixel(cube.x0, width_), pixel(cube.y0, height_), pixel(cube.x1, width_) + 1, pixel(cube.y1, height_) + 1}, z};
 }
 
-std::vector<BandBlock> find_band_blocks(const Observation& observation, const Pose& T_world_camera,
-                                        double voxel_size_m) {
+Error too_far_from_origin() {
+  return {ErrorCode::kInput, "the pose is too far from the world's origin for this voxel size"};
+}
+
+Error not_rigid() {
+  return {ErrorCode::kInput, "the pose is not a rigid motion"};
+}
+
+bool SpaceInFront::meets(const Coord& origin, int side) const {
+  constexpr float kNowhere_m = 1e30f;  // behind everything
+  const auto view = projector_.view(origin, side);
+  return view && observation_.bands().may_meet(view->pixels, {view->z.near_m, kNowhere_m});
+}
+
+std::vector<BandBlock> find_band_blocks(const Observation& observation, const Pose& T_world_camera, double voxel_size_m,
+                                        const RegionSet* part) {
   SCANKNIT_CHECK(is_indexable(observation, T_world_camera, voxel_size_m));
   if (observation.bands().hull().far_m < 0) return {};  // no pixel has a return
   const BandSearch search(observation, T_world_camera, voxel_size_m);
   std::vector<Node> tasks;
   search.divide(root_of(observation, T_world_camera, voxel_size_m), kTaskBlocks, tasks);
+  if (part != nullptr) std::erase_if(tasks, [&](const Node& node) { return !has_region_of(node, *part); });
 
   std::vector<std::vector<BandBlock>> found(tasks.size());
   tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) { search.descend(tasks[i], found[i]); });
 
   std::vector<BandBlock> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  for (const auto& blocks : found) {
+    std::copy_if(blocks.begin(), blocks.end(), std::back_inserter(all),
+                 [&](const BandBlock& block) { return part == nullptr || part->contains(region_of(block.origin)); });
+  }
   return all;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "fusion/integrate/band_blocks.h"
+#include "fusion/integrate/integrate_part.h"
 #include "fusion/integrate/observation.h"
 #include "fusion/integrate/update_block.h"
 #include "fusion/volume/block_index.h"
@@ -144,41 +145,22 @@ std::vector<BlockTask> band_tasks(const std::vector<BandBlock>& blocks, TsdfVolu
 }
 
 /// Known blocks outside the band that hold space in front of it, but for those in which there is nothing to carve.
-class BlocksInFront {
- public:
-  BlocksInFront(const Observation& observation, const Pose& T_world_camera, const TsdfVolume& volume)
-      : observation_(observation),
-        projector_(observation.intrinsics(), T_world_camera, volume.config().voxel_size_m),
-        volume_(volume) {}
-
-  void append_to(std::vector<BlockTask>& tasks) const {
-    const auto regions = volume_.index().regions();
-    std::vector<std::vector<BlockIndex::Number>> found(regions.size());
-    tbb::parallel_for(std::size_t{0}, regions.size(), [&](std::size_t r) {
-      if (!is_in_front(regions[r]->origin, BlockIndex::kRegionVoxels)) return;
-      for (const BlockIndex::Number number : regions[r]->blocks) {
-        const VolumeBlock& block = volume_.index().blocks()[number];
-        if (block.last_frame == volume_.frames || block.is_free) continue;
-        if (is_in_front(block.origin, kBlockEdgeVoxels)) found[r].push_back(number);
-      }
-    });
-    for (const auto& numbers : found) {
-      for (const BlockIndex::Number number : numbers)
-        tasks.push_back({volume_.index().blocks()[number].origin, kNowhere_m, number});
+void append_blocks_in_front(const SpaceInFront& front, const TsdfVolume& volume, std::vector<BlockTask>& tasks) {
+  const auto regions = volume.index().regions();
+  const auto blocks = volume.index().blocks();
+  std::vector<std::vector<BlockIndex::Number>> found(regions.size());
+  tbb::parallel_for(std::size_t{0}, regions.size(), [&](std::size_t r) {
+    if (!front.meets(regions[r]->origin, BlockIndex::kRegionVoxels)) return;
+    for (const BlockIndex::Number number : regions[r]->blocks) {
+      const VolumeBlock& block = blocks[number];
+      if (block.last_frame == volume.frames || block.is_free) continue;
+      if (front.meets(block.origin, kBlockEdgeVoxels)) found[r].push_back(number);
     }
+  });
+  for (const auto& numbers : found) {
+    for (const BlockIndex::Number number : numbers) tasks.push_back({blocks[number].origin, kNowhere_m, number});
   }
-
- private:
-  /// In front of a band: some pixel's band begins behind the front of the cube.
-  [[nodiscard]] bool is_in_front(const Coord& origin, int side) const {
-    const auto view = projector_.view(origin, side);
-    return view && observation_.bands().may_meet(view->pixels, {view->z.near_m, kNowhere_m});
-  }
-
-  const Observation& observation_;
-  SampleProjector projector_;
-  const TsdfVolume& volume_;
-};
+}
 
 /// New blocks in which something was observed become the volume's. Returns their number.
 std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
@@ -193,19 +175,20 @@ std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
   return added;
 }
 
-}  // namespace
-
-Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera, TsdfVolume& volume) {
-  if (!is_rigid(T_world_camera)) return Error{ErrorCode::kInput, "the pose is not a rigid motion"};
+/// `part`: only its blocks; null: all.
+Result<IntegrateStats> integrate_blocks(const Frame& frame, const Pose& T_world_camera, const RegionSet* part,
+                                        TsdfVolume& volume) {
+  if (!is_rigid(T_world_camera)) return not_rigid();
   try {
     const Observation observation(frame, volume.config());
-    if (!is_indexable(observation, T_world_camera, volume.config().voxel_size_m)) {
-      return Error{ErrorCode::kInput, "the pose is too far from the world's origin for this voxel size"};
-    }
+    const double voxel_size_m = volume.config().voxel_size_m;
+    if (!is_indexable(observation, T_world_camera, voxel_size_m)) return too_far_from_origin();
     ++volume.frames;
     IntegrateStats stats;
-    auto tasks = band_tasks(find_band_blocks(observation, T_world_camera, volume.config().voxel_size_m), volume, stats);
-    if (volume.config().carve_free_space) BlocksInFront(observation, T_world_camera, volume).append_to(tasks);
+    auto tasks = band_tasks(find_band_blocks(observation, T_world_camera, voxel_size_m, part), volume, stats);
+    if (volume.config().carve_free_space) {
+      append_blocks_in_front(SpaceInFront(observation, T_world_camera, voxel_size_m), volume, tasks);
+    }
     const BlockUpdate update(observation, T_world_camera, volume);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
       Spare spare;
@@ -224,6 +207,18 @@ Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera,
   } catch (const openvdb::Exception& e) {
     return Error{ErrorCode::kInternal, std::string("OpenVDB: ") + e.what()};
   }
+}
+
+}  // namespace
+
+Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera, TsdfVolume& volume) {
+  return integrate_blocks(frame, T_world_camera, nullptr, volume);
+}
+
+Result<IntegrateStats> integrate_part(const Frame& frame, const Pose& T_world_camera, std::uint32_t number,
+                                      const RegionSet& part, TsdfVolume& volume) {
+  volume.frames = number - 1;
+  return integrate_blocks(frame, T_world_camera, &part, volume);
 }
 
 }  // namespace scanknit

@@ -68,6 +68,15 @@ struct Sample {
   Selection selection;
 };
 
+Sample sample_of(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
+  Sample sample;
+  sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
+    sample.frames.push_back(std::move(frame));
+    return true;
+  });
+  return sample;
+}
+
 /// Counts the blocks that the frames may touch. Fast, but about a fifth too high: some of these blocks are never
 /// observed.
 bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
@@ -150,17 +159,17 @@ std::string advice(const Sample& sample, const FusionConfig& fusion) {
 
 }  // namespace
 
+bool fits_into_budget(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
+  return fits_by_count(recording, config, stop) || fits(sample_of(recording, config, stop).frames, config.fusion, 0);
+}
+
 Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses, const ScanConfig& config,
                           std::stop_token stop) {
   const auto volume = TsdfVolume::create(config.fusion);
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
   if (fits_by_count(recording, config, stop)) return {};
-  Sample sample;  // kept, because several sizes are tried on it
-  sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
-    sample.frames.push_back(std::move(frame));
-    return true;
-  });
+  const Sample sample = sample_of(recording, config, stop);  // kept, because several sizes are tried on it
   if (fits(sample.frames, config.fusion, 0)) return {};
   return Error{ErrorCode::kBudget,
                fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget); {}",

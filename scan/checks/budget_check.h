@@ -9,6 +9,11 @@
 
 namespace scanknit {
 
+/// False if about twenty frames of the recording, evenly spread, need more than fusion.memory_budget; see
+/// check_budget().
+[[nodiscard]] bool fits_into_budget(const std::filesystem::path& recording, const ScanConfig& config,
+                                    std::stop_token stop);
+
 /// Reads about twenty frames of the recording, evenly spread, and counts the blocks that they need. Errors (kBudget)
 /// when these exceed fusion.memory_budget; the message names a voxel size that would fit, at most about a fifth coarser
 /// than the finest, and says when it was found from some of the frames only. For the frames that it reads, it never

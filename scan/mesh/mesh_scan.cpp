@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -31,8 +32,8 @@ FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
   return view;
 }
 
-FinishedSurface surface_of(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
-  const std::vector<PosedDepth> frames = scan.depth_samples();
+FinishedSurface surface_of(const Reconstruction& scan, std::span<const PosedDepth> frames, const MeshRequest& request,
+                           ScanSession& session) {
   const FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
   const auto extract = [&](const CropBox& crop) {
     return finished_surface(field_view(scan.volume(), crop), finish, session);
@@ -57,11 +58,11 @@ std::optional<DoubledResult> doubled_surface(const Mesh& mesh, const ScanConfig&
   return DoubledResult{doubled.area_m2, doubled.share};
 }
 
-MeshFrame frame_of(const Reconstruction& scan, const MeshRequest& request, const Pose& T_mesh_world) {
+MeshFrame frame_of(ScannedFrames frames, const MeshRequest& request, const Pose& T_mesh_world) {
   // The preview's viewpoint: where the scanner was half way through the scan.
-  const Pose& T_world_scanner = scan.trajectory()[scan.trajectory().size() / 2].T_world_camera;
+  const Pose& T_world_scanner = frames.trajectory[frames.trajectory.size() / 2].T_world_camera;
   MeshFrame frame{request.world_up, T_mesh_world * T_world_scanner, std::nullopt};
-  if (request.job.measures_fit) frame.depths = scan.depth_samples();
+  if (request.job.measures_fit) frame.depths = std::move(frames.samples);
   for (PosedDepth& depth : frame.depths) depth.T_world_camera = T_mesh_world * depth.T_world_camera;
   return frame;
 }
@@ -80,26 +81,35 @@ WrittenMesh written_mesh(FinishedSurface finished, const Trajectory& trajectory,
 
 }  // namespace
 
-MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
+MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const MeshRequest& request,
+                         ScanSession& session) {
   MeshedScan meshed;
-  if (scan.trajectory().empty()) {
-    meshed.outcome = Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
-    return meshed;
-  }
   const ScanConfig& config = request.job.config;
   meshed.result.isovalue = config.extract.isovalue;
-  FinishedSurface finished = surface_of(scan, request, session);
   add_to(meshed.result, finished);
   meshed.outcome = finished.outcome;
   if (!finished.outcome) return meshed;
   const Mesh& mesh = finished.surface.mesh;
+  const Trajectory& trajectory = frames.trajectory;
   auto doubled = beside([&] { return doubled_surface(mesh, config); });
-  WrittenSurface written = write_surface(mesh, frame_of(scan, request, finished.T_mesh_world()), request.job, session);
+  WrittenSurface written =
+      write_surface(mesh, frame_of(std::move(frames), request, finished.T_mesh_world()), request.job, session);
   meshed.result.doubled = session.timed("export", [&] { return doubled.get(); });
   meshed.outcome = written.outcome;
   add_to(meshed.result, std::move(written));
-  if (meshed.outcome) meshed.written = written_mesh(std::move(finished), scan.trajectory(), request);
+  if (meshed.outcome) meshed.written = written_mesh(std::move(finished), trajectory, request);
   return meshed;
+}
+
+MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
+  if (scan.trajectory().empty()) {
+    MeshedScan nothing;
+    nothing.outcome = Error{ErrorCode::kTooLittle, "nothing has been fused yet"};
+    return nothing;
+  }
+  ScannedFrames frames{scan.trajectory(), scan.depth_samples()};
+  FinishedSurface finished = surface_of(scan, frames.samples, request, session);
+  return mesh_finished(std::move(finished), std::move(frames), request, session);
 }
 
 }  // namespace scanknit

@@ -1,8 +1,11 @@
 // The mesh of a reconstruction, written to all files of a job.
 #pragma once
 
+#include <vector>
+
 #include "core/axes.h"
 #include "core/result.h"
+#include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_texture.h"
 #include "scan/reconstruction.h"
 #include "scan/scan_job.h"
@@ -31,6 +34,16 @@ struct MeshedScan {
   MeshResult result;
   WrittenMesh written;
 };
+
+/// The frames of a scan that was fused.
+struct ScannedFrames {
+  const Trajectory& trajectory;     ///< not empty
+  std::vector<PosedDepth> samples;  ///< some of them, evenly spread: Reconstruction::depth_samples()
+};
+
+/// Writes a surface that was extracted and finished. `outcome`: that of the surface; kMesh when it is empty; kOutput.
+[[nodiscard]] MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const MeshRequest& request,
+                                       ScanSession& session);
 
 /// `outcome`: kTooLittle before the first frame; kMesh when there is no surface; kOutput.
 [[nodiscard]] MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session);
