@@ -12,6 +12,7 @@ const char* needs_whole_volume(const ScanJob& job, PoseMode poses) {
   if (is_tracked(poses)) return "poses are tracked (acquire.poses)";
   if (job.pace != Pace::kFast) return "frames come at the pace of the recording";
   if (job.files.volume) return "the volume's .vdb file is asked for";
+  if (job.config.fusion.silhouettes != SilhouetteUse::kOff) return "masks fill what depth left (fusion.silhouettes)";
   if (finish.crop.is_set()) return "the volume is cropped (finish.crop)";
   if (finish.watertight != Watertight::kOff) return "holes are closed (finish.watertight)";
   if (finish.needs_plane()) return "the ground is looked for (finish.ground, finish.up)";
