@@ -58,7 +58,8 @@ export LD_LIBRARY_PATH="$build_dir/without_drivers${LD_LIBRARY_PATH:+:$LD_LIBRAR
 ctest=(ctest --test-dir "$build_dir/scanknit" --output-on-failure --no-tests=error -j "$jobs")
 finding='(ERROR|WARNING): [A-Za-z]+Sanitizer|runtime error:'  # what a sanitizer prints of what it finds
 # run "PROGRAM ..." TEST ...: all tests of those programs but the ones that are named. Tests that fail though the sanitizer found
-# nothing run once more by themselves: they wait for a device's clock, which an instrumented program on a busy processor can miss.
+# nothing run again by themselves, up to three times: they wait for a device's clock, which an instrumented program on a busy
+# processor can miss; without a sanitizer they must pass at once.
 # A program that crashed or hung is not given another run.
 run() {
   local programs="$1" left_out failed
@@ -67,8 +68,12 @@ run() {
   if GTEST_FILTER="$left_out" "${ctest[@]}" -R "^(${programs// /|})\$" | tee "$build_dir/tests.log"; then return; fi
   failed=$(sed -n 's/^\[  FAILED  \] \([^ ,]*\.[^ ,]*\).*/\1/p' "$build_dir/tests.log" | sort -u | paste -sd :)
   if [ -z "$failed" ] || grep -qE "$finding"'|^\s+[0-9]+ - .* \([^F].*\)$' "$build_dir/tests.log"; then exit 1; fi
-  echo "Once more: $failed"
-  GTEST_FILTER="$failed" "${ctest[@]}" --rerun-failed
+  for again in 1 2 3; do
+    echo "Again ($again): $failed"
+    if GTEST_FILTER="$failed" "${ctest[@]}" --rerun-failed | tee "$build_dir/tests.log"; then return; fi
+    if grep -qE "$finding" "$build_dir/tests.log"; then exit 1; fi
+  done
+  exit 1
 }
 
 if [ "$kind" = address ]; then "${ctest[@]}" -L '^fuzz$'; fi
