@@ -39,7 +39,7 @@ struct FusionConfig {
   bool carve_free_space = true;  ///< update known voxels in front of the surface towards +truncation
   bool loop_closure = true;      ///< distribute the drift of a tracked walk that comes back, at its end
   SilhouetteUse silhouettes = SilhouetteUse::kOff;
-  BrickSize bricks = BrickSize::kOff;    ///< of scans whose poses are known
+  BrickSize bricks = BrickSize::kAuto;   ///< of scans whose poses are known
   std::size_t memory_budget_mib = 4096;  ///< kLeastMemoryBudgetMib to kMostMemoryBudgetMib
 };
 

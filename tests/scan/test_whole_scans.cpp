@@ -187,6 +187,64 @@ TEST_F(WholeScan, WritesTheMeshOfAClosedWalkTwiceOnlyIfTwoVolumesDoNotFitIntoThe
   EXPECT_EQ(bytes_of_mesh(), mesh_of_once);
 }
 
+std::size_t files_in(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST_F(WholeScan, InBricksIsTheSameMesh) {
+  ScanJob whole = job();
+  whole.config.fusion.bricks = BrickSize::kOff;
+  whole.config.extract.min_component_triangles = 50;
+  Witness witness;
+  ASSERT_TRUE(scan_recording(whole, witness).outcome);
+  const std::string mesh_of_whole = bytes_of_mesh();
+  for (const BrickSize size : {BrickSize::k64, BrickSize::k128}) {
+    fs::remove(mesh());
+    ScanJob in_bricks = whole;
+    in_bricks.config.fusion.bricks = size;
+    const ScanResult result = scan_recording(in_bricks, witness);
+    ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+    EXPECT_EQ(result.frames.fused, kFrames);
+    EXPECT_EQ(bytes_of_mesh(), mesh_of_whole);
+    EXPECT_EQ(files_in(mesh().parent_path()), 1u) << "parts of the volume are left";
+  }
+}
+
+TEST_F(WholeScan, LargerThanItsBudgetIsFusedInBricks) {
+  ScanJob roomy = job();
+  roomy.config.fusion.voxel_size_m = 0.006;
+  Witness witness;
+  const ScanResult whole = scan_recording(roomy, witness);
+  ASSERT_TRUE(whole.outcome) << whole.outcome.error().text();
+  const std::string mesh_of_whole = bytes_of_mesh();
+  fs::remove(mesh());
+
+  ScanJob tight = roomy;
+  tight.config.fusion.memory_budget_mib = static_cast<std::size_t>(0.7 * whole.volume.memory_mib);
+  ASSERT_GE(tight.config.fusion.memory_budget_mib, kLeastMemoryBudgetMib);
+  tight.config.fusion.bricks = BrickSize::kOff;
+  const ScanResult refused = scan_recording(tight, witness);
+  ASSERT_FALSE(refused.outcome);
+  EXPECT_EQ(refused.outcome.error().code, ErrorCode::kBudget);
+  EXPECT_FALSE(fs::exists(mesh()));
+
+  tight.config.fusion.bricks = BrickSize::kAuto;
+  const ScanResult in_bricks = scan_recording(tight, witness);
+  ASSERT_TRUE(in_bricks.outcome) << in_bricks.outcome.error().text();
+  EXPECT_EQ(bytes_of_mesh(), mesh_of_whole);
+  EXPECT_EQ(files_in(mesh().parent_path()), 1u) << "parts of the volume are left";
+}
+
+TEST_F(WholeScan, InBricksNeedsKnownPoses) {
+  ScanJob tracked = job();
+  tracked.config.acquire.poses = PoseMode::kTrack;
+  tracked.config.fusion.bricks = BrickSize::k128;
+  Witness witness;
+  const ScanResult result = scan_recording(tracked, witness);
+  ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+  EXPECT_NE(find_warning(result, WarningCode::kNoEffect), nullptr);
+}
+
 TEST_F(WholeScan, OfSeveralRecordingsKeepsWhatEachSaysOfItsFrames) {
   damage_frame_3();
   Witness witness;
