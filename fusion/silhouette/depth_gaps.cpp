@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -44,7 +45,14 @@ GapBlock::Voxels unknown_voxels(const Coord& origin, const TsdfVolume& volume) {
   return unknown;
 }
 
-/// Without voxels if there is no gap in the block.
+/// True if a voxel that enough views see is in the hull's band.
+bool is_near_surface(const std::array<HullBlocks::Look, kBlockVoxels>& looks, float band_m) {
+  return std::any_of(looks.begin(), looks.end(), [&](const auto& look) {
+    return look.seen_by >= kFewestSilhouettes && std::abs(look.distance_m) < band_m;
+  });
+}
+
+/// Without voxels if there is no gap in the block, or no voxel in the hull's band, as in carve_hull().
 GapBlock gaps_of(const Coord& origin, const HullBlocks& hull, const TsdfVolume& volume,
                  const DepthGaps::MayFill& may_fill) {
   GapBlock block{.origin = origin, .inside = {}, .around = {}};
@@ -52,6 +60,7 @@ GapBlock gaps_of(const Coord& origin, const HullBlocks& hull, const TsdfVolume& 
   if (unknown.none()) return block;
   constexpr int kMostViews = std::numeric_limits<std::uint8_t>::max();
   const auto looks = hull.look_at(origin);
+  if (!is_near_surface(looks, volume.tsdf().background())) return block;
   const VoxelPlaces places(origin, volume.config().voxel_size_m);
   for (std::size_t n = 0; n < kBlockVoxels; ++n) {
     if (!unknown[n] || looks[n].seen_by < kFewestSilhouettes) continue;

@@ -39,9 +39,9 @@ class DepthGaps {
   /// True where the volume may be filled, a point in the world.
   using MayFill = std::function<bool(const Eigen::Vector3d&)>;
 
-  /// The voxels in `box` that are unknown to the volume (weight 0), in the band of the hull, and seen by
-  /// kFewestSilhouettes views or more. `may_fill` may be empty: everywhere; several threads call it at once. Errors:
-  /// those of HullBlocks::in_band().
+  /// The voxels in `box` that are unknown to the volume (weight 0), seen by kFewestSilhouettes views or more, and in a
+  /// block that has a voxel in the band of the hull. `may_fill` may be empty: everywhere; several threads call it at
+  /// once. Errors: those of HullBlocks::in_band().
   [[nodiscard]] static Result<DepthGaps> find(std::span<const SilhouetteView> views, const Eigen::AlignedBox3d& box,
                                               const TsdfVolume& volume, const MayFill& may_fill = {});
 

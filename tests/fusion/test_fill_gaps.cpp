@@ -119,6 +119,11 @@ std::map<Coord, Known> known_voxels(const TsdfVolume& volume) {
   return known;
 }
 
+Coord voxel_at(const Vector3d& p) {
+  const auto index = [&](int axis) { return static_cast<int>(std::lround(p[axis] / kGapVoxel_m)); };
+  return {index(0), index(1), index(2)};
+}
+
 TEST(FillGaps, NeverChangesWhatDepthDecided) {
   HalfDarkBall ball;
   const auto before = known_voxels(ball.volume);
@@ -130,6 +135,30 @@ TEST(FillGaps, NeverChangesWhatDepthDecided) {
   for (const FilledBlock& block : fill->blocks) filled += block.voxels.count();
   EXPECT_EQ(after.size(), before.size() + filled);
   for (const auto& [index, voxel] : before) ASSERT_TRUE(after.at(index) == voxel) << index;
+}
+
+TEST(FillGaps, GivesTheHullsDistance) {
+  HalfDarkBall ball;
+  TsdfVolume hull = volume_of();
+  ASSERT_TRUE(carve_hull(ball.views, box_of(ball.views), hull));
+  const auto of_hull = known_voxels(hull), before = known_voxels(ball.volume);
+  const auto fill = fill_gaps(ball.gaps(), ball.volume);
+  ASSERT_TRUE(fill) << fill.error().text();
+  const auto after = known_voxels(ball.volume);
+  for (const auto& [index, voxel] : after) {
+    if (before.contains(index)) continue;
+    ASSERT_TRUE(of_hull.contains(index)) << index;
+    ASSERT_TRUE(of_hull.at(index) == voxel) << index;
+  }
+  for (const double aside : {-0.03, 0.0, 0.03}) {
+    const Vector3d direction = Vector3d(0.1, aside, 0.02).normalized();
+    EXPECT_FALSE(before.contains(voxel_at(kBall_m * direction))) << "depth does not know the cap";
+    const auto within = after.find(voxel_at((kBall_m - 2 * kGapVoxel_m) * direction));
+    const auto beyond = after.find(voxel_at((kBall_m + 2 * kGapVoxel_m) * direction));
+    ASSERT_TRUE(within != after.end());
+    EXPECT_LT(within->second.tsdf_m, 0);
+    EXPECT_TRUE(beyond == after.end() || beyond->second.tsdf_m > 0);
+  }
 }
 
 /// The whole cap, but for where the hull is larger than the ball.
@@ -144,6 +173,28 @@ TEST(FillGaps, ClosesTheSurface) {
                   index.asVec3d().length() * kGapVoxel_m < kBall_m - 2 * kGapVoxel_m)
           << index;
     }
+  }
+}
+
+TEST(FillGaps, LeavesOutWhatAFrameLooksThrough) {
+  const std::vector<Pose> poses = poses_round_ball(16);
+  const std::vector<SilhouetteView> views = ball_views(poses);
+  constexpr double kSmaller_m = 0.06;  // what depth sees within the silhouettes
+  TsdfVolume volume = volume_of();
+  for (const Pose& pose : poses) ASSERT_TRUE(integrate(ball_frame(pose, kSmaller_m), pose, volume));
+  const auto before = known_voxels(volume);
+  auto gaps = DepthGaps::find(views, box_of(views), volume);
+  ASSERT_TRUE(gaps) << gaps.error().text();
+  const std::size_t all = gaps->voxels_inside();
+  for (const Pose& pose : poses) gaps->look_through(ball_frame(pose, kSmaller_m).depth_m, gap_camera(), pose);
+  EXPECT_LT(gaps->voxels_inside(), all);
+  ASSERT_TRUE(fill_gaps(*gaps, volume));
+  const auto after = known_voxels(volume);
+  for (const Pose& pose : poses) {
+    const Coord before_it = voxel_at(0.09 * pose.translation().normalized());
+    const auto known = after.find(before_it);
+    EXPECT_EQ(known != after.end(), before.contains(before_it)) << "the camera sees the smaller ball behind it";
+    EXPECT_TRUE(known == after.end() || known->second.tsdf_m > 0) << before_it;
   }
 }
 
