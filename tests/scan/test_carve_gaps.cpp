@@ -33,14 +33,14 @@ Points sorted(Points points) {
 }
 
 /// Those of `a` that are not among `b`; both sorted.
-Points without(const Points& a, const Points& b) {
+Points not_among(const Points& a, const Points& b) {
   Points rest;
   std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest), is_before);
   return rest;
 }
 
 /// Beyond the wall of the cup, whose axis is y.
-auto on_handle(const Points& points) {
+auto count_on_handle(const Points& points) {
   return std::count_if(points.begin(), points.end(),
                        [](const Eigen::Vector3f& p) { return p.x() > 0.045f && std::abs(p.z()) < 0.012f; });
 }
@@ -96,11 +96,11 @@ TEST_F(CarveGaps, AHandleWithoutDepthAppearsAndTheRestStays) {
   const ScanResult result = scanned(job(SilhouetteUse::kCarve));
   ASSERT_TRUE(result.outcome) << result.outcome.error().text();
   const Points carved = vertices();
-  EXPECT_EQ(on_handle(by_depth), 0);
-  EXPECT_GT(on_handle(carved), 300);
+  EXPECT_EQ(count_on_handle(by_depth), 0);
+  EXPECT_GT(count_on_handle(carved), 300);
 
-  const Points filled = without(carved, by_depth);
-  for (const Eigen::Vector3f& lost : without(by_depth, carved)) {
+  const Points filled = not_among(carved, by_depth);
+  for (const Eigen::Vector3f& lost : not_among(by_depth, carved)) {
     const bool is_near = std::any_of(filled.begin(), filled.end(), [&](const Eigen::Vector3f& p) {
       return (p - lost).norm() < 4 * static_cast<float>(kCupVoxel_m);
     });
