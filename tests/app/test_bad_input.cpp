@@ -153,7 +153,8 @@ constexpr double kCoarser = 1.3;
 
 /// What a run of half a millimetre is told to use within a budget, in millimetres; 0: nothing.
 double advised_size_mm(const Scan& scan, const std::string& budget, std::string* message = nullptr) {
-  const Outcome outcome = scan.run({"--set", "fusion.voxel_size=0.5mm", "--set", "fusion.memory_budget=" + budget});
+  const Outcome outcome = scan.run(
+      {"--set", "fusion.bricks=off", "--set", "fusion.voxel_size=0.5mm", "--set", "fusion.memory_budget=" + budget});
   EXPECT_EQ(outcome.exit_code, 9) << outcome.err;
   EXPECT_FALSE(fs::exists(scan.output() / "model.glb"));
   if (message != nullptr) *message = outcome.err;
@@ -164,8 +165,9 @@ double advised_size_mm(const Scan& scan, const std::string& budget, std::string*
 
 /// The volume takes all frames without being full.
 bool holds_all(const Scan& scan, const std::string& budget, double size_mm) {
-  const Outcome outcome = scan.run(
-      {"--set", "fusion.voxel_size=" + std::to_string(size_mm) + "mm", "--set", "fusion.memory_budget=" + budget});
+  const Outcome outcome =
+      scan.run({"--set", "fusion.bricks=off", "--set", "fusion.voxel_size=" + std::to_string(size_mm) + "mm", "--set",
+                "fusion.memory_budget=" + budget});
   const bool is_whole = outcome.exit_code == 0 && scan.report()["volume"]["is_budget_reached"] == false;
   fs::remove_all(scan.output());
   return is_whole;

@@ -370,7 +370,7 @@ def errors(r):
         "bad_mesh": "info model.ply",
         "empty_mesh": f"run sphere -o out7 {coarse} --set extract.min_component_triangles=1000000",
         "over_a_file": f"run sphere -o model.ply/out {coarse}", "budget": f"run sphere -o out9 {coarse} "
-        "--set fusion.memory_budget=8 --set fusion.voxel_size=0.3mm",
+        "--set fusion.bricks=off --set fusion.memory_budget=8 --set fusion.voxel_size=0.3mm",
         "bad_volume": "extract none.glb -o out4 --isovalue 3",
     }
     for name, command in cases.items():
