@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "acquire/frame_source.h"
-#include "acquire/replay/rare.h"
-#include "acquire/replay/shared_path.h"
+#include "acquire/rare.h"
+#include "acquire/shared_path.h"
 #include "core/axes.h"
 #include "core/camera.h"
 #include "core/frame.h"

@@ -60,7 +60,7 @@ std::unique_ptr<SyntheticScene> cup() {
   drawing.add(body, {0, 0, 0}, paint(0, Pattern::kChecks, 0.012));
   drawing.add(Torus{0.024, 0.005}, {0.058, 0, 0}, paint(3, Pattern::kStripes, 0.008), Drawing::roll(90));
   drawing.made_of({.reflectivity = 0, .gloss = 0});
-  return std::move(drawing).scene("cup", turntable_path({}), 120);
+  return std::move(drawing).scene("cup", turntable_path({.distance_m = 0.4}), 120);
 }
 
 void put_desk(Drawing& drawing, double top_m) {
