@@ -26,6 +26,10 @@ bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& 
 }
 
 Result<std::unique_ptr<SweepSource>> open_sweeps(const std::filesystem::path& path, const AcquireConfig& config) {
+  if (config.camera) {
+    return Error{ErrorCode::kConfig, "acquire.camera: LiDAR sweeps are seen by no camera; leave it at auto",
+                 config.camera->file};
+  }
   if (is_pcap_file(path)) return open_pcap_sweeps(path, config.limits);
   if (is_kitti(path, config.limits)) {
     const auto folder = list_folder(path, config.limits);

@@ -6,6 +6,7 @@
 #include "acquire/masks/mask_files.h"
 #include "acquire/pictures/picture_layouts.h"
 #include "acquire/pictures/picture_set.h"
+#include "acquire/sensor/scanner_camera.h"
 
 namespace scanknit {
 namespace {
@@ -23,6 +24,26 @@ constexpr std::array kPictureLayouts = {PictureLayout{fits_transforms_pictures, 
                                         PictureLayout{fits_par_pictures, list_par_pictures},
                                         PictureLayout{fits_folder_pictures, list_folder_pictures},
                                         PictureLayout{fits_still_camera_pictures, list_still_camera_pictures}};
+
+/// With the colour camera of acquire.camera as its intrinsics, which are those of the pictures here.
+Result<AcquireConfig> with_colour_camera(const AcquireConfig& config) {
+  const auto refuse = [&](const char* what, std::string where = {}) {
+    return Error{ErrorCode::kConfig, what, std::move(where)};
+  };
+  if (config.every == 0) return refuse("every: expected 1 or more");
+  if (!config.camera) return config;
+  if (auto good = check_cameras(config); !good) return good.error();
+  const std::string& file = config.camera->file;
+  if (!config.camera->colour) {
+    return refuse("acquire.camera: silhouettes are seen in colour pictures, expected colour: in this file", file);
+  }
+  if (config.intrinsics) {
+    return refuse("acquire.camera and acquire.intrinsics both state the pictures' camera; give one of them", file);
+  }
+  AcquireConfig result = config;
+  result.intrinsics = config.camera->colour;
+  return result;
+}
 
 void find_masks(const AcquireConfig& config, PictureSet& set) {
   const MaskOrigin origin = mask_origin(config);
@@ -52,8 +73,10 @@ void choose(const AcquireConfig& config, std::vector<PlacedPicture>& pictures) {
 
 }  // namespace
 
-Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& config) {
-  if (config.every == 0) return Error{ErrorCode::kConfig, "every: expected 1 or more"};
+Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& wanted) {
+  const auto good = with_colour_camera(wanted);
+  if (!good) return good.error();
+  const AcquireConfig& config = *good;
   const auto folder = list_folder(path, config.limits);
   if (!folder) return folder.error();
   const auto layout = std::find_if(kPictureLayouts.begin(), kPictureLayouts.end(),

@@ -34,24 +34,30 @@ OrDrop<CameraIntrinsics> fit_camera(CameraIntrinsics camera, int width, int heig
   return camera;
 }
 
-// Colour with the camera that the configuration states, or the files (which is straight then), else the depth camera's
+const ScannerCamera& stated_cameras(const AcquireConfig& config) {
+  static const ScannerCamera kNothing;
+  return config.camera ? *config.camera : kNothing;
+}
+
+// The camera of colour that the configuration states, or the files (which is straight then), else the depth camera's
 // for the colour's size: such recordings are registered. `depth_camera` has the distortion that colour still has then.
+CameraModel colour_camera(const DecodedFrame& decoded, const CameraModel& depth_camera, const ScannerCamera& stated) {
+  if (stated.colour) return *stated.colour;
+  if (decoded.colour_camera) return {*decoded.colour_camera, {}};
+  return {depth_camera.intrinsics.resized(decoded.colour.width(), decoded.colour.height()), depth_camera.distortion};
+}
+
+Pose colour_pose(const DecodedFrame& decoded, const ScannerCamera& stated) {
+  return stated.T_colour_depth.value_or(decoded.T_colour_depth);
+}
+
 OrDrop<ColourFrame> settle_colour(DecodedFrame& decoded, const CameraModel& depth_camera, const ScannerCamera& stated,
                                   const std::filesystem::path& path) {
-  const int width = decoded.colour.width();
-  const int height = decoded.colour.height();
-  CameraModel model;
-  if (stated.colour) {
-    model = *stated.colour;
-  } else if (decoded.colour_camera) {
-    model.intrinsics = *decoded.colour_camera;
-  } else {
-    model = {depth_camera.intrinsics.resized(width, height), depth_camera.distortion};
-  }
-  auto camera = fit_camera(model.intrinsics, width, height, path);
+  const CameraModel model = colour_camera(decoded, depth_camera, stated);
+  auto camera = fit_camera(model.intrinsics, decoded.colour.width(), decoded.colour.height(), path);
   if (auto* drop = std::get_if<Drop>(&camera)) return std::move(*drop);
-  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera),
-                     stated.T_colour_depth.value_or(decoded.T_colour_depth), decoded.encoded_colour};
+  ColourFrame colour{std::move(decoded.colour), std::get<CameraIntrinsics>(camera), colour_pose(decoded, stated),
+                     decoded.encoded_colour};
   if (model.distortion != Distortion{}) {
     colour.image = undistort(colour.image, colour.intrinsics, model.distortion);
     colour.encoded = nullptr;
@@ -257,9 +263,7 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
     if (auto drop = use_mask(entry, decoded, distortion, frame)) return *std::move(drop);
   }
   if (!decoded.colour.empty()) {
-    static const ScannerCamera kNotStated;
-    const ScannerCamera& stated_cameras = config_.camera ? *config_.camera : kNotStated;
-    auto colour = settle_colour(decoded, {frame.intrinsics, distortion}, stated_cameras, entry.colour);
+    auto colour = settle_colour(decoded, {frame.intrinsics, distortion}, stated_cameras(config_), entry.colour);
     if (auto* drop = std::get_if<Drop>(&colour)) return std::move(*drop);
     frame.colour = std::get<ColourFrame>(std::move(colour));
   }
@@ -291,7 +295,9 @@ OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const D
     return make_drop(DropReason::kMissingFile, std::string(key) + " needs a colour picture, which this frame has not",
                      entry.depth);
   }
-  if (decoded.colour_camera && !sees_the_same(*decoded.colour_camera, decoded.T_colour_depth, depth_camera)) {
+  const ScannerCamera& stated = stated_cameras(config_);
+  const CameraIntrinsics camera = colour_camera(decoded, {depth_camera, {}}, stated).intrinsics;
+  if (!sees_the_same(camera, colour_pose(decoded, stated), depth_camera)) {
     return make_drop(DropReason::kNoIntrinsics,
                      std::string(key) +
                          " needs colour in the depth camera's view, but this recording's colour camera "

@@ -1,5 +1,8 @@
 #include "acquire/sensor/scanner_camera.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "acquire/sensor/depth_bias.h"
 
 namespace scanknit {
@@ -9,6 +12,12 @@ std::string sides_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
+bool is_usable(const std::optional<CameraModel>& camera) {
+  const auto is_finite = [](double k) { return std::isfinite(k); };
+  return !camera || (camera->intrinsics.is_valid() &&
+                     std::all_of(camera->distortion.begin(), camera->distortion.end(), is_finite));
+}
+
 }  // namespace
 
 Result<void> check_cameras(const AcquireConfig& config) {
@@ -16,6 +25,9 @@ Result<void> check_cameras(const AcquireConfig& config) {
   const auto refuse = [&](const char* what) { return Error{ErrorCode::kConfig, what, config.camera->file}; };
   if (config.camera->depth && config.intrinsics) {
     return refuse("acquire.camera and acquire.intrinsics both state the depth camera; give one of them");
+  }
+  if (!is_usable(config.camera->colour) || !is_usable(config.camera->depth)) {
+    return refuse("acquire.camera: expected finite numbers, fx and fy not 0, width and height 1 or more");
   }
   if (config.camera->depth_bias && !is_valid(*config.camera->depth_bias)) {
     return refuse("acquire.camera: depth_bias: expected columns * rows numbers of each kind, within their bounds");

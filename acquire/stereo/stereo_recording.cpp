@@ -196,6 +196,11 @@ RecognisedSensor sensor_of(const RectifiedPair& pair) {
 }
 
 Result<void> refuse_settings(const AcquireConfig& config, const StereoRig& rig) {
+  if (config.camera) {
+    return Error{ErrorCode::kConfig,
+                 "acquire.camera: not for stereo pairs, whose two cameras are stated by " + rig.file.string(),
+                 config.camera->file};
+  }
   if (config.intrinsics) {
     return Error{ErrorCode::kConfig,
                  "acquire.intrinsics: not for stereo pairs, whose two cameras are stated by " + rig.file.string()};

@@ -295,7 +295,8 @@ std::shared_ptr<const ScannerCamera> read_scanner_camera_file(const YamlNode& no
   };
   auto camera = read_scanner_camera(std::get<YamlNode>(parsed), complain_of_file);
   if (!camera) return nullptr;
-  camera->file = path;
+  // From anywhere: a printed configuration may be read in another folder.
+  camera->file = std::filesystem::absolute(path).lexically_normal().string();
   return std::make_shared<const ScannerCamera>(*std::move(camera));
 }
 
