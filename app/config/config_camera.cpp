@@ -143,7 +143,7 @@ std::optional<DepthBias> bias_of(const YamlNode& node, const YamlComplaint& comp
   });
   if (!is_good) return std::nullopt;
   if (bias.columns == 0 || bias.rows == 0 || scale == nullptr || shift == nullptr) {
-    complain(node, fmt::format("depth_bias: expected all of {}", kKnown));
+    complain(node, fmt::format("expected all of {}", kKnown));
     return std::nullopt;
   }
   const bool is_whole = read_field(*scale, bias, DepthBias::kMostScale, bias.scale, complain) &&
