@@ -14,6 +14,12 @@ Drop unreadable(const Error& error, const FrameEntry& entry) {
   return make_drop(DropReason::kUnreadable, error.message, entry.depth);
 }
 
+/// A camera of unknown size fits all.
+bool is_of_size(const RawFrame& picture, const CameraModel& camera) {
+  const CameraIntrinsics& k = camera.intrinsics;
+  return k.width == 0 || (k.width == picture.profile.width && k.height == picture.profile.height);
+}
+
 OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const RawRecording& raw) {
   const auto depth = raw.read(StreamKind::kDepth, entry.depth_index);
   if (!depth) return unreadable(depth.error(), entry);
@@ -24,7 +30,11 @@ OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const
     colour = *std::move(read);
   }
   auto frame = decode_raw_frame(*depth, colour ? &*colour : nullptr, raw.calibration, limits);
-  if (!frame) return unreadable(frame.error(), entry);
+  if (!frame) {
+    const bool fits =
+        is_of_size(*depth, raw.calibration.depth) && (!colour || is_of_size(*colour, raw.calibration.colour));
+    return make_drop(fits ? DropReason::kUnreadable : DropReason::kSizeMismatch, frame.error().message, entry.depth);
+  }
   DecodedFrame decoded;
   decoded.depth_m = std::move(frame->depth_m);
   decoded.camera = frame->intrinsics;
