@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <random>
 #include <span>
@@ -248,6 +249,17 @@ TEST(KittiSweeps, AreOpenedByTheirFolder) {
   ASSERT_NE(sweep, nullptr);
   EXPECT_TRUE(sweep->T_world_sensor.isApprox(kitti_camera_of_sensor() * sensor_at(1), 1e-6))
       << "the world is the camera's frame; the pose is the sensor's";
+}
+
+TEST(KittiSweeps, RefuseACamerasCalibration) {
+  const test::TemporaryFolder folder;
+  write_kitti_room(folder.path() / "seq", 1);
+  AcquireConfig config;
+  config.camera = std::make_shared<const ScannerCamera>(ScannerCamera{.file = "CAMERA.yaml"});
+  const auto sweeps = open_sweeps(folder.path() / "seq", config);
+  ASSERT_FALSE(sweeps);
+  EXPECT_EQ(sweeps.error().code, ErrorCode::kConfig);
+  EXPECT_EQ(sweeps.error().text(), "CAMERA.yaml: acquire.camera: LiDAR sweeps are seen by no camera; leave it at auto");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
@@ -211,6 +212,48 @@ TEST_P(PictureLayouts, SurviveDamagedTexts) {
     }
     std::ofstream(entry.path(), std::ios::binary) << whole;
   }
+}
+
+TEST(PictureSets, AreSeenByTheColourCameraOfAScannersCalibration) {
+  ScannerCamera camera{.file = "CAMERA.yaml"};
+  camera.colour = CameraModel{{64, 48, 55, 56, 30, 20}, {0.1, 0, 0, 0, 0}};
+  camera.depth = CameraModel{{32, 24, 20, 20, 15.5, 11.5}, {}};
+  AcquireConfig config;
+  config.camera = std::make_shared<const ScannerCamera>(camera);
+  for (const auto& write : {write_folder_layout, write_transforms_layout, write_colmap_layout, write_par_layout}) {
+    const TemporaryFolder folder;
+    ASSERT_NO_FATAL_FAILURE(write(folder.path()));
+    const auto set = open_pictures(folder.path(), config);
+    ASSERT_TRUE(set) << set.error().text();
+    ASSERT_EQ(set->pictures.size(), static_cast<std::size_t>(kPictures));
+    for (const PlacedPicture& picture : set->pictures) EXPECT_EQ(picture.camera, *camera.colour);
+  }
+}
+
+TEST(PictureSets, RefuseACalibrationThatDoesNotStateTheirCameraOnce) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_folder_layout(folder.path()));
+  const auto refusal = [&](const ScannerCamera& camera, const std::optional<CameraModel>& intrinsics) {
+    AcquireConfig config;
+    config.intrinsics = intrinsics;
+    config.camera = std::make_shared<const ScannerCamera>(camera);
+    const auto set = open_pictures(folder.path(), config);
+    EXPECT_FALSE(set);
+    return set ? Error{} : set.error();
+  };
+  const CameraModel good{kPictureCamera, {}};
+  ScannerCamera camera{.file = "CAMERA.yaml"};
+  camera.depth = good;
+  Error error = refusal(camera, {});
+  EXPECT_EQ(error.code, ErrorCode::kConfig);
+  EXPECT_TRUE(contains(error.text(), "CAMERA.yaml: acquire.camera: silhouettes are seen in colour pictures"));
+  camera.depth.reset();
+  camera.colour = good;
+  error = refusal(camera, good);
+  EXPECT_EQ(error.code, ErrorCode::kConfig);
+  EXPECT_TRUE(contains(error.text(), "both state the pictures' camera")) << error.text();
+  camera.colour->distortion[0] = NAN;
+  EXPECT_TRUE(contains(refusal(camera, {}).text(), "expected finite numbers"));
 }
 
 TEST(PictureSets, KeepToTheirFolder) {

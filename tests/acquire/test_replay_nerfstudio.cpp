@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "acquire/convert/convert_recording.h"
+#include "acquire/convert/picture_files.h"
 #include "acquire/replay/undistort.h"
 #include "test_replay_support.h"
 #include "tests/support/text.h"
@@ -67,6 +68,23 @@ TEST_F(Nerfstudio, IsReadWithItsCameraAxesAndMillimetres) {
   const Eigen::Vector3d p_world = *frame.T_world_camera * Eigen::Vector3d(0.1, 0.2, 1.5);
   EXPECT_TRUE(p_world.isApprox(Eigen::Vector3d(1.1, 3.5, 2.8))) << "right is +x, down is -z, forward is +y";
   EXPECT_FALSE(frame.has_clock);
+}
+
+TEST_F(Nerfstudio, IsStraightenedOnceByTheColourCameraThatIsStated) {
+  json_["k1"] = 0.3;
+  ScannerCamera camera;
+  camera.colour = CameraModel{{kWidth, kHeight, 90, 95, 3.4, 2.6}, {0.1, 0.05, 0, 0, 0}};
+  AcquireConfig config;
+  config.camera = std::make_shared<const ScannerCamera>(camera);
+  ColourImage picture(kWidth, kHeight);
+  for (int i = 0; i < kWidth * kHeight; ++i)
+    picture.pixels()[static_cast<std::size_t>(i)].r = static_cast<std::uint8_t>(5 * i);
+  ASSERT_TRUE(write_colour_png(picture, folder_ / "images/1.png"));
+  const Played p = played(config);
+  ASSERT_EQ(p.frames.size(), 2u);
+  EXPECT_EQ(p.frames[0].intrinsics, (CameraIntrinsics{8, 6, 100, 110, 3.5, 2.5}));
+  EXPECT_EQ(p.frames[0].colour.value().intrinsics, camera.colour->intrinsics);
+  EXPECT_EQ(p.frames[0].colour->image, undistort(picture, camera.colour->intrinsics, camera.colour->distortion));
 }
 
 TEST_F(Nerfstudio, DescribesItself) {

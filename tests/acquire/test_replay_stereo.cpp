@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <memory>
 #include <opencv2/core/utility.hpp>
 #include <string>
 
@@ -402,6 +403,13 @@ TEST_F(StereoRecording, RefusesACameraForDepth) {
   AcquireConfig config = stereo();
   config.intrinsics = CameraModel{{160, 120, 200, 200, 79.5, 59.5}, {}};
   EXPECT_TRUE(contains(open_error(folder_.path(), config), "acquire.intrinsics"));
+  for (const bool is_depth : {true, false}) {
+    ScannerCamera camera{.file = "CAMERA.yaml"};
+    (is_depth ? camera.depth : camera.colour) = config.intrinsics;
+    AcquireConfig with_camera = stereo();
+    with_camera.camera = std::make_shared<const ScannerCamera>(camera);
+    EXPECT_TRUE(contains(open_error(folder_.path(), with_camera), "CAMERA.yaml: acquire.camera: not for stereo pairs"));
+  }
 }
 
 TEST_F(StereoRecording, IsPointedOutWhereDepthIsLookedFor) {

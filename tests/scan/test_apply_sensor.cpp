@@ -1,6 +1,7 @@
 // What a configuration leaves to the sensor.
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +53,27 @@ TEST(AppliedSensor, GivesItsTimingUnlessItIsGiven) {
   config.acquire.sensor.reset();
   EXPECT_EQ(applied(config, SensorModel::kKinectV1).acquire.readout_s, 0);
   EXPECT_TRUE(applied({}, SensorModel::kNone).acquire.timing().is_at_once());
+}
+
+TEST(AppliedSensor, TakesTheTimeBetweenBothCamerasFromTheScannersCalibrationUnlessItIsGiven) {
+  ScannerCamera camera;
+  camera.colour_later_s = -0.004;
+  ScanConfig config;
+  config.acquire.camera = std::make_shared<const ScannerCamera>(camera);
+  for (const SensorModel sensor : {SensorModel::kNone, SensorModel::kKinectV1}) {
+    const AcquireConfig acquire = applied(config, sensor).acquire;
+    EXPECT_EQ(acquire.colour_later_s, -0.004);
+    EXPECT_EQ(acquire.timing().colour_later_s, -0.004);
+  }
+  EXPECT_EQ(applied(config, SensorModel::kKinectV1).acquire.readout_s,
+            find_sensor(SensorModel::kKinectV1)->timing.readout_s);
+  config.acquire.colour_later_s = 0.02;
+  EXPECT_EQ(applied(config, SensorModel::kKinectV1).acquire.colour_later_s, 0.02);
+  config.acquire.colour_later_s.reset();
+  config.acquire.camera = std::make_shared<const ScannerCamera>();
+  EXPECT_EQ(applied(config, SensorModel::kKinectV1).acquire.colour_later_s,
+            find_sensor(SensorModel::kKinectV1)->timing.colour_later_s)
+      << "not stated there";
 }
 
 /// What apply_sensor() says of the timing of a Kinect that was recognised by its depth alone.
