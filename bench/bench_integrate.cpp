@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquire/filter/depth_filter.h"
+#include "acquire/sensor/depth_bias.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "synth/synthetic_source.h"
@@ -85,6 +86,30 @@ void filter_desk(benchmark::State& state) {
   }
 }
 BENCHMARK(filter_desk)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// What acquire.camera's depth_bias adds to the reading of a frame: the correction of a picture, in place.
+void correct_bias(benchmark::State& state) {
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(state.range(0)));
+  const DepthBias bias{11, 9, std::vector<double>(99, 1e-6), std::vector<double>(99, -1e-6)};
+  DepthImage depth_m = desk_frames().front().depth_m;
+  const DepthCorrection correction(bias, depth_m.width(), depth_m.height());
+  for (auto _ : state) {
+    correction.apply(depth_m);
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(correct_bias)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Once for each recording: both fields at every pixel.
+void spread_bias(benchmark::State& state) {
+  const DepthBias bias{11, 9, std::vector<double>(99, 1e-6), std::vector<double>(99, -1e-6)};
+  for (auto _ : state) {
+    const DepthCorrection correction(bias, 640, 480);
+    benchmark::DoNotOptimize(&correction);
+  }
+}
+BENCHMARK(spread_bias)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace scanknit
