@@ -59,7 +59,8 @@ class SweepSource {
 [[nodiscard]] bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& config);
 
 /// Opens a recording of sweeps. A recording without poses is opened, too; all its sweeps are dropped then. Errors
-/// (kInput): no such recording; no sweep; calibration or poses that cannot be read.
+/// (kInput): no such recording; no sweep; calibration or poses that cannot be read. Error (kConfig): config.camera is
+/// given.
 [[nodiscard]] Result<std::unique_ptr<SweepSource>> open_sweeps(const std::filesystem::path& path,
                                                                const AcquireConfig& config);
 

@@ -9,8 +9,8 @@
 
 namespace scanknit {
 
-/// Errors (kConfig): both `camera` and `intrinsics` state the depth camera; a camera without a size or with numbers that
-/// are none; a depth bias that is not is_valid().
+/// Errors (kConfig): both `camera` and `intrinsics` state the depth camera; a camera without a size or with numbers
+/// that are none; a depth bias that is not is_valid().
 [[nodiscard]] Result<void> check_cameras(const AcquireConfig& config);
 
 /// Error (kConfig): `camera` belongs to a scanner with another serial number. Unknown ones fit.

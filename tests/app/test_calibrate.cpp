@@ -71,6 +71,23 @@ TEST_F(Calibrate, WhatItWritesIsTakenByARun) {
   EXPECT_NE(used["distortion"][0], 0);
 }
 
+TEST_F(Calibrate, WhatItWritesGivesTheSameMeshAsTheCameraAndAsTheIntrinsicsOfARegisteredRecording) {
+  ASSERT_EQ(calibrate(recording(), target(), "both.yaml").exit_code, 0);
+  const auto mesh_with = [&](const std::string& setting) {
+    const Outcome run = scanknit_command({"run", recording(), "-o", place("meshes"), "--to", "9", "--set",
+                                          "fusion.voxel_size=1cm", "--set", setting, "--quiet"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_text(fs::path(place("meshes")) / "model.ply");
+  };
+  const std::string as_intrinsics = mesh_with("acquire.intrinsics=" + place("both.yaml"));
+  const std::string as_camera = mesh_with("acquire.camera=" + place("both.yaml"));
+  EXPECT_EQ(report("meshes")["config"]["acquire"]["camera"],
+            fs::absolute(place("both.yaml")).lexically_normal().string());
+  EXPECT_GT(as_camera.size(), 1000u);
+  EXPECT_TRUE(as_camera == as_intrinsics);
+  EXPECT_TRUE(as_camera != mesh_with("acquire.camera=auto")) << "the recording states another camera";
+}
+
 TEST_F(Calibrate, AFileOfAnotherResolutionIsRefusedByARun) {
   const std::string camera =
       written("other.yaml",
