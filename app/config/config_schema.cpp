@@ -221,8 +221,8 @@ std::vector<ConfigKey> volume_keys() {
           [](auto& c) -> auto& { return c.fusion.silhouettes; }),
       memory(
           {"fusion.memory_budget", "",
-           "Memory that the volume may take. A run that would need more is refused before it starts, with the "
-           "voxel size that would fit, unless fusion.bricks is auto."},
+           "Memory that the volume may take. A run that would need more is fused in parts (fusion.bricks), or, where "
+           "that cannot be, refused before it starts, with the voxel size that would fit."},
           {kLeastMemoryBudgetMib, kMostMemoryBudgetMib}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
       choice<BrickSize>(
           {"fusion.bricks", "",
