@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string_view>
@@ -16,7 +17,9 @@
 namespace scanknit {
 namespace {
 
-constexpr const char* kKnownKeys = "colour, depth, T_colour_depth, time_offset_ms, depth_bias, serial";
+constexpr std::array<std::string_view, 6> kParts = {"colour",         "depth",      "T_colour_depth",
+                                                    "time_offset_ms", "depth_bias", "serial"};
+constexpr const char* kCameraKeys = "width, height, fx, fy, cx, cy, distortion";
 
 std::optional<double> number_of(const YamlNode& node, const YamlComplaint& complain) {
   const auto number = node.kind == YamlNode::Kind::kScalar ? parse_finite(node.text) : std::nullopt;
@@ -58,7 +61,7 @@ bool set_entry(CameraModel& model, const YamlNode& key, const YamlNode& value, c
                          : key.text == "cy" ? &camera.cy
                                             : nullptr;
   if (target == nullptr) {
-    complain(key, fmt::format("unknown key '{}'; known are width, height, fx, fy, cx, cy, distortion", key.text));
+    complain(key, fmt::format("unknown key '{}'; known are {}", key.text, kCameraKeys));
     return false;
   }
   const auto number = number_of(value, complain);
@@ -100,7 +103,7 @@ bool read_field(const YamlNode& node, const DepthBias& bias, double most, std::v
 
 /// Calls take(key, value) for each entry of a map. False if it is none, an entry is there twice, or take() gave false.
 template <typename Take>
-bool read_entries(const YamlNode& node, const char* expected, const YamlComplaint& complain, const Take& take) {
+bool read_entries(const YamlNode& node, std::string_view expected, const YamlComplaint& complain, const Take& take) {
   if (node.kind != YamlNode::Kind::kMap) {
     complain(node, fmt::format("expected a map of {}", expected));
     return false;
@@ -153,10 +156,6 @@ std::optional<DepthBias> bias_of(const YamlNode& node, const YamlComplaint& comp
 
 /// A camera whose size is given.
 std::optional<CameraModel> sized_camera_of(const YamlNode& node, const YamlComplaint& complain) {
-  if (node.kind != YamlNode::Kind::kMap) {
-    complain(node, "expected a map of width, height, fx, fy, cx, cy, distortion");
-    return std::nullopt;
-  }
   auto camera = read_camera_map(node, complain);
   if (camera && camera->intrinsics.width == 0) {
     complain(node, "width and height are missing");
@@ -185,7 +184,7 @@ bool set_part(ScannerCamera& camera, const YamlNode& key, const YamlNode& value,
   if (key.text == "time_offset_ms") return (camera.colour_later_s = offset_of(value, named)).has_value();
   if (key.text == "depth_bias") return (camera.depth_bias = bias_of(value, named)).has_value();
   if (key.text != "serial") {
-    complain(key, fmt::format("unknown key '{}'; known are {}", key.text, kKnownKeys));
+    complain(key, fmt::format("unknown key '{}'; known are {}", key.text, fmt::join(kParts, ", ")));
     return false;
   }
   camera.serial = value.text;
@@ -227,16 +226,10 @@ std::optional<CameraModel> checked_camera(const CameraModel& model, const YamlNo
 std::optional<CameraModel> read_camera_map(const YamlNode& node, const YamlComplaint& complain) {
   CameraModel model;
   std::set<std::string> seen;
-  bool is_good = true;
-  for (std::size_t i = 0; i + 1 < node.children.size(); i += 2) {
-    const YamlNode& key = node.children[i];
-    if (!seen.insert(key.text).second) {
-      complain(key, fmt::format("duplicate key '{}'", key.text));
-      is_good = false;
-    } else {
-      is_good = set_entry(model, key, node.children[i + 1], complain) && is_good;
-    }
-  }
+  bool is_good = read_entries(node, kCameraKeys, complain, [&](const YamlNode& key, const YamlNode& value) {
+    seen.insert(key.text);
+    return set_entry(model, key, value, complain);
+  });
   if (!is_good) return std::nullopt;
   if (!seen.contains("intrinsic_matrix")) {
     for (const char* required : {"fx", "fy", "cx", "cy"}) {
@@ -249,18 +242,15 @@ std::optional<CameraModel> read_camera_map(const YamlNode& node, const YamlCompl
 }
 
 bool is_scanner_camera(const YamlNode& root) {
-  constexpr std::string_view kParts[] = {"colour", "depth", "T_colour_depth", "time_offset_ms", "depth_bias", "serial"};
-  const auto is_part = [&](const std::string& text) {
-    return std::find(std::begin(kParts), std::end(kParts), text) != std::end(kParts);
-  };
+  const auto is_part = [](const std::string& text) { return std::ranges::find(kParts, text) != kParts.end(); };
   return root.kind == YamlNode::Kind::kMap && !root.children.empty() && is_part(root.children.front().text);
 }
 
 std::optional<ScannerCamera> read_scanner_camera(const YamlNode& root, const YamlComplaint& complain) {
   ScannerCamera camera;
-  const bool is_good = read_entries(root, kKnownKeys, complain, [&](const YamlNode& key, const YamlNode& value) {
-    return set_part(camera, key, value, complain);
-  });
+  const bool is_good =
+      read_entries(root, fmt::format("{}", fmt::join(kParts, ", ")), complain,
+                   [&](const YamlNode& key, const YamlNode& value) { return set_part(camera, key, value, complain); });
   if (!is_good) return std::nullopt;
   if (!camera.colour && !camera.depth) {
     complain(root, "expected colour: or depth:, as `calibrate camera` writes them");
