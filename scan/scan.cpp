@@ -137,7 +137,7 @@ class RecordingScan {
     if (possible_timing_) input.limits.most_misfit = kMostMisfit;
     PassResult first = scan_walk(job_, input, session_);
     if (!first.has_given_up) return keep(std::move(first));
-    if (may_use_bricks_) return walk_in_bricks();
+    if (may_use_bricks_) return walk_in_bricks();  // known poses are given up for nothing but a full volume
     session_.info(
         fmt::format("the camera turned quickly, and {:.1f} % of the frames' points do not fit there: the frames are "
                     "scanned again with a rolling shutter of {:.0f} ms",

@@ -120,7 +120,7 @@ Result<void> ScanPass::check_misfit() {
 
 Result<void> ScanPass::give_up() {
   has_given_up_ = true;
-  return Error{ErrorCode::kTooLittle, "the frames fit worse than this pass allows, or the volume is full"};
+  return Error{ErrorCode::kTooLittle, "this pass was given up: its limits are reached (PassLimits)"};
 }
 
 /// Writes the mesh of a scanner's tracked frames first, so that it exists whatever happens later. A recording's frames

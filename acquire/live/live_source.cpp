@@ -149,8 +149,9 @@ FrameEvent LiveSource::decode(const RawPair& pair) {
   }
   last_timestamp_ns_ = frame->timestamp_ns;
   if (options_.camera && options_.camera->depth_bias) {
-    if (!correction_)
+    if (!correction_) {
       correction_.emplace(*options_.camera->depth_bias, frame->depth_m.width(), frame->depth_m.height());
+    }
     correction_->apply(frame->depth_m);
   }
   if (info_.poses == PoseMode::kStill) frame->T_world_camera = Pose::Identity();

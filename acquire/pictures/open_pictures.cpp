@@ -27,18 +27,14 @@ constexpr std::array kPictureLayouts = {PictureLayout{fits_transforms_pictures, 
 
 /// With the colour camera of acquire.camera as its intrinsics, which are those of the pictures here.
 Result<AcquireConfig> with_colour_camera(const AcquireConfig& config) {
-  const auto refuse = [&](const char* what, std::string where = {}) {
-    return Error{ErrorCode::kConfig, what, std::move(where)};
-  };
-  if (config.every == 0) return refuse("every: expected 1 or more");
   if (!config.camera) return config;
   if (auto good = check_cameras(config); !good) return good.error();
-  const std::string& file = config.camera->file;
+  const auto refuse = [&](const char* what) { return Error{ErrorCode::kConfig, what, config.camera->file}; };
   if (!config.camera->colour) {
-    return refuse("acquire.camera: silhouettes are seen in colour pictures, expected colour: in this file", file);
+    return refuse("acquire.camera: silhouettes are seen in colour pictures, expected colour: in this file");
   }
   if (config.intrinsics) {
-    return refuse("acquire.camera and acquire.intrinsics both state the pictures' camera; give one of them", file);
+    return refuse("acquire.camera and acquire.intrinsics both state the pictures' camera; give one of them");
   }
   AcquireConfig result = config;
   result.intrinsics = config.camera->colour;
@@ -74,6 +70,7 @@ void choose(const AcquireConfig& config, std::vector<PlacedPicture>& pictures) {
 }  // namespace
 
 Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& wanted) {
+  if (wanted.every == 0) return Error{ErrorCode::kConfig, "every: expected 1 or more"};
   const auto good = with_colour_camera(wanted);
   if (!good) return good.error();
   const AcquireConfig& config = *good;

@@ -24,8 +24,7 @@ namespace scanknit {
                                                                   const Limits& limits);
 
 /// The key "depth_scale" of camera_intrinsic.json in `folder` (raw units per metre, 1 to 10,000,000), which our writers
-/// add and Open3D ignores. Nothing when it is missing. Errors (kInput): the
-/// file cannot be read.
+/// add and Open3D ignores. Nothing when it is missing. Errors (kInput): the file cannot be read.
 [[nodiscard]] Result<std::optional<double>> find_depth_scale(const std::filesystem::path& folder, const Limits& limits);
 
 /// The error for a missing camera; it says how to give one.
