@@ -2,7 +2,7 @@
 
     read_by_others.py SCANKNIT
 
-The points of each frame of a real recording, in the world, must agree to 0.1 mm. Exit code 77: there is no recording, or no Open3D.
+The points of each frame of a recording by others, in the world, must agree to 0.1 mm. Exit code 77: there is no recording, or no Open3D.
 """
 
 import json
@@ -58,14 +58,14 @@ def points_in_open3d(folder):
 
 
 def main():
-    real = same_mesh.real_recording()
-    if real is None:
+    whole = same_mesh.recording_of_others()
+    if whole is None:
         return 77
     scanknit = pathlib.Path(sys.argv[1])
     is_right = True
     with tempfile.TemporaryDirectory() as place:
         place = pathlib.Path(place)
-        source = same_mesh.source_of(real, FRAMES, place, scanknit)
+        source = same_mesh.source_of(whole, FRAMES, place, scanknit)
         for name, reader in (("nerfstudio", points_for_nerfstudio), ("open3d", points_in_open3d)):
             same_mesh.run(scanknit, "convert", source.folder, "-o", place / name, "--to", name)
             read = list(reader(place / name))

@@ -1,4 +1,4 @@
-"""One real recording in every layout that is read gives one mesh.
+"""One recording by others in every layout that is read gives one mesh.
 
     same_mesh.py SCANKNIT [--frames N] [--time TIME_READING] [LAYOUT ...]
 
@@ -41,24 +41,24 @@ def run(*command):
     return done.stdout
 
 
-def real_recording():
-    """The real recording; None, and told, where it is not there."""
+def recording_of_others():
+    """The recording; None, and told, where it is not there."""
     beside = pathlib.Path(__file__).resolve().parents[3] / "shared/data"
-    real = pathlib.Path(os.environ.get("SCANKNIT_TEST_DATA", beside)) / "rgbd_redwood_lr1_211"
-    if real.exists():
-        return real
-    print(f"SKIPPED: no recording {real}")
+    whole = pathlib.Path(os.environ.get("SCANKNIT_TEST_DATA", beside)) / "rgbd_redwood_lr1_211"
+    if whole.exists():
+        return whole
+    print(f"SKIPPED: no recording {whole}")
     return None
 
 
-def source_of(real, frames, folder, scanknit):
+def source_of(whole, frames, folder, scanknit):
     """The first frames of the recording."""
     for kind, name in (("depth", "depth"), ("image", "color")):
         (folder / "source" / name).mkdir(parents=True)
-        for picture in sorted((real / kind).iterdir())[:frames]:
+        for picture in sorted((whole / kind).iterdir())[:frames]:
             shutil.copyfile(picture, folder / "source" / name / picture.name)
-    shutil.copyfile(real / "camera_intrinsic.json", folder / "source/camera_intrinsic.json")
-    lines = (real / "trajectory.log").read_text().splitlines(keepends=True)
+    shutil.copyfile(whole / "camera_intrinsic.json", folder / "source/camera_intrinsic.json")
+    lines = (whole / "trajectory.log").read_text().splitlines(keepends=True)
     trajectory = folder / "source/trajectory.log"
     trajectory.write_text("".join(lines[:5 * frames]))
     run(scanknit, "convert", folder / "source", "-o", folder / "pgm", "--to", "fakenect")
@@ -105,13 +105,13 @@ def main():
     parser.add_argument("--frames", type=int, default=6)
     parser.add_argument("--time", type=pathlib.Path)
     options = parser.parse_args()
-    real = real_recording()
-    if real is None:
+    whole = recording_of_others()
+    if whole is None:
         return 77
     all_right = True
     with tempfile.TemporaryDirectory() as place:
         place = pathlib.Path(place)
-        source = source_of(real, options.frames, place, options.scanknit)
+        source = source_of(whole, options.frames, place, options.scanknit)
         expected = mesh_of(options.scanknit, source.folder, "source")
         shutil.copytree(source.folder, place / "depth_alone", ignore=shutil.ignore_patterns("color"))
         depth_alone = mesh_of(options.scanknit, place / "depth_alone", "depth_alone", DEPTH_ALONE)
