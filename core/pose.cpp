@@ -7,6 +7,7 @@ namespace scanknit {
 namespace {
 
 constexpr double kFileTolerance = 0.01;   // printed matrices carry 3 or more digits
+constexpr double kFarthest_m = 1e9;       // what is farther is a damaged file, and sums of it are not finite
 constexpr double kRigidTolerance = 1e-6;  // what arithmetic in double leaves behind
 
 double orthogonality_error(const Eigen::Matrix3d& r) {
@@ -25,6 +26,9 @@ Result<Pose> pose_from_matrix(const Eigen::Matrix4d& matrix) {
     return Error{ErrorCode::kInput, "the pose is not rigid: its 3x3 part is not a rotation"};
   }
   if (r.determinant() < 0) return Error{ErrorCode::kInput, "the pose is not rigid: it mirrors (determinant -1)"};
+  if (matrix.topRightCorner<3, 1>().cwiseAbs().maxCoeff() > kFarthest_m) {
+    return Error{ErrorCode::kInput, "the pose is more than 1,000,000 km away; expected metres"};
+  }
 
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Pose pose = Pose::Identity();

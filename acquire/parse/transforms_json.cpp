@@ -98,7 +98,10 @@ std::optional<Result<Pose>> pose_of(const Json& frame, const AppliedChange& chan
   const auto pose = matrix ? pose_from_opengl(*matrix)
                            : Result<Pose>(Error{ErrorCode::kInput, "transform_matrix: expected 4 rows of 4 numbers"});
   if (!pose) return located(pose.error(), path);
-  return change.undone(*pose);
+  const Pose undone = change.undone(*pose);
+  const auto checked = pose_from_matrix(undone.matrix());
+  if (!checked) return Error{ErrorCode::kInput, "without applied_scale " + checked.error().message, path.string()};
+  return undone;
 }
 
 Result<CameraModel> camera_of(const Json& frame, const Json& all) {

@@ -159,6 +159,9 @@ Result<PictureSet> list_colmap_pictures(const Folder& folder, const AcquireConfi
     Pose T_camera_world = Pose::Identity();
     T_camera_world.linear() = turn.normalized().toRotationMatrix();
     T_camera_world.translation() = Eigen::Vector3d(numbers[4], numbers[5], numbers[6]);
+    if (const auto pose = pose_from_matrix(T_camera_world.matrix()); !pose) {
+      return Error{ErrorCode::kInput, pose.error().message, where};
+    }
     // A name may have blanks in it.
     std::string_view name(words[9].data(),
                           static_cast<std::size_t>(words.back().data() + words.back().size() - words[9].data()));

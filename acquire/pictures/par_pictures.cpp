@@ -41,7 +41,8 @@ bool take_numbers(const std::array<double, kNumbers>& n, PlacedPicture& picture)
     T_camera_world(row, 3) = n[static_cast<std::size_t>(18 + row)];
   }
   const auto pose = pose_from_matrix(T_camera_world);
-  if (!pose || k.fx == 0 || k.fy == 0) return false;
+  const CameraIntrinsics sized{1, 1, k.fx, k.fy, k.cx, k.cy};  // the file does not tell the size
+  if (!pose || !sized.is_valid()) return false;
   picture.T_world_camera = pose->inverse();
   return true;
 }

@@ -65,8 +65,11 @@ int side_of(double pixels) {
 
 Result<StereoCamera> checked(const CameraIntrinsics& camera, const std::vector<double>* distortion,
                              const std::string& name) {
+  if ((camera.width == 0) != (camera.height == 0)) {
+    return rig_error(name + ": expected width and height in pixels, or neither");
+  }
   CameraIntrinsics sized = camera;
-  if (sized.width == 0 || sized.height == 0) sized.width = sized.height = 1;
+  if (sized.width == 0) sized.width = sized.height = 1;
   constexpr double kMost_px = 1e6;
   const bool is_sound = sized.is_valid() && camera.fx > 0 && camera.fy > 0 && camera.fx <= kMost_px &&
                         camera.fy <= kMost_px && std::abs(camera.cx) <= kMost_px && std::abs(camera.cy) <= kMost_px;
