@@ -40,6 +40,17 @@ std::string camera_text(const CameraModel& model) {
 }
 
 /// The value as YAML.
+/// A text as YAML: in single quotes where it would mean something else without.
+std::string yaml_text(const std::string& text) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./-";
+  const bool is_null = text == "null" || text == "Null" || text == "NULL";
+  const bool is_plain = text.find_first_not_of(kPlain) == std::string::npos && !text.starts_with('-') && !is_null;
+  if (is_plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
 std::string value_text(const ConfigKey& key, const ConfigValue& value) {
   return std::visit(
       Overloaded{
@@ -51,10 +62,10 @@ std::string value_text(const ConfigKey& key, const ConfigValue& value) {
           [&](double number) {
             return key.type == ConfigType::kLength ? format_length(number) : format_number(number);
           },
-          [](const std::string& word) { return word; },
+          [](const std::string& word) { return yaml_text(word); },
           [](const std::vector<std::string>& words) { return fmt::format("[{}]", fmt::join(words, ", ")); },
           [](const CameraModel& model) { return camera_text(model); },
-          [](const std::shared_ptr<const ScannerCamera>& camera) { return camera->file; },
+          [](const std::shared_ptr<const ScannerCamera>& camera) { return yaml_text(camera->file); },
       },
       value);
 }
