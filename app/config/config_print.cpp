@@ -44,7 +44,7 @@ std::string camera_text(const CameraModel& model) {
 std::string yaml_text(const std::string& text) {
   constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./-";
   const bool is_null = text == "null" || text == "Null" || text == "NULL";
-  const bool is_plain = text.find_first_not_of(kPlain) == std::string::npos && !text.starts_with('-') && !is_null;
+  const bool is_plain = text.find_first_not_of(kPlain) == std::string::npos && text != "-" && !is_null;
   if (is_plain && !text.empty()) return text;
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
@@ -62,7 +62,7 @@ std::string value_text(const ConfigKey& key, const ConfigValue& value) {
           [&](double number) {
             return key.type == ConfigType::kLength ? format_length(number) : format_number(number);
           },
-          [](const std::string& word) { return yaml_text(word); },
+          [&](const std::string& word) { return key.type == ConfigType::kEnum ? word : yaml_text(word); },
           [](const std::vector<std::string>& words) { return fmt::format("[{}]", fmt::join(words, ", ")); },
           [](const CameraModel& model) { return camera_text(model); },
           [](const std::shared_ptr<const ScannerCamera>& camera) { return yaml_text(camera->file); },

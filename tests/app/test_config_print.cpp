@@ -44,6 +44,16 @@ TEST(ConfigYaml, ReadsBackAsTheSameConfiguration) {
   }
 }
 
+TEST(ConfigYaml, KeepsNamesOfFilesWhateverTheirLetters) {
+  for (const char* name : {"a b #c", "it's: here", "-", "null", "~", "[a]", "\"quoted\"", "plain/name-1.png"}) {
+    ScanConfig config;
+    config.acquire.masks = name;
+    LoadedConfig loaded;
+    ASSERT_TRUE(apply_yaml(config_to_yaml(config), "printed.yaml", "", loaded).empty()) << name;
+    EXPECT_EQ(loaded.config.acquire.masks, name);
+  }
+}
+
 TEST(ConfigYaml, OfTheRunDefaultsIsTheCommittedFile) {
   const std::string committed = file_text("configs/default.yaml");
   EXPECT_TRUE(committed.ends_with(config_to_yaml(run_defaults())))

@@ -42,6 +42,12 @@ TEST(PoseFromMatrix, RefusesNaNAndInfinity) {
   EXPECT_FALSE(pose_from_matrix(matrix));
 }
 
+TEST(PoseFromMatrix, RefusesAPlaceThatCannotBe) {
+  Eigen::Matrix4d matrix = turned(0.7).matrix();
+  matrix(1, 3) = -1.7e308;  // finite, but the inverse is not
+  EXPECT_FALSE(pose_from_matrix(matrix));
+}
+
 TEST(PoseFromMatrix, RefusesScaleAndShear) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   matrix(0, 0) = 1.1;

@@ -13,7 +13,7 @@
 #include "acquire/replay/camera_files.h"
 #include "app/config/config_camera.h"
 #include "core/pose.h"
-#include "scratch_folder.h"
+#include "folder/scratch_folder.h"
 
 namespace scanknit {
 namespace {

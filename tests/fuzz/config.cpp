@@ -9,7 +9,7 @@
 #include "app/config/config_load.h"
 #include "app/config/config_print.h"
 #include "app/config/config_schema.h"
-#include "scratch_folder.h"
+#include "folder/scratch_folder.h"
 
 namespace scanknit {
 namespace {

@@ -13,7 +13,7 @@
 #include "acquire/lidar/sweep_source.h"
 #include "acquire/pictures/picture_set.h"
 #include "acquire/stereo/stereo_pairs.h"
-#include "folder_layouts.h"
+#include "folder/folder_layouts.h"
 
 namespace scanknit {
 namespace {

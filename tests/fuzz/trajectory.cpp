@@ -10,7 +10,7 @@
 #include "acquire/parse/pose_list.h"
 #include "acquire/parse/timed_poses.h"
 #include "export/trajectory.h"
-#include "scratch_folder.h"
+#include "folder/scratch_folder.h"
 
 namespace scanknit {
 namespace {
