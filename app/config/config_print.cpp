@@ -255,7 +255,7 @@ std::string config_to_json(const ScanConfig& config) {
     for (const std::string& part : split_name(key.name)) place = &(*place)[part];
     *place = value_json(key.get(config));
   }
-  return json.dump(2);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);  // names of files need not be UTF-8
 }
 
 std::string config_json_schema() {
