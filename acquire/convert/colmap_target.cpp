@@ -2,43 +2,18 @@
 #include <fmt/format.h>
 
 #include <optional>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "acquire/convert/recording_target.h"
+#include "acquire/convert/sampled_points.h"
 #include "core/files/atomic_file.h"
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kPointStep = 4;  // pixels of depth from one point to the next
-constexpr std::size_t kMostPoints = 100000;
-
-struct ModelPoint {
-  Eigen::Vector3f p_world;
-  Rgb8 colour;
-};
-
-/// At most kMostPoints of those that are offered, each with the same chance (Vitter 1985, algorithm R).
-class Sample {
- public:
-  void offer(const ModelPoint& point) {
-    ++offered_;
-    if (points_.size() < kMostPoints) return points_.push_back(point);
-    const std::uint64_t place = random_() % offered_;
-    if (place < kMostPoints) points_[place] = point;
-  }
-  [[nodiscard]] const std::vector<ModelPoint>& points() const { return points_; }
-
- private:
-  std::vector<ModelPoint> points_;
-  std::uint64_t offered_ = 0;
-  std::mt19937_64 random_{1};  // the same sample every time
-};
 
 class ColmapTarget final : public RecordingTarget {
  public:
@@ -63,7 +38,7 @@ class ColmapTarget final : public RecordingTarget {
     // An empty line stands for the picture's features.
     images_ += fmt::format("{} {} {} {} {} {} {} {} {} {}\n\n", converted.number + 1, q.w(), q.x(), q.y(), q.z(), t.x(),
                            t.y(), t.z(), camera_number(frame.colour->intrinsics), *name);
-    sample_points(frame);
+    points_.add(frame);
     return {};
   }
 
@@ -71,7 +46,7 @@ class ColmapTarget final : public RecordingTarget {
     const fs::path model = folder_ / "sparse/0";
     std::string points = "# POINT3D_ID X Y Z R G B ERROR TRACK[]\n";
     std::size_t number = 0;
-    for (const auto& [p, colour] : sample_.points()) {
+    for (const auto& [p, colour] : points_.points()) {
       points += fmt::format("{} {} {} {} {} {} {} 0\n", ++number, p.x(), p.y(), p.z(), colour.r, colour.g, colour.b);
     }
     for (const auto& [name, text] : {std::pair<const char*, const std::string&>{"cameras.txt", cameras_},
@@ -94,20 +69,11 @@ class ColmapTarget final : public RecordingTarget {
     return known_cameras_.size();
   }
 
-  void sample_points(const Frame& frame) {
-    for (int y = 0; y < frame.depth_m.height(); y += kPointStep) {
-      for (int x = 0; x < frame.depth_m.width(); x += kPointStep) {
-        const auto point = coloured_point(frame, x, y);
-        if (point) sample_.offer({(*frame.T_world_camera * point->p_depth).cast<float>(), point->colour});
-      }
-    }
-  }
-
   fs::path folder_;
   std::vector<CameraIntrinsics> known_cameras_;
   std::string cameras_ = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   std::string images_ = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then POINTS2D[]\n";
-  Sample sample_;
+  SampledPoints points_;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// transforms.json of nerfstudio (docs.nerf.studio, "Data conventions"), with images/ and depth/.
+// transforms.json of nerfstudio (docs.nerf.studio, "Data conventions"), with images/, depth/ and points.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/convert/recording_target.h"
+#include "acquire/convert/sampled_points.h"
 #include "acquire/parse/opengl_pose.h"
 #include "core/files/atomic_file.h"
 
@@ -19,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kUsualUnits = 1000;  // nerfstudio takes 16-bit depth for millimetres
+constexpr const char* kPointsName = "sparse_pc.ply";  // as nerfstudio's own tools name it
+constexpr double kUsualUnits = 1000;                  // nerfstudio takes 16-bit depth for millimetres
 
 /// A turn that makes `world_up` the z axis, which points up in nerfstudio. It only permutes axes and changes their
 /// signs, so that nothing is rounded.
@@ -83,6 +85,7 @@ class NerfstudioTarget final : public RecordingTarget {
       const auto name = write_colour_file(frame, folder_, "images/" + number);
       if (!name) return name.error();
       json["file_path"] = *name;
+      points_.add(frame);
     } else {
       warn("frames without colour have no file_path: nerfstudio trains on none of them");
     }
@@ -106,11 +109,28 @@ class NerfstudioTarget final : public RecordingTarget {
     if (T_file_world_.linear() != Eigen::Matrix3d::Identity()) {
       json["applied_transform"] = rows_of(T_file_world_.matrix(), 3);
     }
+    if (!points_.points().empty()) {
+      if (auto done = write_points(); !done) return done;
+      json["ply_file_path"] = kPointsName;
+    }
     json["frames"] = std::move(frames_);
     return write_file_atomically(folder_ / "transforms.json", json.dump(2) + "\n");
   }
 
  private:
+  /// In the file's world, as the poses are.
+  [[nodiscard]] Result<void> write_points() const {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+        points_.points().size());
+    for (const auto& [p_world, colour] : points_.points()) {
+      const Eigen::Vector3f p = T_file_world_.linear().cast<float>() * p_world;
+      text += fmt::format("{} {} {} {} {} {}\n", p.x(), p.y(), p.z(), colour.r, colour.g, colour.b);
+    }
+    return write_file_atomically(folder_ / kPointsName, text);
+  }
+
   /// Of the colour picture as it was written; where there is none, of depth.
   [[nodiscard]] static CameraIntrinsics camera_of(const Frame& frame) {
     return frame.colour && is_registered(frame) ? frame.colour->intrinsics : frame.intrinsics;
@@ -129,6 +149,7 @@ class NerfstudioTarget final : public RecordingTarget {
   Pose T_file_world_ = Pose::Identity();
   std::vector<Json> frames_;
   std::vector<CameraIntrinsics> cameras_;
+  SampledPoints points_;
   double units_per_metre_ = kUsualUnits;
 };
 

@@ -47,6 +47,16 @@ def points_for_nerfstudio(folder):
         yield (to_original @ numpy.array(frame["transform_matrix"]) @ camera)[:3].T
 
 
+def splat_points_off_m(folder, expected):
+    """How far the coloured points that nerfstudio's splatting begins with lie from the recording's points."""
+    scene = json.loads((folder / "transforms.json").read_text())
+    cloud = open3d.io.read_point_cloud(str(folder / scene["ply_file_path"]))
+    assert len(cloud.points) > 1000 and cloud.has_colors(), f"{len(cloud.points)} points of {scene['ply_file_path']}"
+    cloud.transform(numpy.linalg.inv(numpy.vstack([scene["applied_transform"], [0, 0, 0, 1]])))
+    everything = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(numpy.concatenate(expected)))
+    return float(numpy.max(cloud.compute_point_cloud_distance(everything)))
+
+
 def points_in_open3d(folder):
     camera = open3d.io.read_pinhole_camera_intrinsic(str(folder / "camera_intrinsic.json"))
     trajectory = open3d.io.read_pinhole_camera_trajectory(str(folder / "trajectory.log"))
@@ -76,6 +86,9 @@ def main():
                 off_m = float(numpy.linalg.norm(points - expected, axis=1).max())
                 is_right &= off_m <= ALLOWED_M
                 print(f"{name}, frame {frame}: {len(points)} points, at most {1000 * off_m:.6f} mm off")
+        off_m = splat_points_off_m(place / "nerfstudio", [true_points(source, frame) for frame in range(FRAMES)])
+        is_right &= off_m <= ALLOWED_M
+        print(f"nerfstudio, the points for a splatting: at most {1000 * off_m:.6f} mm off")
     return 0 if is_right else 1
 
 
