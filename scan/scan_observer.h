@@ -80,6 +80,9 @@ class ScanObserver {
   virtual void on_tracked_mesh([[maybe_unused]] const ScanState& scan) {}
   /// Better poses were found and all frames have been fused again.
   virtual void on_refined([[maybe_unused]] const ScanState& scan) {}
+  /// Whether it reads `scan.volume` after the last mesh was made. If not, the volume is freed before that mesh is
+  /// finished and written, and is empty in on_tracked_mesh().
+  [[nodiscard]] virtual bool needs_volume_after_mesh() const { return true; }
 
   /// The next command of the user; waits for it for at most `patience`.
   [[nodiscard]] virtual std::optional<ScanCommand> next_command([[maybe_unused]] std::stop_token stop,

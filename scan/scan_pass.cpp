@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "core/system/freed_memory.h"
 #include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
@@ -135,13 +136,13 @@ Result<void> ScanPass::write_tracked() {
   const bool is_full = !tracking_verdict_ && tracking_verdict_.error().code == ErrorCode::kBudget;
   if (!tracking_verdict_ && !is_full) return {};
   if (is_full || input_.is_paced) {
-    if (auto written = write_tracked_mesh(); !written) return written;
+    if (auto written = write_tracked_mesh(IsLastMesh::kNo); !written) return written;
   }
   return tracking_verdict_;
 }
 
-Result<void> ScanPass::write_tracked_mesh() {
-  auto written = write_mesh();
+Result<void> ScanPass::write_tracked_mesh(IsLastMesh is_last) {
+  auto written = write_mesh(is_last);
   session_.observer().on_tracked_mesh(state());
   return written;
 }
@@ -168,15 +169,16 @@ Result<void> ScanPass::extract_and_write() {
   if (is_refined_) {
     session_.observer().on_refined(state());
     if (auto saved = write_volume_and_trajectory(); !saved) return saved;
-    return write_mesh();
+    return write_mesh(IsLastMesh::kYes);
   }
   if (written_ || !input_.writes_tracked_mesh) return {};
-  return write_tracked_mesh();  // also after an interruption: a mesh of the tracked frames is better than none
+  return write_tracked_mesh(
+      IsLastMesh::kYes);  // also after an interruption: a mesh of the tracked frames is better than none
 }
 
 /// The error that ended the refinement, once the mesh of the tracked frames is written.
 Error ScanPass::after_tracked_mesh(Error error) {
-  if (!written_ && input_.writes_tracked_mesh && tracking_verdict_) (void)write_tracked_mesh();
+  if (!written_ && input_.writes_tracked_mesh && tracking_verdict_) (void)write_tracked_mesh(IsLastMesh::kNo);
   return error;
 }
 
@@ -187,11 +189,16 @@ Result<void> ScanPass::make_room() {
   const bool may_write = input_.writes_tracked_mesh && tracking_verdict_;
   if (!written_) {
     if (fit_both || !may_write) return {};
-    if (auto written = write_tracked_mesh(); !written) return written;
+    if (auto written = write_tracked_mesh(IsLastMesh::kNo); !written) return written;
   }
+  return empty_volume();
+}
+
+Result<void> ScanPass::empty_volume() {
   auto empty = TsdfVolume::create(job_.config.fusion);
   if (!empty) return empty.error();
   scan_->volume() = *std::move(empty);
+  return_freed_memory();
   return {};
 }
 
@@ -253,9 +260,11 @@ Result<void> ScanPass::carve_gaps() {
   return silhouettes_ ? write_volume_and_trajectory() : Result<void>();
 }
 
-Result<void> ScanPass::write_mesh() {
+Result<void> ScanPass::write_mesh(IsLastMesh is_last) {
   if (auto carved = carve_gaps(); !carved) return carved;
-  const MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
+  MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
+  const bool frees_volume = is_last == IsLastMesh::kYes && !session_.observer().needs_volume_after_mesh();
+  if (frees_volume) request.on_volume_read = [this] { (void)empty_volume(); };  // its settings have made one before
   MeshedScan meshed = mesh_scan(*scan_, request, session_);
   mesh_ = std::move(meshed.result);
   if (meshed.outcome) written_ = std::move(meshed.written);

@@ -66,23 +66,26 @@ class ScanPass {
   [[nodiscard]] ScanResult result() const;
 
  private:
+  enum class IsLastMesh { kNo, kYes };  ///< kYes: the pass does not need the volume after it
+
   [[nodiscard]] Result<void> begin();
   [[nodiscard]] Result<void> track_and_fuse();
   void find_lost();
   [[nodiscard]] Result<void> check_misfit();
   [[nodiscard]] Result<void> give_up();
   [[nodiscard]] Result<void> write_tracked();
-  [[nodiscard]] Result<void> write_tracked_mesh();
+  [[nodiscard]] Result<void> write_tracked_mesh(IsLastMesh is_last);
   [[nodiscard]] Result<void> refine();
   [[nodiscard]] Result<void> extract_and_write();
   [[nodiscard]] Error after_tracked_mesh(Error error);
   [[nodiscard]] Result<void> make_room();
+  [[nodiscard]] Result<void> empty_volume();
   [[nodiscard]] Result<bool> fuse_again(const Trajectory& trajectory);
   [[nodiscard]] Result<void> write_texture();
 
   [[nodiscard]] Result<void> add(Frame& frame);
   [[nodiscard]] Result<void> carve_gaps();
-  [[nodiscard]] Result<void> write_mesh();
+  [[nodiscard]] Result<void> write_mesh(IsLastMesh is_last);
   [[nodiscard]] Result<void> write_volume_and_trajectory();
   [[nodiscard]] ScanState state();
   void enter(ScanPhase phase);

@@ -50,6 +50,7 @@ class ScanView final : public ScanObserver {
   void on_tracked_mesh(const ScanState& scan) override;
   /// Replaces mesh and trail on the page by the whole refined ones.
   void on_refined(const ScanState& scan) override;
+  [[nodiscard]] bool needs_volume_after_mesh() const override { return server_ != nullptr; }
   [[nodiscard]] std::optional<ScanCommand> next_command(std::stop_token stop,
                                                         std::chrono::nanoseconds patience) override;
   void on_answer(const ScanCommand& command, const Result<void>& outcome, const FilesByKind& files,

@@ -18,6 +18,7 @@ class ScanConsole final : public ScanObserver {
   void on_progress(std::string_view what, std::size_t done, std::size_t total) override {
     console_.progress(what, done, total);
   }
+  [[nodiscard]] bool needs_volume_after_mesh() const override { return false; }
 
  private:
   Console console_;

@@ -1,4 +1,4 @@
-// Keeps freed memory in the process, for the next allocations.
+// Keeps freed memory in the process, for the next allocations, or returns it to the system.
 #pragma once
 
 namespace scanknit {
@@ -7,5 +7,9 @@ namespace scanknit {
 /// pages each time. After this call malloc keeps some freed memory, also of large blocks. Affects the whole process;
 /// does nothing if the C library has no such setting.
 void keep_freed_memory();
+
+/// Returns to the system what malloc has kept, also between allocations: for the end of a stage whose many small blocks
+/// are of no use to the next one. Does nothing without glibc.
+void return_freed_memory();
 
 }  // namespace scanknit

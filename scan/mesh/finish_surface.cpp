@@ -79,7 +79,8 @@ class SurfaceFinisher {
         up_(request.config.output.world_up.value_or(request.world_up)),
         metres_per_unit_(request.metres_per_unit),
         session_(session),
-        frames_(request.frames) {
+        frames_(request.frames),
+        on_volume_read_(request.on_volume_read) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     if (settings_.is_anything()) made_.steps.emplace();
   }
@@ -87,7 +88,9 @@ class SurfaceFinisher {
   /// To be called once, as from_mesh().
   [[nodiscard]] FinishedSurface from_volume(const FieldView& whole) {
     made_.outcome = extract_and_close(whole);
-    return made_.outcome ? from_mesh(std::move(made_.surface)) : std::move(made_);
+    if (!made_.outcome) return std::move(made_);
+    let_go_of_volume();
+    return from_mesh(std::move(made_.surface));
   }
 
   [[nodiscard]] FinishedSurface from_mesh(Surface surface) {
@@ -107,6 +110,13 @@ class SurfaceFinisher {
     find_ground_of(surface.mesh, view.field->voxelSize().x());
     if (auto cut = cut_ground(view, surface); !cut) return cut;
     return close(view, surface);
+  }
+
+  /// The steps that follow take memory of their own.
+  void let_go_of_volume() {
+    seen_.reset();
+    without_ground_.reset();
+    if (on_volume_read_ && !made_.surface.mesh.empty()) on_volume_read_();
   }
 
   void finish(Mesh& mesh) {
@@ -381,6 +391,7 @@ class SurfaceFinisher {
   ScanSession& session_;
   FinishedSurface made_;
   std::span<const PosedDepth> frames_;
+  std::function<void()> on_volume_read_;
   std::stop_token stop_;  ///< empty when the stop was requested before the finishing
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;

@@ -1,6 +1,7 @@
 // From a volume to the surface that is written: extraction, and the steps of `finish:` before and after it.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -26,6 +27,9 @@ struct FinishRequest {
   /// has no effect: it is the normal end of a scan.
   std::stop_token stop = {};
   std::span<const PosedDepth> frames = {};  ///< of the scan, evenly spread: they confirm pieces of the mesh
+  /// Called when a mesh that is not empty has been made and the volume is not read again: it may be freed here, before
+  /// the steps that take the mesh alone.
+  std::function<void()> on_volume_read = {};
 };
 
 /// The surface to be written. After an error, what was made before it.

@@ -34,7 +34,8 @@ FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
 
 FinishedSurface surface_of(const Reconstruction& scan, std::span<const PosedDepth> frames, const MeshRequest& request,
                            ScanSession& session) {
-  const FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
+  FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
+  if (!request.crop) finish.on_volume_read = request.on_volume_read;
   const auto extract = [&](const CropBox& crop) {
     return finished_surface(field_view(scan.volume(), crop), finish, session);
   };

@@ -1,6 +1,7 @@
 // The mesh of a reconstruction, written to all files of a job.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/axes.h"
@@ -26,6 +27,8 @@ struct MeshRequest {
   const CropBox& crop;
   EmptyCrop empty_crop = EmptyCrop::kIgnored;
   std::stop_token stop = {};  ///< see FinishRequest
+  /// See FinishRequest. Not called if there is a crop box: the whole volume may be needed after it.
+  std::function<void()> on_volume_read = {};
 };
 
 /// The mesh of a reconstruction. After an error, what was made before it.

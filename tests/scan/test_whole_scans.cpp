@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "fusion/volume/tsdf_volume.h"
 #include "scan/align/align.h"
 #include "scan/scan.h"
 #include "synth/scene/scene.h"
@@ -50,10 +51,15 @@ class Witness final : public ScanObserver {
     return ScanCommand{ScanCommand::Kind::kFinish};
   }
 
-  void on_tracked_mesh(const ScanState&) override { ++tracked_meshes; }
+  void on_tracked_mesh(const ScanState& scan) override {
+    ++tracked_meshes;
+    blocks_after_mesh = scan.volume.blocks();
+  }
+  bool needs_volume_after_mesh() const override { return needs_volume; }
   void on_refined(const ScanState&) override { ++refined; }
 
-  std::size_t fused = 0, tracked_meshes = 0, refined = 0;
+  std::size_t fused = 0, tracked_meshes = 0, refined = 0, blocks_after_mesh = 0;
+  bool needs_volume = true;
   std::vector<std::string> events, warnings;
 
  private:
@@ -115,6 +121,25 @@ TEST_F(WholeScan, IsSeenByItsObserverFromTheFirstFrameToTheFile) {
   EXPECT_EQ(result.files.at("ply"), mesh().string());
   EXPECT_GT(fs::file_size(mesh()), 1000u);
   EXPECT_EQ(texts_of(result.warnings), witness.warnings);
+}
+
+TEST_F(WholeScan, FreesItsVolumeBeforeTheMeshIsFinishedUnlessTheObserverNeedsIt) {
+  ScanJob finished = job();
+  finished.config.finish.smooth_steps = 2;
+  std::vector<std::string> meshes;
+  for (const bool needs_volume : {true, false}) {
+    Witness witness;
+    witness.needs_volume = needs_volume;
+    const ScanResult result = scan_recording(finished, witness);
+    ASSERT_TRUE(result.outcome) << result.outcome.error().text();
+    ASSERT_EQ(witness.tracked_meshes, 1u);
+    EXPECT_EQ(witness.blocks_after_mesh, needs_volume ? result.volume.blocks : 0u);
+    EXPECT_GT(result.volume.blocks, 0u);  // the report is about the volume that was fused
+    std::ifstream file(mesh(), std::ios::binary);
+    meshes.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  EXPECT_GT(meshes[0].size(), 1000u);
+  EXPECT_TRUE(meshes[0] == meshes[1]);
 }
 
 TEST_F(WholeScan, EndsAtItsObserversCommand) {
