@@ -22,6 +22,11 @@ bool is_expected(McapOp op) {
   return op >= McapOp::kHeader && op <= McapOp::kDataEnd;
 }
 
+// The specification leaves these to applications and asks readers to skip them.
+bool is_private(McapOp op) {
+  return static_cast<std::uint8_t>(op) >= 0x80;
+}
+
 std::string at_byte(std::uint64_t offset) {
   return "at byte " + std::to_string(offset);
 }
@@ -80,7 +85,7 @@ Result<void> McapReader::walk_file() {
   std::uint64_t after_chunk = at;  // what lies between is known by its length alone
   while (at < size) {
     const auto record = record_at(*file_, at, size);
-    bool is_good = record && is_expected(record->op);
+    bool is_good = record && (is_expected(record->op) || is_private_record(*record));
     if (is_good && (record->op == McapOp::kDataEnd || record->op == McapOp::kFooter)) {
       std::array<std::byte, kMcapMagic.size()> end{};
       const bool is_whole = file_->read(size - end.size(), end) && end == kMcapMagic;
@@ -112,6 +117,20 @@ Result<void> McapReader::walk_file() {
   }
   note_fault("it ends early: " + at_byte(at) + " of " + std::to_string(size));
   return {};
+}
+
+// No chunk or message with a damaged opcode, which must not be passed over in silence; and a record follows it.
+bool McapReader::is_private_record(const Record& record) const {
+  if (!is_private(record.op) || parse_chunk(record)) return false;
+  std::array<std::byte, sizeof(std::uint16_t)> front{};
+  if (!has_chunks_ && record.length >= kMcapMessageHeader && file_->read(record.begin, front)) {
+    const auto id = ByteReader(front).little_endian<std::uint16_t>();
+    if (std::any_of(channels_.begin(), channels_.end(), [&](const auto& channel) { return channel.id == id; })) {
+      return false;
+    }
+  }
+  const auto next = record_at(*file_, record.end(), file_->size());
+  return next && (is_expected(next->op) || is_private(next->op));
 }
 
 std::optional<std::uint64_t> McapReader::find_chunk(std::uint64_t from) {

@@ -105,6 +105,7 @@ class McapReader {
   [[nodiscard]] bool note_indexed(const Record& record, const Chunk& chunk);
   [[nodiscard]] bool is_count_as_stated() const;
   [[nodiscard]] bool is_as_indexed(const Chunk& chunk, std::span<const std::byte> records) const;
+  [[nodiscard]] bool is_private_record(const Record& record) const;
   /// The beginning of the first intact chunk at `from` or later.
   [[nodiscard]] std::optional<std::uint64_t> find_chunk(std::uint64_t from);
   [[nodiscard]] bool is_whole_chunk(std::uint64_t at);

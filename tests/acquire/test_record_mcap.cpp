@@ -221,9 +221,8 @@ TEST(McapFile, LosesOneChunkToOneWrongByteInItsRecords) {
   EXPECT_EQ(read_all(file).size(), 6u);
 }
 
-TEST(McapFile, LosesOneChunkToAWrongLength) {
-  const Bytes whole = small_file();
-  // The second chunk: its first byte is its kind, then come eight bytes of length.
+// Its first byte is its kind, then come eight bytes of length.
+std::size_t second_chunk(const Bytes& whole) {
   const auto is_chunk = [&](std::size_t at) {
     ByteReader reader = reader_at(whole, at);
     return reader.little_endian<std::uint8_t>() == 0x06 && reader.little_endian<std::uint64_t>().value_or(~0ull) < 1000;
@@ -234,6 +233,28 @@ TEST(McapFile, LosesOneChunkToAWrongLength) {
     (void)reader.little_endian<std::uint8_t>();
     at += kMcapRecordHeader + reader.little_endian<std::uint64_t>().value();
   }
+  return at;
+}
+
+// The specification: records of applications' own kinds, 0x80 and above, are passed over.
+TEST(McapFile, PassesOverPrivateRecords) {
+  Bytes file = small_file(false);
+  const Bytes record = text_bytes(std::string("\x80\x05\0\0\0\0\0\0\0hello", 14));
+  file.insert(file.begin() + static_cast<std::ptrdiff_t>(second_chunk(file)), record.begin(), record.end());
+  EXPECT_EQ(read_all(file), read_all(small_file()));
+  EXPECT_EQ(open(file)->fault().value_or("").find("damaged"), std::string::npos) << "it only lacks its end";
+}
+
+TEST(McapFile, SaysThatAChunkWithADamagedKindIsMissing) {
+  Bytes file = small_file(false);
+  file[second_chunk(file)] ^= std::byte{0x80};
+  EXPECT_EQ(read_all(file).size(), 6u);
+  EXPECT_NE(open(file)->fault().value_or("").find("damaged"), std::string::npos);
+}
+
+TEST(McapFile, LosesOneChunkToAWrongLength) {
+  const Bytes whole = small_file();
+  const std::size_t at = second_chunk(whole);
   for (const int change : {0x01, 0x10, 0xFF}) {
     for (std::size_t byte = 1; byte <= 8; ++byte) {
       Bytes file = whole;
