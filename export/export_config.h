@@ -36,6 +36,7 @@ struct ExportConfig {
   int texture_size = 4096;                      ///< largest side of the texture, texels
   std::optional<double> texel_size_m;           ///< side of a texel on the surface; nothing: as fine as the frames are
   bool preview = true;
+  bool uncertainty = false;  ///< of each vertex: a property of PLY, and a picture
   std::size_t max_vertices_of_a_primitive = kMaxVerticesOfAPrimitive;  ///< GLB; no key, for tests of small meshes
 };
 

@@ -12,8 +12,16 @@ std::vector<std::filesystem::path> all_paths(const ScanFiles& files) {
   return paths;
 }
 
+std::optional<std::filesystem::path> uncertainty_picture(const ScanJob& job) {
+  if (!job.config.output.uncertainty || job.files.meshes.empty()) return std::nullopt;
+  const std::filesystem::path& mesh = job.files.meshes.front();
+  return mesh.parent_path() / (mesh.stem().string() + "_uncertainty.png");
+}
+
 Result<void> check_files(const ScanJob& job) {
-  for (const auto& paths : {all_paths(job.files), job.files_of_caller}) {
+  std::vector<std::filesystem::path> own = all_paths(job.files);
+  if (const auto picture = uncertainty_picture(job)) own.push_back(*picture);
+  for (const auto& paths : {own, job.files_of_caller}) {
     for (const std::filesystem::path& path : paths) {
       if (auto writable = check_writable(path); !writable) return writable;
     }

@@ -46,6 +46,10 @@ struct ScanJob {
 /// Checks that every file of the job, and of the caller, can be written. Errors: kOutput.
 [[nodiscard]] Result<void> check_files(const ScanJob& job);
 
+/// The picture of export.uncertainty, beside the job's first mesh: NAME_uncertainty.png. Nothing unless it is asked
+/// for, or without a mesh.
+[[nodiscard]] std::optional<std::filesystem::path> uncertainty_picture(const ScanJob& job);
+
 /// The paths of all files.
 [[nodiscard]] std::vector<std::filesystem::path> all_paths(const ScanFiles& files);
 

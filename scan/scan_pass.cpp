@@ -69,7 +69,8 @@ Result<void> ScanPass::run() {
 
 Result<void> ScanPass::begin() {
   if (auto prepared = refiner_.prepare(); !prepared) return prepared;
-  const bool keeps_depth_samples = job_.measures_fit || job_.config.finish.drops_crumbs;
+  const bool keeps_depth_samples =
+      job_.measures_fit || job_.config.finish.drops_crumbs || job_.config.output.uncertainty;
   const Reconstruction::Options options{intake_.info().poses, keeps_depth_samples, !input_.limits.gives_up_when_full};
   auto scan = Reconstruction::create(job_.config, options, refiner_, session_);
   if (!scan) return scan.error();
@@ -273,7 +274,9 @@ Result<void> ScanPass::write_mesh(IsLastMesh is_last) {
 
 Result<void> ScanPass::write_volume_and_trajectory() {
   volume_ = described(scan_->volume());
-  return write_beside_mesh(scan_->volume(), scan_->trajectory(), job_, session_, files_);
+  std::optional<double> sigma_m;
+  if (job_.files.volume) sigma_m = view_sigma_m(scan_->volume(), scan_->depth_samples(), job_.config);
+  return write_beside_mesh(scan_->volume(), scan_->trajectory(), job_, session_, files_, sigma_m);
 }
 
 ScanState ScanPass::state() {

@@ -380,6 +380,11 @@ std::vector<ConfigKey> export_keys() {
       boolean(
           {"export.preview", "", "Draw preview.png, error.png and coverage.png when the output is a folder."},
           [](auto& c) -> auto& { return c.output.preview; }),
+      boolean(
+          {"export.uncertainty", "",
+           "Estimate how far each vertex may be off: PLY files get its standard deviation in metres as the property "
+           "`uncertainty`, and a picture shows it."},
+          [](auto& c) -> auto& { return c.output.uncertainty; }),
   };
 }
 

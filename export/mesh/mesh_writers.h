@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "core/files/atomic_file.h"
@@ -19,15 +20,17 @@ class ByteWriter;
 /// The parts of PLY and STL files, to write meshes that are not a Mesh in memory.
 struct PlyContents {
   std::size_t vertices = 0, triangles = 0;
-  bool has_normals = false, has_colours = false;
+  bool has_normals = false, has_colours = false, has_uncertainty = false;
 };
 [[nodiscard]] std::string ply_head(const PlyContents& contents, const Placement& placement);
 [[nodiscard]] std::string stl_head(const Placement& placement);  ///< without the following count of triangles
 void put_ply_face(const Triangle& triangle, ByteWriter& out);
 void put_stl_facet(const std::array<Eigen::Vector3f, 3>& placed_corners, ByteWriter& out);
 
-/// Binary little-endian PLY: x y z [nx ny nz] [red green blue], colours as sRGB bytes.
-[[nodiscard]] Result<void> write_ply(const Mesh& mesh, const Placement& placement, AtomicFile& file);
+/// Binary little-endian PLY: x y z [nx ny nz] [red green blue] [uncertainty], colours as sRGB bytes. `uncertainty_m` is
+/// empty or has one a vertex.
+[[nodiscard]] Result<void> write_ply(const Mesh& mesh, const Placement& placement, std::span<const float> uncertainty_m,
+                                     AtomicFile& file);
 
 /// Wavefront OBJ: `v x y z [r g b]`, colours as sRGB in 0..1 (the convention of MeshLab, Blender and others), `vn`.
 [[nodiscard]] Result<void> write_obj(const Mesh& mesh, const Placement& placement, AtomicFile& file);

@@ -41,6 +41,11 @@ Result<void> check_exportable(const Mesh& mesh, const Placement& placement) {
   return {};
 }
 
+Result<void> check_uncertainty(const Mesh& mesh, std::span<const float> uncertainty_m) {
+  if (uncertainty_m.empty() || uncertainty_m.size() == mesh.positions_m.size()) return {};
+  return Error{ErrorCode::kMesh, "the mesh's uncertainties are not one a vertex"};
+}
+
 Result<void> check_texture(const Mesh& mesh, const MeshTexture* texture) {
   if (texture == nullptr) return {};
   const auto is_finite = [](const Eigen::Vector2f& coordinate) { return coordinate.allFinite(); };
@@ -51,10 +56,10 @@ Result<void> check_texture(const Mesh& mesh, const MeshTexture* texture) {
 }
 
 Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportConfig& config,
-                      const MeshTexture* texture, AtomicFile& file) {
+                      const MeshTexture* texture, std::span<const float> uncertainty_m, AtomicFile& file) {
   switch (plan.format) {
     case MeshFormat::kGlb: return write_glb({mesh, plan.placement, texture}, config, file);
-    case MeshFormat::kPly: return write_ply(mesh, plan.placement, file);
+    case MeshFormat::kPly: return write_ply(mesh, plan.placement, uncertainty_m, file);
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
     case MeshFormat::kThreeMf: return write_3mf(mesh, plan.placement, file);
@@ -85,7 +90,8 @@ bool is_mesh_path(const std::filesystem::path& path) {
 }
 
 Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path, const ExportConfig& config,
-                               UpAxis world_up, std::optional<double> file_unit_m, const MeshTexture* texture) {
+                               UpAxis world_up, std::optional<double> file_unit_m, const MeshTexture* texture,
+                               std::span<const float> uncertainty_m) {
   const std::optional<MeshFormat> format = mesh_format(path);
   if (!format) {
     return Error{ErrorCode::kOutput,
@@ -95,9 +101,11 @@ Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& pa
   const PlacementPlan plan = plan_placement(*format, config, world_up, file_unit_m);
   if (auto checked = check_exportable(mesh, plan.placement); !checked) return located(checked.error(), path);
   if (auto checked = check_texture(mesh, texture); !checked) return located(checked.error(), path);
+  if (auto checked = check_uncertainty(mesh, uncertainty_m); !checked) return located(checked.error(), path);
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
-  if (auto written = write_as(plan, mesh, config, texture, *file); !written) return located(written.error(), path);
+  if (auto written = write_as(plan, mesh, config, texture, uncertainty_m, *file); !written)
+    return located(written.error(), path);
   if (auto committed = file->commit(); !committed) return committed.error();
   return written_file(path, plan);
 }

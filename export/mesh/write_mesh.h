@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/axes.h"
@@ -25,13 +26,15 @@ struct WrittenFile {
 /// up, no colour. 3MF: the same, with colours. `file_unit_m`: the mesh has the coordinates of a volume file, whose unit
 /// is so many metres (> 0). PLY, OBJ and STL then keep that unit; GLB and 3MF are scaled. `texture`: written into GLB;
 /// null: none, as in the other formats. A scan bakes it (ExportConfig::texture). A textured mesh has no colours:
-/// viewers would multiply them. Errors: kMesh for an empty mesh, an index out of range, a number that is not finite;
-/// kOutput for a failed write, an unknown extension (the message lists the known ones), a file beyond the format's size
-/// limit.
+/// viewers would multiply them. `uncertainty_m`: one standard deviation of each vertex, metres, NaN where unknown; PLY
+/// has it as the property `uncertainty`, whatever the unit of the positions, the other formats leave it out. Empty:
+/// none. Errors: kMesh for an empty mesh, an index out of range, a number that is not finite; kOutput for a failed
+/// write, an unknown extension (the message lists the known ones), a file beyond the format's size limit.
 [[nodiscard]] Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& path,
                                              const ExportConfig& config, UpAxis world_up,
                                              std::optional<double> file_unit_m = std::nullopt,
-                                             const MeshTexture* texture = nullptr);
+                                             const MeshTexture* texture = nullptr,
+                                             std::span<const float> uncertainty_m = {});
 
 /// True for a path that ends in .glb, in any case.
 [[nodiscard]] bool is_glb_path(const std::filesystem::path& path);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/check.h"
+#include "export/picture/colour_ramp.h"
 #include "export/picture/preview.h"
 
 namespace scanknit {
@@ -40,17 +41,6 @@ double percentile(std::vector<float>& values, double share) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
-}
-
-template <std::size_t N>
-Rgb8 colour_on(const Rgb8 (&ramp)[N], double share) {
-  const double place = std::clamp(share, 0.0, 1.0) * (N - 1);
-  const auto i = std::min(static_cast<std::size_t>(place), N - 2);
-  const double t = place - static_cast<double>(i);
-  const auto mix = [t](std::uint8_t a, std::uint8_t b) {
-    return static_cast<std::uint8_t>(std::lround(a + t * (b - a)));
-  };
-  return {mix(ramp[i].r, ramp[i + 1].r), mix(ramp[i].g, ramp[i + 1].g), mix(ramp[i].b, ramp[i + 1].b)};
 }
 
 template <std::size_t N, typename Share>
@@ -98,14 +88,18 @@ SurfaceFit fit_surface(const Mesh& mesh, std::span<const PosedDepth> frames, con
   return fit;
 }
 
-double error_map_end_m(const SurfaceFit& fit) {
+double rounded_scale_end_m(double most_m) {
   constexpr double kLeastM = 1e-6;
-  const double p95_m = std::max(fit.p95_m, kLeastM);
-  const double decade = std::pow(10.0, std::floor(std::log10(p95_m)));
+  const double end_m = std::max(most_m, kLeastM);
+  const double decade = std::pow(10.0, std::floor(std::log10(end_m)));
   for (const double step : {1.0, 2.0, 5.0}) {
-    if (p95_m <= step * decade) return step * decade;
+    if (end_m <= step * decade) return step * decade;
   }
   return 10 * decade;
+}
+
+double error_map_end_m(const SurfaceFit& fit) {
+  return rounded_scale_end_m(fit.p95_m);
 }
 
 std::size_t coverage_map_end(const SurfaceFit& fit) {

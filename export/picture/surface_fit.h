@@ -48,6 +48,8 @@ inline constexpr Rgb8 kErrorRamp[] = {{38, 70, 160}, {60, 170, 180}, {245, 215, 
 inline constexpr Rgb8 kCoverageRamp[] = {{214, 48, 39}, {245, 215, 80}, {60, 170, 120}, {20, 90, 130}};
 inline constexpr Rgb8 kUnseenColour{150, 130, 150};
 
+/// The end of a scale up to about `most_m`: rounded up to 1, 2 or 5 times a power of ten; at least a micrometre.
+[[nodiscard]] double rounded_scale_end_m(double most_m);
 /// The error that has the last colour: the 95th percentile, rounded up to 1, 2 or 5 times a power of ten; > 0.
 [[nodiscard]] double error_map_end_m(const SurfaceFit& fit);
 /// The count of frames that has the last colour: the largest, at least 1.

@@ -66,8 +66,10 @@ class TsdfVolume {
   std::uint32_t frames = 0;  ///< number of integrated frames
 
   /// Writes the three grids, all or nothing, in stock types that any OpenVDB program opens: weights as floats, colours
-  /// as three floats from 0 to 1, negative if no colour was seen. Errors: kOutput.
-  [[nodiscard]] Result<void> save(const std::filesystem::path& path) const;
+  /// as three floats from 0 to 1, negative if no colour was seen. `view_sigma_m` is written
+  /// into the weights' grid: LoadedVolume::view_sigma_m(). Errors: kOutput.
+  [[nodiscard]] Result<void> save(const std::filesystem::path& path,
+                                  std::optional<double> view_sigma_m = std::nullopt) const;
 
   // For what changes a volume block by block: integrate() and the like. The types are the library's own.
 
@@ -102,6 +104,8 @@ struct LoadedVolume {
 
   /// A view for extract_surface() and others that read the volume, which keeps its grids.
   [[nodiscard]] FieldView field_view() const;
+  /// The standard deviation of a view of weight 1, metres, > 0; nothing when the file does not say it.
+  [[nodiscard]] std::optional<double> view_sigma_m() const;
 };
 
 /// Reads the file twice: first in a child process, which may use no more memory and time than a sound file of this size

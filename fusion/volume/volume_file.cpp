@@ -3,6 +3,7 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/tree/LeafManager.h>
 
+#include <cmath>
 #include <exception>
 #include <memory>
 #include <new>
@@ -16,6 +17,9 @@
 
 namespace scanknit {
 namespace {
+
+/// Metadata of the weights: the standard deviation of a view of weight 1, metres.
+constexpr const char* kViewSigma = "view_sigma_m";
 
 /// Lets a library that writes to a std::ostream write to an AtomicFile. The first failure is kept and ends the stream.
 class AtomicFileBuffer final : public std::streambuf {
@@ -123,7 +127,7 @@ Result<LoadedVolume> read_volume(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
+Result<void> TsdfVolume::save(const std::filesystem::path& path, std::optional<double> view_sigma_m) const {
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   AtomicFileBuffer buffer(*file);
@@ -133,7 +137,9 @@ Result<void> TsdfVolume::save(const std::filesystem::path& path) const {
     metadata.insertMeta("creator", openvdb::StringMetadata("ScanKnit"));
     metadata.insertMeta("unit", openvdb::StringMetadata("metre"));
     metadata.insertMeta("colour_encoding", openvdb::StringMetadata("sRGB, 0 to 1; negative: not seen"));
-    const openvdb::GridCPtrVec grids{tsdf_, in_stock_type<openvdb::FloatGrid>(*weight_, 0.0f, decode_weight),
+    const auto weights = in_stock_type<openvdb::FloatGrid>(*weight_, 0.0f, decode_weight);
+    if (view_sigma_m) weights->insertMeta(kViewSigma, openvdb::DoubleMetadata(*view_sigma_m));
+    const openvdb::GridCPtrVec grids{tsdf_, weights,
                                      in_stock_type<openvdb::Vec3SGrid>(*colour_, openvdb::Vec3s(-1), floats_of)};
     openvdb::io::Stream(stream).write(grids, metadata);
     if (buffer.status() && !stream) return Error{ErrorCode::kOutput, "OpenVDB failed to write", path.string()};
@@ -154,6 +160,13 @@ FieldView LoadedVolume::field_view() const {
   view.colour = colour.get();
   view.is_signed_distance = is_signed_distance;
   return view;
+}
+
+std::optional<double> LoadedVolume::view_sigma_m() const {
+  if (!weight) return std::nullopt;
+  const auto stated = weight->getMetadata<openvdb::DoubleMetadata>(kViewSigma);
+  if (!stated || !(stated->value() > 0) || !std::isfinite(stated->value())) return std::nullopt;
+  return stated->value();
 }
 
 Result<LoadedVolume> load_volume(const std::filesystem::path& path) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "fusion/bricks/brick_plan.h"
 #include "fusion/bricks/brick_volume.h"
 #include "fusion/integrate/integrate_part.h"
+#include "fusion/volume/block_size.h"
 #include "fusion/volume/volume_memory.h"
 #include "scan/bricks/layered_bricks.h"
 #include "scan/bricks/part_folder.h"
@@ -23,6 +25,7 @@
 #include "scan/frames/frame_intake.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/mesh/mesh_scan.h"
+#include "scan/mesh/vertex_uncertainty.h"
 #include "scan/mesh/write_texture.h"
 
 namespace scanknit {
@@ -48,7 +51,7 @@ class BrickScan {
       : job_(job),
         input_(input),
         session_(session),
-        keeps_samples_(job.measures_fit || job.config.finish.drops_crumbs),
+        keeps_samples_(job.measures_fit || job.config.finish.drops_crumbs || job.config.output.uncertainty),
         plan_(job.config.fusion),
         bricks_(job.config.fusion) {}
 
@@ -216,6 +219,7 @@ class BrickScan {
     ScannedFrames frames{result_.trajectory, samples_.posed(result_.trajectory)};
     FinishedSurface finished =
         finished_mesh(*std::move(surface), {job_.config, world_up, 1, input_.stop, frames.samples}, session_);
+    if (auto estimated = estimate_uncertainty(layers, frames.samples, finished); !estimated) return estimated;
     MeshedScan meshed = mesh_finished(std::move(finished), std::move(frames), request, session_);
     result_.mesh = std::move(meshed.result);
     for (const auto& [kind, path] : result_.mesh.files) result_.files[kind] = path;
@@ -223,6 +227,26 @@ class BrickScan {
     TexturedMesh textured = write_textured(meshed.written, job_, input_.archive, session_);
     result_.texture = std::move(textured.texture);
     return textured.outcome;
+  }
+
+  /// Reads the bricks again, a layer at a time with its neighbours, which have the other corners of its last
+  /// cells, and the rest of patches.
+  [[nodiscard]] Result<void> estimate_uncertainty(LayeredBricks& layers, std::span<const PosedDepth> samples,
+                                                  FinishedSurface& finished) {
+    if (!job_.config.output.uncertainty || !finished.outcome) return {};
+    const StageTimer timer(session_.times()["finish"]);
+    const Mesh& mesh = finished.surface.mesh;
+    std::vector<float> weights(mesh.positions_m.size(), 0.0f);
+    const FusionConfig& fusion = job_.config.fusion;
+    NoiseShare share(samples, fusion.noise);
+    for (const BlockLayer& layer : layers.layers()) {
+      const auto view = layers.read(layer.x - kBlockEdgeVoxels, layer.x + 3 * kBlockEdgeVoxels);
+      if (!view) return view.error();
+      raise_weights(mesh, finished.T_mesh_world().inverse(), *view, weights);
+      share.add(*view, layer.x, layer.x + kBlockEdgeVoxels);
+    }
+    finished.uncertainty_m = uncertainties_m(weights, {fusion.noise.floor_m * share.value(), fusion.voxel_size_m});
+    return {};
   }
 
   const ScanJob& job_;

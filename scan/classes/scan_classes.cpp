@@ -18,6 +18,7 @@
 #include "scan/frames/frame_intake.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/mesh/finish_surface.h"
+#include "scan/mesh/mesh_scan.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/passes.h"
 #include "scan/reconstruction.h"
@@ -51,7 +52,7 @@ class ClassScan {
   ClassScan(const ScanJob& job, ScanObserver& observer, const std::stop_token& stop)
       : job_(job),
         session_(observer, stop),
-        classes_(job_.config, job_.measures_fit || job_.config.finish.drops_crumbs) {
+        classes_(job_.config, job_.measures_fit || job_.config.finish.drops_crumbs || job_.config.output.uncertainty) {
     job_.config.acquire.keeps_labels = true;
     job_.config.acquire.mask_class.reset();
   }
@@ -193,17 +194,19 @@ class ClassScan {
     ScanJob job = job_;
     job.files = files_of_class(job_.files, made.label);
     made.volume = described(one.volume);
-    if (auto saved = write_beside_mesh(one.volume, {}, job, session_, made.mesh.files); !saved) return saved;
+    const std::vector<PosedDepth> samples = one.samples.posed(result_.trajectory);
+    const auto sigma_m = view_sigma_m(one.volume, samples, job.config);
+    if (auto saved = write_beside_mesh(one.volume, {}, job, session_, made.mesh.files, sigma_m); !saved) return saved;
     const FilesByKind beside = made.mesh.files;
     const UpAxis world_up = source_->info().world_up;
-    const std::vector<PosedDepth> samples = one.samples.posed(result_.trajectory);
     made.mesh.isovalue = job.config.extract.isovalue;
-    const FinishedSurface finished =
-        finished_surface(one.volume.field_view(), {job.config, world_up, 1, session_.stop(), samples}, session_);
+    FinishedSurface finished = finished_surface(one.volume.field_view(),
+                                                {job.config, world_up, 1, session_.stop(), samples, sigma_m}, session_);
     add_to(made.mesh, finished);
     if (!finished.outcome) return finished.outcome;
-    WrittenSurface written =
-        write_surface(finished.surface.mesh, frame_of(samples, finished.T_mesh_world()), job, session_);
+    MeshFrame frame = frame_of(samples, finished.T_mesh_world());
+    frame.uncertainty_m = std::move(finished.uncertainty_m);
+    WrittenSurface written = write_surface(finished.surface.mesh, frame, job, session_);
     const Result<void> outcome = written.outcome;
     add_to(made.mesh, std::move(written));
     made.mesh.files.insert(beside.begin(), beside.end());

@@ -15,6 +15,7 @@
 #include "finish/mesh_steps.h"
 #include "scan/mesh/drop_crumbs.h"
 #include "scan/mesh/fit_band.h"
+#include "scan/mesh/vertex_uncertainty.h"
 #include "scan/stage_times.h"
 
 namespace scanknit {
@@ -80,7 +81,8 @@ class SurfaceFinisher {
         metres_per_unit_(request.metres_per_unit),
         session_(session),
         frames_(request.frames),
-        on_volume_read_(request.on_volume_read) {
+        on_volume_read_(request.on_volume_read),
+        view_sigma_m_(request.view_sigma_m) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     if (settings_.is_anything()) made_.steps.emplace();
   }
@@ -89,8 +91,10 @@ class SurfaceFinisher {
   [[nodiscard]] FinishedSurface from_volume(const FieldView& whole) {
     made_.outcome = extract_and_close(whole);
     if (!made_.outcome) return std::move(made_);
-    let_go_of_volume();
-    return from_mesh(std::move(made_.surface));
+    if (!view_sigma_m_) let_go_of_volume();
+    finish(made_.surface.mesh);
+    if (view_sigma_m_) session_.timed("finish", [&] { estimate_uncertainty(whole); });
+    return std::move(made_);
   }
 
   [[nodiscard]] FinishedSurface from_mesh(Surface surface) {
@@ -129,6 +133,16 @@ class SurfaceFinisher {
       simplify(mesh);
       place(mesh);
     });
+  }
+
+  /// The finished mesh's: what moved a vertex has not moved what is known of the place.
+  void estimate_uncertainty(const FieldView& view) {
+    if (!config_.output.uncertainty || !view_sigma_m_ || (view.weight == nullptr && view.weight_codes == nullptr))
+      return;
+    const Mesh& mesh = made_.surface.mesh;
+    std::vector<float> weights(mesh.positions_m.size(), 0.0f);
+    raise_weights(mesh, made_.T_mesh_world().inverse(), view, weights);
+    made_.uncertainty_m = uncertainties_m(weights, {*view_sigma_m_, view.field->voxelSize().x()});
   }
 
   void note(FinishStep step, Figures figures) {
@@ -392,6 +406,7 @@ class SurfaceFinisher {
   FinishedSurface made_;
   std::span<const PosedDepth> frames_;
   std::function<void()> on_volume_read_;
+  std::optional<double> view_sigma_m_;
   std::stop_token stop_;  ///< empty when the stop was requested before the finishing
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;

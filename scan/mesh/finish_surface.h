@@ -27,8 +27,11 @@ struct FinishRequest {
   /// has no effect: it is the normal end of a scan.
   std::stop_token stop = {};
   std::span<const PosedDepth> frames = {};  ///< of the scan, evenly spread: they confirm pieces of the mesh
+  /// What the volume's weights are inverse variances of: the standard deviation of a view of weight 1, metres. Without
+  /// it the weights are of another kind, and vertices get no uncertainty.
+  std::optional<double> view_sigma_m = {};
   /// Called when a mesh that is not empty has been made and the volume is not read again: it may be freed here, before
-  /// the steps that take the mesh alone.
+  /// the steps that take the mesh alone. Not called when vertices get their uncertainty, which is read after these.
   std::function<void()> on_volume_read = {};
 };
 
@@ -36,8 +39,10 @@ struct FinishRequest {
 struct FinishedSurface {
   Result<void> outcome;
   Surface surface;
-  std::optional<FinishResult> steps;  ///< nothing unless `finish:` asks for a step
-  std::vector<ScanWarning> warnings;  ///< the observer has been told of them
+  std::optional<FinishResult> steps;      ///< nothing unless `finish:` asks for a step
+  std::vector<ScanWarning> warnings;      ///< the observer has been told of them
+  std::vector<float> uncertainty_m = {};  ///< of each vertex; empty unless export.uncertainty asks for it and
+                                          ///< FinishRequest::view_sigma_m is known
 
   /// From the volume's world to the mesh's coordinates.
   [[nodiscard]] Pose T_mesh_world() const { return steps ? steps->T_mesh_world : Pose::Identity(); }

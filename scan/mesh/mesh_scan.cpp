@@ -10,6 +10,7 @@
 #include "core/system/beside.h"
 #include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
+#include "scan/mesh/vertex_uncertainty.h"
 #include "scan/mesh/write_surface.h"
 
 namespace scanknit {
@@ -34,7 +35,8 @@ FieldView field_view(const TsdfVolume& volume, const CropBox& crop) {
 
 FinishedSurface surface_of(const Reconstruction& scan, std::span<const PosedDepth> frames, const MeshRequest& request,
                            ScanSession& session) {
-  FinishRequest finish{request.job.config, request.world_up, 1, request.stop, frames};
+  FinishRequest finish{request.job.config, request.world_up, 1,
+                       request.stop,       frames,           view_sigma_m(scan.volume(), frames, request.job.config)};
   if (!request.crop) finish.on_volume_read = request.on_volume_read;
   const auto extract = [&](const CropBox& crop) {
     return finished_surface(field_view(scan.volume(), crop), finish, session);
@@ -93,13 +95,23 @@ MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const M
   const Mesh& mesh = finished.surface.mesh;
   const Trajectory& trajectory = frames.trajectory;
   auto doubled = beside([&] { return doubled_surface(mesh, config); });
-  WrittenSurface written =
-      write_surface(mesh, frame_of(std::move(frames), request, finished.T_mesh_world()), request.job, session);
+  MeshFrame frame = frame_of(std::move(frames), request, finished.T_mesh_world());
+  frame.uncertainty_m = std::move(finished.uncertainty_m);
+  WrittenSurface written = write_surface(mesh, frame, request.job, session);
   meshed.result.doubled = session.timed("export", [&] { return doubled.get(); });
   meshed.outcome = written.outcome;
   add_to(meshed.result, std::move(written));
   if (meshed.outcome) meshed.written = written_mesh(std::move(finished), trajectory, request);
   return meshed;
+}
+
+std::optional<double> view_sigma_m(const TsdfVolume& volume, std::span<const PosedDepth> samples,
+                                   const ScanConfig& config) {
+  if (!config.output.uncertainty) return std::nullopt;
+  const NoiseModel& noise = config.fusion.noise;
+  NoiseShare share(samples, noise);
+  share.add(volume.field_view());
+  return noise.floor_m * share.value();
 }
 
 MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {

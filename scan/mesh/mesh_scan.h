@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/axes.h"
@@ -47,6 +49,11 @@ struct ScannedFrames {
 /// Writes a surface that was extracted and finished. `outcome`: that of the surface; kMesh when it is empty; kOutput.
 [[nodiscard]] MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const MeshRequest& request,
                                        ScanSession& session);
+
+/// The standard deviation of a view of weight 1 in a volume that depth frames were fused into, metres; `samples`: some
+/// of them. Nothing unless export.uncertainty asks for it.
+[[nodiscard]] std::optional<double> view_sigma_m(const TsdfVolume& volume, std::span<const PosedDepth> samples,
+                                                 const ScanConfig& config);
 
 /// `outcome`: kTooLittle before the first frame; kMesh when there is no surface; kOutput.
 [[nodiscard]] MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session);

@@ -10,6 +10,7 @@
 #include "export/measure/holes.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/preview.h"
+#include "export/picture/uncertainty_map.h"
 #include "scan/mesh/fit_band.h"
 
 namespace scanknit {
@@ -68,8 +69,10 @@ class SurfaceWriter {
 
   [[nodiscard]] Result<void> write_meshes() {
     for (const std::filesystem::path& path : job_.files.meshes) {
-      const auto written = session_.timed(
-          "export", [&] { return write_mesh(mesh_, path, job_.config.output, frame_.world_up, frame_.file_unit_m); });
+      const auto written = session_.timed("export", [&] {
+        return write_mesh(mesh_, path, job_.config.output, frame_.world_up, frame_.file_unit_m, nullptr,
+                          frame_.uncertainty_m);
+      });
       if (!written) return written.error();
       written_.files[path.extension().string().substr(1)] = path.string();
     }
@@ -81,11 +84,27 @@ class SurfaceWriter {
     if (!frame_.depths.empty() && mesh_.normals.size() == mesh_.positions_m.size()) {
       fit = session_.timed("export", [&] { return measure_fit(); });
     }
+    if (auto written = write_uncertainty(); !written) return written;
     if (!job_.files.preview) return {};
     const ColourImage picture =
         session_.timed("export", [&] { return render_preview(mesh_, up_, frame_.T_world_scanner); });
     if (auto written = write_picture("preview", picture, *job_.files.preview); !written) return written;
     return fit && job_.files.error ? write_maps(*fit) : Result<void>();
+  }
+
+  [[nodiscard]] Result<void> write_uncertainty() {
+    if (!job_.config.output.uncertainty) return {};
+    if (frame_.uncertainty_m.empty()) {
+      session_.warn(
+          WarningCode::kNoEffect,
+          "export.uncertainty has no effect because the volume's weights do not come from a depth sensor's noise");
+      return {};
+    }
+    const auto path = uncertainty_picture(job_);
+    if (!path) return {};
+    const auto picture = session_.timed(
+        "export", [&] { return draw_uncertainty_map(mesh_, frame_.uncertainty_m, up_, frame_.T_world_scanner); });
+    return write_picture("uncertainty", picture, *path);
   }
 
   [[nodiscard]] SurfaceFit measure_fit() {

@@ -25,6 +25,7 @@ struct MeshFrame {
   std::optional<Pose> T_world_scanner;  ///< pose of a frame in the middle of the scan: the viewpoint of pictures
   std::optional<double> file_unit_m;    ///< metres per unit of a volume file's own coordinates; nothing: a scan, metres
   std::vector<PosedDepth> depths = {};  ///< some of the frames that the mesh was made of
+  std::vector<float> uncertainty_m = {};  ///< FinishedSurface::uncertainty_m
 };
 
 /// The files of a surface and what was measured of it. After an error, what was made before it.

@@ -124,9 +124,10 @@ class VolumeExtraction {
     if (auto chosen = choose_isovalue(values, volume->is_signed_distance); !chosen) return chosen;
     // ScanKnit's volumes are in a camera's world, y down. In other VDB files z is up more often than not (Blender).
     const UpAxis world_up = volume->weight ? UpAxis::kMinusY : UpAxis::kZ;
-    const FinishRequest finish{job_.config, world_up, 1, session_.stop()};
+    FinishRequest finish{job_.config, world_up, 1, session_.stop()};
+    finish.view_sigma_m = view_sigma_m(*volume);
     const FinishedSurface finished = finished_surface(volume->field_view(), finish, session_);
-    const Result<void> written = write(finished, {world_up, std::nullopt, std::nullopt});
+    const Result<void> written = write(finished, {world_up, std::nullopt, std::nullopt, {}, finished.uncertainty_m});
     return finished.outcome ? with_values(written, values) : written;
   }
 
@@ -260,6 +261,21 @@ class VolumeExtraction {
             fmt::format("which isovalue? Its values lie {}: set extract.isovalue, or have one proposed (auto-isovalue)",
                         range_text(census)),
             job_.input.string()};
+  }
+
+  /// What the weights of a volume of ScanKnit are worth. Says so when the file does not: it may be another sensor's.
+  [[nodiscard]] std::optional<double> view_sigma_m(const LoadedVolume& volume) {
+    if (!volume.weight) return std::nullopt;
+    if (const auto stated = volume.view_sigma_m()) return stated;
+    const double floor_m = job_.config.fusion.noise.floor_m;
+    if (job_.config.output.uncertainty) {
+      session_.warn(
+          WarningCode::kVolumeFile,
+          fmt::format("the volume does not say how noisy its sensor was: export.uncertainty assumes {:.4g} mm at "
+                      "best (fusion.noise.floor); `run --save-volume` with export.uncertainty writes it down",
+                      floor_m * 1000));
+    }
+    return floor_m;
   }
 
   /// Warns of the float grids in the file that are not meshed.

@@ -8,10 +8,10 @@
 namespace scanknit {
 
 Result<void> write_beside_mesh(const TsdfVolume& volume, const Trajectory& trajectory, const ScanJob& job,
-                               ScanSession& session, FilesByKind& files) {
+                               ScanSession& session, FilesByKind& files, std::optional<double> view_sigma_m) {
   if (job.files.volume) {
     files["volume"] = job.files.volume->string();
-    const auto saved = session.timed("write", [&] { return volume.save(*job.files.volume); });
+    const auto saved = session.timed("write", [&] { return volume.save(*job.files.volume, view_sigma_m); });
     if (!saved) return saved;
   }
   if (!job.files.trajectory) return {};

@@ -9,8 +9,10 @@
 
 namespace scanknit {
 
-/// Writes those of the two that the job asks for, the volume first, and names them in `files`. Errors: kOutput.
+/// Writes those of the two that the job asks for, the volume first, and names them in `files`; `view_sigma_m`: see
+/// TsdfVolume::save(). Errors: kOutput.
 [[nodiscard]] Result<void> write_beside_mesh(const TsdfVolume& volume, const Trajectory& trajectory, const ScanJob& job,
-                                             ScanSession& session, FilesByKind& files);
+                                             ScanSession& session, FilesByKind& files,
+                                             std::optional<double> view_sigma_m = std::nullopt);
 
 }  // namespace scanknit
