@@ -13,8 +13,6 @@
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
 #include "scan/classes/scan_classes.h"
-#include "scan/frames/apply_sensor.h"
-#include "scan/frames/read_ahead.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/lidar/scan_sweeps.h"
 #include "scan/passes.h"
@@ -95,11 +93,10 @@ class RecordingScan {
   }
 
   [[nodiscard]] Result<void> open() {
-    auto opened = open_recording(job_.input, job_.config.acquire);
+    auto opened = open_first(job_, session_);
     if (!opened) return opened.error();
-    for (const std::string& warning : (*opened)->info().warnings) session_.warn(WarningCode::kRecording, warning);
-    possible_timing_ = apply_sensor((*opened)->info().sensor, job_.config, session_);
-    source_ = paced(read_ahead(*std::move(opened)), job_.pace, job_.pace_control());
+    possible_timing_ = opened->possible_timing;
+    source_ = paced(std::move(opened->source), job_.pace, job_.pace_control());
     if (auto fits = choose_bricks(); !fits) return fits;
     return session_.observer().on_open(source_->info());
   }

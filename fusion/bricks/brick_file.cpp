@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -13,6 +11,7 @@
 #include "core/files/atomic_file.h"
 #include "core/files/byte_reader.h"
 #include "core/files/crc32.h"
+#include "core/files/little_endian.h"
 #include "fusion/volume/block_index.h"
 #include "fusion/volume/new_block.h"
 
@@ -27,33 +26,25 @@ constexpr std::size_t kMaskWords = 8;
 constexpr std::size_t kLayerEntryBytes = 4 + 4 + 4 + 8 + 8;
 constexpr std::size_t kTailBytes = 8 + 8 + 4 + kBrickMagic.size();
 
-template <typename T>
-void append_le(std::string& bytes, T value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  if constexpr (std::endian::native == std::endian::big) std::reverse(raw.begin(), raw.end());
-  bytes.append(raw.data(), raw.size());
-}
-
 std::uint32_t checksum_of(std::string_view bytes) {
   return crc32(std::as_bytes(std::span(bytes)));
 }
 
 void append_block(std::string& bytes, const VolumeBlock& block) {
-  append_le(bytes, block.origin.y());
-  append_le(bytes, block.origin.z());
+  append_little_endian(bytes, block.origin.y());
+  append_little_endian(bytes, block.origin.z());
   for (std::size_t i = 0; i < kMaskWords; ++i) {
-    append_le(bytes, block.tsdf->getValueMask().getWord<std::uint64_t>(static_cast<openvdb::Index>(i)));
+    append_little_endian(bytes, block.tsdf->getValueMask().getWord<std::uint64_t>(static_cast<openvdb::Index>(i)));
   }
   const float* const tsdf = block.tsdf->buffer().data();
   const WeightCode* const weight = block.weight->buffer().data();
-  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_le(bytes, tsdf[i]);
-  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_le(bytes, weight[i]);
+  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, tsdf[i]);
+  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, weight[i]);
   const bool has_colours = has_own_colours(*block.colour);
-  append_le(bytes, static_cast<std::uint8_t>(has_colours ? 1 : 0));
+  append_little_endian(bytes, static_cast<std::uint8_t>(has_colours ? 1 : 0));
   if (!has_colours) return;
   const ColourCode* const colour = colours_of(*block.colour);
-  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_le(bytes, colour[i].bits);
+  for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, colour[i].bits);
 }
 
 /// The blocks in the order of the file.
@@ -67,15 +58,15 @@ std::vector<const VolumeBlock*> sorted_blocks(const TsdfVolume& volume) {
 std::string table_and_tail(const std::vector<BrickLayer>& layers, std::uint64_t job) {
   std::string bytes;
   for (const BrickLayer& layer : layers) {
-    append_le(bytes, layer.x);
-    append_le(bytes, layer.blocks);
-    append_le(bytes, layer.checksum);
-    append_le(bytes, layer.offset);
-    append_le(bytes, layer.bytes);
+    append_little_endian(bytes, layer.x);
+    append_little_endian(bytes, layer.blocks);
+    append_little_endian(bytes, layer.checksum);
+    append_little_endian(bytes, layer.offset);
+    append_little_endian(bytes, layer.bytes);
   }
-  append_le(bytes, static_cast<std::uint64_t>(bytes.size()));
-  append_le(bytes, job);
-  append_le(bytes, checksum_of(bytes));
+  append_little_endian(bytes, static_cast<std::uint64_t>(bytes.size()));
+  append_little_endian(bytes, job);
+  append_little_endian(bytes, checksum_of(bytes));
   return bytes.append(kBrickMagic);
 }
 
@@ -212,6 +203,14 @@ Result<BrickFile> BrickFile::open(const std::filesystem::path& path, std::uint64
   if (!layers) return damaged_brick(path, "has a damaged table");
   if (job_of_file != job) return damaged_brick(path, "belongs to another scan, or to other settings");
   return BrickFile(path, *std::move(layers));
+}
+
+bool BrickFile::is_whole() const {
+  PartsOfFile file(path_);
+  return std::all_of(layers_.begin(), layers_.end(), [&](const BrickLayer& layer) {
+    const auto bytes = file.read(layer.offset, layer.bytes);
+    return bytes && crc32(*bytes) == layer.checksum;
+  });
 }
 
 Result<void> BrickFile::read(const BrickLayer& layer, TsdfVolume& volume) const {

@@ -37,6 +37,9 @@ class BrickFile {
   /// By x.
   [[nodiscard]] std::span<const BrickLayer> layers() const { return layers_; }
 
+  /// Reads all bytes. False: a layer is damaged, or cannot be read.
+  [[nodiscard]] bool is_whole() const;
+
   /// Adds the blocks of one layer to `volume`, which has none of them. Errors (kInput): the layer is damaged, or cannot
   /// be read; the volume may have some of its blocks then.
   [[nodiscard]] Result<void> read(const BrickLayer& layer, TsdfVolume& volume) const;

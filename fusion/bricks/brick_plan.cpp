@@ -2,8 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <bit>
-#include <functional>
 #include <new>
 
 #include "fusion/integrate/band_blocks.h"
@@ -34,23 +32,6 @@ Result<void> BrickPlan::add(const Frame& frame, const Pose& T_world_camera) {
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kBudget, "out of memory while planning bricks; a larger fusion.voxel_size needs less"};
   }
-}
-
-std::uint64_t BrickPlan::checksum() const {
-  std::uint64_t sum = 0xCBF29CE484222325u;  // FNV-1a (Fowler, Noll, Vo 1991), by words
-  const auto add = [&](std::uint64_t word) { sum = (sum ^ word) * 0x100000001B3u; };
-  for (const double setting :
-       {config_.voxel_size_m, config_.truncation_voxels, config_.truncation_sigmas, config_.noise.floor_m,
-        config_.noise.growth_per_m, config_.noise.from_m, config_.max_weight, config_.carve_free_space ? 1.0 : 0.0}) {
-    add(std::bit_cast<std::uint64_t>(setting));
-  }
-  add(frames_);
-  for (const Region& region : regions_) {
-    for (int axis = 0; axis < 3; ++axis) add(static_cast<std::uint32_t>(region.origin[axis]));
-    add(std::hash<std::bitset<512>>()(region.blocks));
-    for (const FrameRun& run : region.frames) add(std::uint64_t{run.first} << 32 | run.last);
-  }
-  return sum;
 }
 
 BrickPlan::Region& BrickPlan::region_at(const Coord& origin) {

@@ -49,8 +49,6 @@ class BrickPlan {
   [[nodiscard]] std::uint32_t frames() const { return frames_; }
   /// In the order in which frames came to them. Takes about 350 bytes for each, and 8 for each run of frames.
   [[nodiscard]] std::span<const Region> regions() const { return regions_; }
-  /// A number that differs, most likely, between plans of other frames, poses or settings.
-  [[nodiscard]] std::uint64_t checksum() const;
 
  private:
   [[nodiscard]] Region& region_at(const openvdb::Coord& origin);

@@ -44,6 +44,12 @@ void DepthSamples::clear() {
   *this = DepthSamples();
 }
 
+std::size_t DepthSamples::spacing(std::size_t frames) {
+  std::size_t every = 1;
+  while (frames > kMostSamples * every) every *= 2;
+  return every;
+}
+
 std::vector<PosedDepth> DepthSamples::posed(const Trajectory& trajectory) const {
   const PosesBySequence poses = poses_of(trajectory);
   std::vector<PosedDepth> posed;

@@ -17,6 +17,9 @@ class DepthSamples {
   void add(const Frame& frame);
   void clear();
 
+  /// Of so many frames, it keeps every n-th in the end, beginning with the first. Returns n.
+  [[nodiscard]] static std::size_t spacing(std::size_t frames);
+
   /// The samples that have a pose in the trajectory. The result refers to the pictures of this object.
   [[nodiscard]] std::vector<PosedDepth> posed(const Trajectory& trajectory) const;
 

@@ -1,7 +1,9 @@
 #include "scan/frames/recorded_frames.h"
 
+#include <string>
 #include <utility>
 
+#include "scan/frames/apply_sensor.h"
 #include "scan/frames/only_frames.h"
 #include "scan/frames/read_ahead.h"
 
@@ -14,6 +16,14 @@ Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const Seque
   if (!source) return source;
   if (only != nullptr) *source = std::make_unique<OnlyFrames>(*std::move(source), *only);
   return read_ahead(*std::move(source));
+}
+
+Result<OpenedRecording> open_first(ScanJob& job, ScanSession& session) {
+  auto opened = open_recording(job.input, job.config.acquire);
+  if (!opened) return opened.error();
+  for (const std::string& warning : (*opened)->info().warnings) session.warn(WarningCode::kRecording, warning);
+  const auto timing = apply_sensor((*opened)->info().sensor, job.config, session);
+  return OpenedRecording{read_ahead(*std::move(opened)), timing};
 }
 
 FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only) {

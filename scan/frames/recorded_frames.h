@@ -3,12 +3,15 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 
 #include "acquire/frame_source.h"
+#include "core/frame_timing.h"
 #include "core/result.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/sequence_ranges.h"
 #include "scan/scan_job.h"
+#include "scan/scan_session.h"
 
 namespace scanknit {
 
@@ -16,6 +19,16 @@ namespace scanknit {
 /// open_recording().
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const SequenceRanges* only = nullptr,
                                                                std::size_t every = 1);
+
+/// A job's recording, and what its configuration left to the sensor.
+struct OpenedRecording {
+  std::unique_ptr<FrameSource> source;
+  std::optional<FrameTiming> possible_timing;  ///< apply_sensor()
+};
+
+/// Opens the job's frames for the first time: warns of faults of the recording, and completes the job's configuration.
+/// Errors: those of open_recording().
+[[nodiscard]] Result<OpenedRecording> open_first(ScanJob& job, ScanSession& session);
 
 /// Reads these frames again from the recording. `job` and `only` outlive the archive.
 [[nodiscard]] FrameArchive archive_of(const ScanJob& job, const SequenceRanges* only = nullptr);

@@ -1,0 +1,49 @@
+#include "scan/bricks/join_parts.h"
+
+#include <string>
+#include <utility>
+
+#include "core/files/atomic_file.h"
+#include "export/trajectory.h"
+#include "scan/bricks/layered_bricks.h"
+#include "scan/mesh/mesh_scan.h"
+#include "scan/mesh/write_texture.h"
+
+namespace scanknit {
+
+Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const BrickVolume& bricks,
+                        const DepthSamples& samples, const FrameArchive& archive, ScanSession& session,
+                        ScanResult& result) {
+  constexpr std::size_t kBytesPerBlock = 8192;  // with what extraction keeps of it
+  const std::size_t blocks_at_once = (job.config.fusion.memory_budget_mib << 20) / kBytesPerBlock;
+  LayeredBricks layers(bricks);
+  auto surface = session.timed("extract", [&] { return extract_surface(layers, job.config.extract, blocks_at_once); });
+  if (!surface) return surface.error();
+  result.volume = layers.described();
+  result.volume.voxel_size_m = job.config.fusion.voxel_size_m;
+  const CropBox no_crop;
+  const MeshRequest request{job, planned.world_up, no_crop, EmptyCrop::kIgnored, session.stop()};
+  ScannedFrames frames{result.trajectory, samples.posed(result.trajectory)};
+  FinishedSurface finished =
+      finished_mesh(*std::move(surface), {job.config, planned.world_up, 1, session.stop(), frames.samples}, session);
+  MeshedScan meshed = mesh_finished(std::move(finished), std::move(frames), request, session);
+  result.mesh = std::move(meshed.result);
+  for (const auto& [kind, path] : result.mesh.files) result.files[kind] = path;
+  if (!meshed.outcome) return meshed.outcome;
+  TexturedMesh textured = write_textured(meshed.written, job, archive, session);
+  result.texture = std::move(textured.texture);
+  return textured.outcome;
+}
+
+Result<void> write_trajectory(const ScanJob& job, ScanSession& session, ScanResult& result) {
+  if (!job.files.trajectory) return {};
+  result.files["trajectory"] = job.files.trajectory->string();
+  const std::string text = trajectory_text(*job.files.trajectory, stamped_poses(result.trajectory));
+  return session.timed("write", [&] { return write_file_atomically(*job.files.trajectory, text); });
+}
+
+bool needs_samples(const ScanJob& job) {
+  return job.measures_fit || job.config.finish.drops_crumbs;
+}
+
+}  // namespace scanknit
