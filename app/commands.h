@@ -98,6 +98,27 @@ struct AlignArguments {
   OutputRequest outputs;
 };
 
+struct PlanArguments {
+  std::filesystem::path recording, job;
+  std::size_t from = 0;
+  std::optional<std::size_t> to;
+  std::size_t every = 1;
+};
+
+struct WorkArguments {
+  std::filesystem::path job;
+  std::optional<std::size_t> brick;  ///< nothing: all
+};
+
+struct JoinArguments {
+  std::filesystem::path job;
+  OutputRequest outputs;
+};
+
+struct StatusArguments {
+  std::filesystem::path job;
+};
+
 struct InfoArguments {
   std::filesystem::path file;
   VolumeOptions options;
@@ -156,6 +177,10 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int record_command(const RecordArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int extract_command(const ExtractArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int align_command(const AlignArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int plan_command(const PlanArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int work_command(const WorkArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int join_command(const JoinArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int status_command(const StatusArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);

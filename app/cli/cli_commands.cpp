@@ -42,6 +42,16 @@ std::string why_not_mcap(const std::string& file) {
   return is_mcap ? "" : file + ": no such output: give a file that ends in .mcap";
 }
 
+/// Which frames of a recording, for RunArguments and PlanArguments.
+template <typename Arguments>
+void add_frame_options(CLI::App& command, Arguments& frames) {
+  command.add_option("--from", frames.from, "First frame, counting from 0")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command.add_option("--to", frames.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
+  command.add_option("--every", frames.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
+}
+
 void add_run(CLI::App& app, CommandLine& line) {
   RunArguments& run = line.run;
   CLI::App* command = app.add_subcommand("run", "Fuse a recording and write the mesh");
@@ -49,11 +59,7 @@ void add_run(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("RECORDING");
   add_output_options(*command, run.outputs);
-  command->add_option("--from", run.from, "First frame, counting from 0")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
-  command->add_option("--to", run.to, "Last frame, included")->check(CLI::NonNegativeNumber)->type_name("N");
-  command->add_option("--every", run.every, "Take every N-th frame")->check(CLI::Range(1, 1'000'000))->type_name("N");
+  add_frame_options(*command, run);
   const OptionText pace = {
       "--pace", "fast; realtime: by the recording's clock; stepped: a frame for each Enter; the mesh is the same"};
   add_choice(*command, line, pace, run.pace,
@@ -163,6 +169,46 @@ void add_align(CLI::App& app, CommandLine& line) {
   add_export_options(*command, line.common.config);
   add_common(*command, line);
   command->final_callback([&line] { line.command = from_module(line, &CommandsModule::align, line.align); });
+}
+
+CLI::App* add_job_command(CLI::App& app, std::filesystem::path& job, const char* name, const char* text) {
+  CLI::App* command = app.add_subcommand(name, text);
+  command->add_option("job", job, "The folder that `plan` made")->required()->type_name("JOB");
+  return command;
+}
+
+/// The commands that scan a recording with several processes.
+void add_job(CLI::App& app, CommandLine& line) {
+  CLI::App* plan = app.add_subcommand("plan", "Prepare a recording to be fused by several processes or machines");
+  plan->add_option("recording", line.plan.recording, "Folder or file of the recording")
+      ->required()
+      ->type_name("RECORDING");
+  plan->add_option("-o,--output", line.plan.job, "The job: a new folder, on storage that all workers share")
+      ->required()
+      ->type_name("JOB");
+  add_frame_options(*plan, line.plan);
+  add_shorthand(*plan, line, "--format", "acquire.format", "Layout of the recording");
+  add_shorthand(*plan, line, "--poses", "acquire.poses", "Where poses come from: auto, recording, still");
+  add_texture_option(*plan, line.common.config);
+  add_export_options(*plan, line.common.config);
+  add_common(*plan, line);
+  plan->final_callback([&line] { line.command = from_module(line, &CommandsModule::plan, line.plan); });
+
+  CLI::App* work = add_job_command(app, line.work.job, "work", "Fuse bricks of a job that no other worker has");
+  work->add_option("--brick", line.work.brick, "Only this one, counting from 0; checks all of it if it is done")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  add_common(*work, line);
+  work->final_callback([&line] { line.command = from_module(line, &CommandsModule::work, line.work); });
+
+  CLI::App* join = add_job_command(app, line.join.job, "join", "Write the mesh of a job whose bricks are all done");
+  add_output_options(*join, line.join.outputs);
+  add_common(*join, line);
+  join->final_callback([&line] { line.command = from_module(line, &CommandsModule::join, line.join); });
+
+  CLI::App* status = add_job_command(app, line.status.job, "status", "Say how many bricks of a job are done");
+  add_common(*status, line);
+  status->final_callback([&line] { line.command = from_module(line, &CommandsModule::status, line.status); });
 }
 
 void add_synth(CLI::App& app, CommandLine& line) {
@@ -357,6 +403,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_report(app, line);
   add_extract(app, line);
   add_align(app, line);
+  add_job(app, line);
   add_synth(app, line);
   add_convert(app, line);
   add_repair(app, line);

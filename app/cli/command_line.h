@@ -22,6 +22,10 @@ struct CommandLine {
   ReportArguments report;
   ExtractArguments extract;
   AlignArguments align;
+  PlanArguments plan;
+  WorkArguments work;
+  JoinArguments join;
+  StatusArguments status;
   SynthArguments synth;
   ConfigArguments config;
   InfoArguments info;

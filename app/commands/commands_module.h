@@ -19,6 +19,10 @@ struct CommandsModule {
   int (*record)(const RecordArguments&, const CommonArguments&);
   int (*extract)(const ExtractArguments&, const CommonArguments&);
   int (*align)(const AlignArguments&, const CommonArguments&);
+  int (*plan)(const PlanArguments&, const CommonArguments&);
+  int (*work)(const WorkArguments&, const CommonArguments&);
+  int (*join)(const JoinArguments&, const CommonArguments&);
+  int (*status)(const StatusArguments&, const CommonArguments&);
   int (*convert)(const ConvertArguments&, const CommonArguments&);
   int (*repair)(const RepairArguments&, const CommonArguments&);
   int (*info)(const InfoArguments&, const CommonArguments&);

@@ -75,6 +75,20 @@ Result<PartFolder> PartFolder::create(const fs::path& beside) {
   return PartFolder(path, descriptor);
 }
 
+Result<void> PartFolder::keep_as(const fs::path& path) {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  const int descriptor = open_folder(path_);
+  const bool is_on_disk = descriptor >= 0 && ::fsync(descriptor) == 0;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!is_on_disk || ::chmod(path_.c_str(), 0777 & ~mask) != 0 || ::rename(path_.c_str(), path.c_str()) != 0) {
+    return Error{ErrorCode::kOutput, std::string("cannot be made: ") + std::strerror(errno), path.string()};
+  }
+  path_.clear();
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  return {};
+}
+
 PartFolder::~PartFolder() {
   if (path_.empty()) return;
   std::error_code code;

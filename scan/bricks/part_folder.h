@@ -24,6 +24,10 @@ class PartFolder {
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
+  /// Gives the folder, with all that is in it, its final name beside the hidden one; it is not removed then. Others may
+  /// read it as the umask allows. Errors (kOutput): a folder that is not empty, or a file, has that name.
+  [[nodiscard]] Result<void> keep_as(const std::filesystem::path& path);
+
  private:
   PartFolder(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
 
