@@ -31,7 +31,7 @@ std::string hash_of(std::string_view bytes) {
   return {hash.begin(), hash.end()};
 }
 
-void append_text(std::string& bytes, std::string_view text) {
+void append_header_text(std::string& bytes, std::string_view text) {
   append_little_endian(bytes, static_cast<std::uint64_t>(text.size()));
   bytes += text;
 }
@@ -40,14 +40,14 @@ std::string header_bytes(const JobHeader& header, std::size_t bricks) {
   std::string bytes;
   for (const std::string* text :
        {&header.version, &header.config_hash, &header.near_recording, &header.far_recording}) {
-    append_text(bytes, *text);
+    append_header_text(bytes, *text);
   }
   for (const std::size_t number : {header.from, header.to, header.every, bricks, header.warnings.size()}) {
     append_little_endian(bytes, static_cast<std::uint64_t>(number));
   }
   for (const ScanWarning& warning : header.warnings) {
     append_little_endian(bytes, static_cast<std::uint8_t>(warning.code));
-    append_text(bytes, warning.text);
+    append_header_text(bytes, warning.text);
   }
   return bytes;
 }
@@ -110,7 +110,7 @@ Result<void> JobFolder::write(const fs::path& folder, const JobHeader& header, c
   complete.config_hash = hash_of(yaml);
   std::string bytes(kPlanMagic);
   bytes += header_bytes(complete, planned.parts.size());
-  append_text(bytes, bytes_of(planned));
+  append_header_text(bytes, bytes_of(planned));
   bytes += hash_of(bytes);
   std::error_code code;
   for (const char* name : {"bricks", "claims"}) {

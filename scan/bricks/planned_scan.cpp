@@ -27,7 +27,7 @@ void append_count(std::string& bytes, std::size_t count) {
   append_little_endian(bytes, static_cast<std::uint64_t>(count));
 }
 
-void append_text(std::string& bytes, const std::string& text) {
+void append_plan_text(std::string& bytes, const std::string& text) {
   append_count(bytes, text.size());
   bytes += text;
 }
@@ -42,11 +42,11 @@ void append_counts(std::string& bytes, const FrameCounts& counts) {
   for (const std::size_t count : {counts.read, counts.fused, counts.dropped, counts.lost}) append_count(bytes, count);
   append_count(bytes, counts.dropped_by_reason.size());
   for (const auto& [reason, count] : counts.dropped_by_reason) {
-    append_text(bytes, reason);
+    append_plan_text(bytes, reason);
     append_count(bytes, count);
   }
   append_count(bytes, counts.drop_messages.size());
-  for (const std::string& message : counts.drop_messages) append_text(bytes, message);
+  for (const std::string& message : counts.drop_messages) append_plan_text(bytes, message);
 }
 
 void append_brick_part(std::string& bytes, const BrickPart& part) {
