@@ -1,15 +1,41 @@
 #include "scan/bricks/join_parts.h"
 
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/files/atomic_file.h"
 #include "export/trajectory.h"
+#include "fusion/volume/block_size.h"
 #include "scan/bricks/layered_bricks.h"
 #include "scan/mesh/mesh_scan.h"
+#include "scan/mesh/vertex_uncertainty.h"
 #include "scan/mesh/write_texture.h"
 
 namespace scanknit {
+namespace {
+
+/// Reads the bricks again, a layer at a time with its neighbours, which have the other corners of its last cells and
+/// the rest of patches.
+Result<void> estimate_uncertainty(const ScanConfig& config, LayeredBricks& layers, std::span<const PosedDepth> samples,
+                                  FinishedSurface& finished) {
+  if (!config.output.uncertainty || !finished.outcome) return {};
+  const Mesh& mesh = finished.surface.mesh;
+  std::vector<float> weights(mesh.positions_m.size(), 0.0f);
+  NoiseShare share(samples, config.fusion.noise);
+  for (const BlockLayer& layer : layers.layers()) {
+    const auto view = layers.read(layer.x - kBlockEdgeVoxels, layer.x + 3 * kBlockEdgeVoxels);
+    if (!view) return view.error();
+    raise_weights(mesh, finished.T_mesh_world().inverse(), *view, weights);
+    share.add(*view, layer.x, layer.x + kBlockEdgeVoxels);
+  }
+  const double view_sigma_m = config.fusion.noise.floor_m * share.value();
+  finished.uncertainty_m = uncertainties_m(weights, {view_sigma_m, config.fusion.voxel_size_m});
+  return {};
+}
+
+}  // namespace
 
 Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const BrickVolume& bricks,
                         const DepthSamples& samples, const FrameArchive& archive, ScanSession& session,
@@ -26,6 +52,9 @@ Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const Br
   ScannedFrames frames{result.trajectory, samples.posed(result.trajectory)};
   FinishedSurface finished =
       finished_mesh(*std::move(surface), {job.config, planned.world_up, 1, session.stop(), frames.samples}, session);
+  const auto estimated =
+      session.timed("finish", [&] { return estimate_uncertainty(job.config, layers, frames.samples, finished); });
+  if (!estimated) return estimated;
   MeshedScan meshed = mesh_finished(std::move(finished), std::move(frames), request, session);
   result.mesh = std::move(meshed.result);
   for (const auto& [kind, path] : result.mesh.files) result.files[kind] = path;
@@ -43,7 +72,7 @@ Result<void> write_trajectory(const ScanJob& job, ScanSession& session, ScanResu
 }
 
 bool needs_samples(const ScanJob& job) {
-  return job.measures_fit || job.config.finish.drops_crumbs;
+  return job.measures_fit || job.config.finish.drops_crumbs || job.config.output.uncertainty;
 }
 
 }  // namespace scanknit
