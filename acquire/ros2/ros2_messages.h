@@ -46,6 +46,8 @@ struct Ros2Camera {
   RationalDistortion distortion{};                ///< of the raw picture
   std::optional<FisheyeDistortion> fisheye = {};  ///< in its place
   bool has_other_lens = false;  ///< its distortion is of another kind, or has more coefficients, and is left out
+
+  friend bool operator==(const Ros2Camera&, const Ros2Camera&) = default;
 };
 
 struct Ros2Transform {

@@ -1,5 +1,6 @@
 // Bags of ROS: depth, colour and poses of topics of standard messages (common_interfaces), in whatever file they are.
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -32,11 +33,12 @@ struct TopicLens {
 
 /// By convention (image_proc) the pictures of a topic with "rect" in its name are straight, and P is their camera.
 /// So are the pictures of which clouds are made.
-std::optional<TopicLens> lens_of(const PictureTopic& topic) {
-  if (!topic.camera) return std::nullopt;
+TopicLens lens_of(const PictureTopic& topic, std::size_t picture) {
+  const auto later = std::upper_bound(topic.cameras.begin(), topic.cameras.end(), topic.times_ns[picture],
+                                      [](std::int64_t time_ns, const TimedCamera& at) { return time_ns < at.time_ns; });
+  const Ros2Camera& camera = later == topic.cameras.begin() ? topic.cameras.front().camera : std::prev(later)->camera;
   const bool is_straight = topic.is_cloud() || topic.name.find("rect") != std::string::npos;
-  return is_straight ? TopicLens{topic.camera->rectified}
-                     : TopicLens{topic.camera->raw, topic.camera->distortion, topic.camera->fisheye};
+  return is_straight ? TopicLens{camera.rectified} : TopicLens{camera.raw, camera.distortion, camera.fisheye};
 }
 
 /// All that is needed to read a frame.
@@ -44,8 +46,8 @@ struct Ros2Recording {
   std::unique_ptr<BagMessages> messages;
   PictureTopic depth = {};
   std::optional<PictureTopic> colour = {};
-  std::optional<TopicLens> depth_lens = {};  ///< nothing: the configuration states the camera
-  std::optional<TopicLens> colour_lens = {};
+  bool has_depth_lens = false;  ///< no: the configuration states the camera, or the points of a cloud tell it
+  bool has_colour_lens = false;
   Pose T_colour_depth = Pose::Identity();
 
   [[nodiscard]] Result<RosMessage> read(std::size_t message) {
@@ -62,12 +64,12 @@ std::optional<Drop> decode_colour(Ros2Recording& bag, const FrameEntry& entry, c
   frame.colour = std::move(colour->image);
   frame.encoded_colour = std::move(colour->encoded);
   frame.T_colour_depth = bag.T_colour_depth;
-  if (!bag.colour_lens) return std::nullopt;
-  frame.colour_camera = bag.colour_lens->camera;
-  const bool is_of_camera =
-      frame.colour.width() == bag.colour_lens->camera.width && frame.colour.height() == bag.colour_lens->camera.height;
-  if (!is_of_camera || !bag.colour_lens->bends()) return std::nullopt;
-  frame.colour = bag.colour_lens->straighten(frame.colour);
+  if (!bag.has_colour_lens) return std::nullopt;
+  const TopicLens lens = lens_of(*bag.colour, entry.colour_index);
+  frame.colour_camera = lens.camera;
+  const bool is_of_camera = frame.colour.width() == lens.camera.width && frame.colour.height() == lens.camera.height;
+  if (!is_of_camera || !lens.bends()) return std::nullopt;
+  frame.colour = lens.straighten(frame.colour);
   frame.encoded_colour = nullptr;
   return std::nullopt;
 }
@@ -95,13 +97,12 @@ OrDrop<DecodedFrame> decode(Ros2Recording& bag, const FrameEntry& entry, const D
   auto decoded = message ? decode_depth_of(bag.depth, *message, settings) : message.error();
   if (!decoded) return make_drop(DropReason::kUnreadable, decoded.error().message, entry.depth);
   DecodedFrame frame = *std::move(decoded);
-  if (bag.depth_lens) {
-    frame.camera = bag.depth_lens->camera;
+  if (bag.has_depth_lens) {
+    const TopicLens lens = lens_of(bag.depth, entry.depth_index);
+    frame.camera = lens.camera;
     const bool is_of_camera =
-        frame.depth_m.width() == frame.camera->width && frame.depth_m.height() == frame.camera->height;
-    if (is_of_camera && bag.depth_lens->bends()) {
-      frame.depth_m = bag.depth_lens->straighten(frame.depth_m);
-    }
+        frame.depth_m.width() == lens.camera.width && frame.depth_m.height() == lens.camera.height;
+    if (is_of_camera && lens.bends()) frame.depth_m = lens.straighten(frame.depth_m);
   }
   if (entry.colour.empty()) return frame;
   if (auto drop = decode_colour(bag, entry, settings.limits, frame)) return *std::move(drop);
@@ -148,7 +149,7 @@ void tell_topics(const Ros2Survey& survey, const ChosenTopics& chosen, Recording
 }
 
 void set_camera(const Ros2Survey& survey, const std::optional<std::string>& wanted, PictureTopic& topic) {
-  if (wanted) topic.camera = survey.cameras.at(*wanted);
+  if (wanted) topic.cameras = survey.cameras.at(*wanted);
 }
 
 void tell_faults(const Ros2Recording& bag, const ChosenTopics& chosen, Recording& recording) {
@@ -158,7 +159,8 @@ void tell_faults(const Ros2Recording& bag, const ChosenTopics& chosen, Recording
                                  chosen.depth->frame + "': colour is taken to be where depth is");
   }
   for (const PictureTopic* topic : {chosen.depth, chosen.colour}) {
-    const bool has_other_lens = topic != nullptr && topic->camera && topic->camera->has_other_lens &&
+    const bool has_other_lens = topic != nullptr && !topic->cameras.empty() &&
+                                topic->cameras.front().camera.has_other_lens &&
                                 topic->name.find("rect") == std::string::npos;
     if (has_other_lens) {
       recording.warnings.push_back("the lens of " + topic->name +
@@ -192,8 +194,8 @@ Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::pat
   bag->depth = *chosen.depth;
   set_camera(survey, config.topics.depth_camera, bag->depth);
   if (!config.intrinsics) {
-    bag->depth_lens = lens_of(bag->depth);
-    if (!bag->depth_lens && !bag->depth.is_cloud()) {
+    bag->has_depth_lens = !bag->depth.cameras.empty();
+    if (!bag->has_depth_lens && !bag->depth.is_cloud()) {
       return Error{ErrorCode::kInput,
                    "the camera of " + bag->depth.name + " is not known: there is no usable sensor_msgs/CameraInfo on " +
                        bag->depth.camera_topic() +
@@ -204,12 +206,12 @@ Result<Recording> index_bag(std::unique_ptr<BagMessages> messages, const fs::pat
   if (chosen.colour != nullptr) {
     bag->colour = *chosen.colour;
     set_camera(survey, config.topics.colour_camera, *bag->colour);
-    if (!config.camera || !config.camera->colour) bag->colour_lens = lens_of(*bag->colour);
+    if (!config.camera || !config.camera->colour) bag->has_colour_lens = !bag->colour->cameras.empty();
     bag->T_colour_depth = chosen.T_colour_depth.value_or(Pose::Identity());
   }
   Recording recording{.format = bag->messages->encoding() == RosEncoding::kRos1 ? "ros1" : "ros2", .folder = path};
   recording.has_metric_depth = bag->depth.content == Ros2Content::kMetricDepth;
-  recording.frames_bring_camera = bag->depth_lens.has_value() || (bag->depth.is_cloud() && !config.intrinsics);
+  recording.frames_bring_camera = bag->has_depth_lens || (bag->depth.is_cloud() && !config.intrinsics);
   tell_topics(survey, chosen, recording);
   if (survey.sampled_ns) recording.warnings.emplace_back(kSampleWarning);
   tell_faults(*bag, chosen, recording);

@@ -71,10 +71,14 @@ class Surveyor {
     if (survey_.sampled_ns) std::sort(survey_.sampled_ns->begin(), survey_.sampled_ns->end());
     std::sort(survey_.other_topics.begin(), survey_.other_topics.end());
     for (auto& [topic, poses] : survey_.tracked) sort_by_time(poses);
+    for (auto& [topic, cameras] : survey_.cameras) {
+      std::stable_sort(cameras.begin(), cameras.end(),
+                       [](const TimedCamera& a, const TimedCamera& b) { return a.time_ns < b.time_ns; });
+    }
     for (auto& [name, picture] : pictures_) {
       picture.name = name;
       const auto camera = survey_.cameras.find(picture.camera_topic());
-      if (camera != survey_.cameras.end()) picture.camera = camera->second;
+      if (camera != survey_.cameras.end()) picture.cameras = camera->second;
       survey_.pictures.push_back(std::move(picture));
     }
     return std::move(survey_);
@@ -108,7 +112,7 @@ class Surveyor {
   }
 
   void note(Role role, const std::string& topic, std::size_t number) {
-    if (role == Role::kNone || (role == Role::kCamera && survey_.cameras.contains(topic))) return;
+    if (role == Role::kNone || (role == Role::kCamera && is_sample_ && survey_.cameras.contains(topic))) return;
     if (is_of_pictures_ && role != Role::kPicture) return;
     if (role == Role::kPicture) {
       PictureTopic& picture = pictures_[topic];
@@ -123,7 +127,7 @@ class Surveyor {
     if (role == Role::kPicture) note_content(pictures_[topic], message);
     if (role == Role::kTransforms) note_transforms(topic, message);
     if (role == Role::kCamera) {
-      if (const auto camera = parse_camera_info(message)) survey_.cameras.emplace(topic, *camera);
+      if (const auto camera = parse_camera_info(message)) note_camera(survey_.cameras[topic], number, *camera);
     }
     if (role == Role::kOdometry) {
       if (auto odometry = parse_odometry(message)) odometry_.push_back(*std::move(odometry));
@@ -155,6 +159,10 @@ class Surveyor {
       picture.content = content_of_encoding(image->encoding);
       picture.frame = image->header.frame;
     }
+  }
+
+  void note_camera(std::vector<TimedCamera>& cameras, std::size_t number, const Ros2Camera& camera) {
+    if (cameras.empty() || cameras.back().camera != camera) cameras.push_back({time_of(bag_, number), camera});
   }
 
   void note_transforms(const std::string& topic, const RosMessage& message) {
@@ -196,7 +204,7 @@ ChosenTopics with_colour(const Ros2Survey& survey, const PictureTopic& depth, co
   const bool has_its_own = depth.is_cloud() && depth.has_colours;
   if (wanted.colour == kWithoutColour || (has_its_own && !wanted.colour)) return best;
   const auto merits = [&](const PictureTopic& colour, bool is_way_known) {
-    return std::tuple(is_way_known, colour.content == Ros2Content::kColour, colour.camera.has_value(),
+    return std::tuple(is_way_known, colour.content == Ros2Content::kColour, !colour.cameras.empty(),
                       common_beginning(colour.name, depth.name), !colour.is_compressed());
   };
   for (const PictureTopic& colour : survey.pictures) {
@@ -299,7 +307,7 @@ Result<ChosenTopics> choose_topics(const Ros2Survey& survey, const BagTopics& wa
   if (const auto checked = check_wanted(survey, wanted); !checked) return checked.error();
   ChosenTopics best;
   const auto merits = [](const ChosenTopics& chosen) {
-    return std::tuple(!chosen.depth->is_cloud(), chosen.depth->camera.has_value(), chosen.T_colour_depth.has_value(),
+    return std::tuple(!chosen.depth->is_cloud(), !chosen.depth->cameras.empty(), chosen.T_colour_depth.has_value(),
                       chosen.depth->messages.size());
   };
   for (const PictureTopic& depth : survey.pictures) {

@@ -17,6 +17,12 @@ namespace scanknit {
 
 enum class PictureKind { kImage, kCompressed, kCloud };
 
+/// From `time_ns` on, by the message's header.
+struct TimedCamera {
+  std::int64_t time_ns = 0;
+  Ros2Camera camera;
+};
+
 /// A topic of sensor_msgs/Image, sensor_msgs/CompressedImage or sensor_msgs/PointCloud2.
 struct PictureTopic {
   std::string name;
@@ -25,7 +31,7 @@ struct PictureTopic {
   bool has_sweeps = false;                   ///< clouds that are no pictures: those of a LiDAR
   Ros2Content content = Ros2Content::kNone;  ///< of its first message that can be read
   std::string frame;                         ///< of reference, from that message
-  std::optional<Ros2Camera> camera = {};     ///< of camera_info beside it
+  std::vector<TimedCamera> cameras = {};     ///< of camera_info beside it, as in Ros2Survey
   std::vector<std::size_t> messages = {};
   std::vector<std::int64_t> times_ns = {};  ///< of the messages
 
@@ -43,9 +49,11 @@ struct Ros2Survey {
   std::vector<PictureTopic> pictures;                     ///< in the order of their names
   TransformTree tree;                                     ///< of tf, tf_static and Odometry
   std::map<std::string, std::vector<TimedPose>> tracked;  ///< of topics of PoseStamped, sorted by time
-  std::map<std::string, Ros2Camera> cameras;              ///< of topics of CameraInfo
-  std::vector<std::string> other_topics;                  ///< "NAME (TYPE)", in the order of their names
-  std::optional<std::vector<std::int64_t>> sampled_ns;    ///< when a pose was recorded, of a sample; sorted
+  /// Of topics of CameraInfo: the first camera, and each that differs from the one before, as of phones that focus. Of
+  /// a sample only the first.
+  std::map<std::string, std::vector<TimedCamera>> cameras;
+  std::vector<std::string> other_topics;                ///< "NAME (TYPE)", in the order of their names
+  std::optional<std::vector<std::int64_t>> sampled_ns;  ///< when a pose was recorded, of a sample; sorted
 
   [[nodiscard]] const PictureTopic* find_picture(const std::string& name) const;
 };

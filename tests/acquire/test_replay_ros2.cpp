@@ -154,6 +154,20 @@ TEST_F(Ros2, TakesDepthWithACameraAndTheMostPictures) {
   EXPECT_EQ(described(bag).topics.at("depth"), "/a/depth/image_raw");
 }
 
+// A phone that focuses: each picture has the camera that holds at its time, the first one also before.
+TEST_F(Ros2, FollowsACameraThatChanges) {
+  Ros2Bag bag;
+  bag.add("/d/camera_info", kCameraType, 20, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
+  bag.add("/d/camera_info", kCameraType, 30, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
+  bag.add("/d/camera_info", kCameraType, 40, ros_.camera(4, 2, {5, 5, 1.5, 0.5}));
+  std::vector<double> focal_lengths;
+  for (const std::int64_t time : {10, 20, 30, 40, 50}) {
+    bag.add("/d/image", kImageType, time, ros_.image(time, "", "16UC1", 4, 2, counted_depth(1000, 8)));
+  }
+  for (const Frame& frame : played(bag, still()).frames) focal_lengths.push_back(frame.intrinsics.fx);
+  EXPECT_EQ(focal_lengths, (std::vector<double>{4, 4, 4, 5, 5}));
+}
+
 TEST_F(Ros2, ReadsDepthOfAllKinds) {
   const auto depth_of = [&](const std::string& topic, const char* type, const Bytes& message) {
     Ros2Bag bag;

@@ -56,7 +56,7 @@ class Command:
         return [word.replace("{in}", str(folder)) for word in self.line.split()]
 
     def writes_new_recording(self):
-        return self.name.startswith(("convert", "synth"))
+        return self.name.startswith(("convert", "synth", "plan"))
 
 
 COARSE = "--set fusion.voxel_size=2cm --threads 2"
@@ -86,6 +86,8 @@ COMMANDS = [
     Command("convert_fakenect", "convert {in}/full -o out/r --to fakenect --threads 2"),
     Command("synth", "synth desk -o out/r --frames 3 --width 80 --height 60 --noise --threads 2"),
     Command("repair", "repair {in}/torn.mcap -o out/r.mcap --threads 2"),
+    Command("plan", f"plan {{in}}/desk -o out/job {COARSE} --set fusion.bricks=64"),
+    Command("join", "join {in}/job -o out/m.ply --threads 2", old=("m.ply",)),
     Command("info_mcap", "info {in}/desk.mcap --json --threads 2"),
     Command("info_ply", "info {in}/desk.ply --json --threads 2"),
     Command("info_vdb", "info {in}/desk.vdb --json --threads 2"),
@@ -141,6 +143,8 @@ class Bench:
         call("run desk -o desk.ply --set fusion.voxel_size=2cm")
         call("run desk -o coarse.ply --set fusion.voxel_size=10cm --save-volume desk.vdb")
         call("run desk -o folder --set fusion.voxel_size=2cm")
+        call("plan desk -o job --set fusion.voxel_size=2cm --set fusion.bricks=64")
+        call("work job")
         whole = (self.inputs / "desk.mcap").read_bytes()
         (self.inputs / "torn.mcap").write_bytes(whole[:-100])
         samples = inputs.ball()
