@@ -60,8 +60,11 @@ Result<CameraIntrinsics> parse_camera_json(std::string_view text) {
     const double value = json[name].get<double>();
     return value >= 1 && value <= kMaxSide ? static_cast<int>(value) : 0;
   };
-  return camera_from_matrix(side("width"), side("height"),
-                            [&](std::size_t row, std::size_t column) { return k[3 * column + row]; });
+  const int width = side("width"), height = side("height");
+  if ((width == 0) != (height == 0)) {
+    return Error{ErrorCode::kInput, "states only one of \"width\" and \"height\"; expected both, in pixels, or none"};
+  }
+  return camera_from_matrix(width, height, [&](std::size_t row, std::size_t column) { return k[3 * column + row]; });
 }
 
 Result<std::optional<double>> find_depth_scale(const fs::path& folder, const Limits& limits) {
