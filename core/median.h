@@ -1,4 +1,4 @@
-// The median of a list.
+// The median and percentiles of a list.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,16 @@ template <typename Number>
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// The value at `share` (0 to 1) of the way from the least to the greatest; 0 for an empty list. Reorders the values,
+/// which must not be NaN.
+template <typename Number>
+[[nodiscard]] Number percentile(std::vector<Number>& values, double share) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
 }  // namespace scanknit

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <bit>
 #include <charconv>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
@@ -13,6 +11,7 @@
 #include "acquire/replay/text_numbers.h"
 #include "core/files/atomic_file.h"
 #include "core/files/byte_reader.h"
+#include "core/files/little_endian.h"
 #include "core/files/read_file.h"
 #include "synth/sensor/sensor_keys.h"
 
@@ -33,17 +32,8 @@ constexpr std::string_view kColour = "property uchar red\nproperty uchar green\n
 constexpr std::string_view kFaces = "property list uchar uint vertex_indices\n";
 constexpr std::string_view kEnd = "end_header\n";
 
-/// Appends the little-endian bytes of a number.
-template <typename T>
-void append(std::string& bytes, T value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  if constexpr (std::endian::native == std::endian::big) std::reverse(raw.begin(), raw.end());
-  bytes.append(raw.data(), raw.size());
-}
-
-void append(std::string& bytes, const Eigen::Vector3f& v) {
-  for (int axis = 0; axis < 3; ++axis) append(bytes, v[axis]);
+void append_vector(std::string& bytes, const Eigen::Vector3f& v) {
+  for (int axis = 0; axis < 3; ++axis) append_little_endian(bytes, v[axis]);
 }
 
 std::string points_ply(const std::vector<TruthPoint>& points) {
@@ -51,9 +41,9 @@ std::string points_ply(const std::vector<TruthPoint>& points) {
       fmt::format("{}element vertex {}\n{}{}{}{}", kPly, points.size(), kPosition, kNormal, kViews, kEnd);
   bytes.reserve(bytes.size() + points.size() * kPointBytes);
   for (const TruthPoint& point : points) {
-    append(bytes, point.position_m);
-    append(bytes, point.normal);
-    append(bytes, point.views);
+    append_vector(bytes, point.position_m);
+    append_vector(bytes, point.normal);
+    append_little_endian(bytes, point.views);
   }
   return bytes;
 }
@@ -62,13 +52,14 @@ std::string mesh_ply(const Mesh& mesh) {
   std::string bytes = fmt::format("{}element vertex {}\n{}{}element face {}\n{}{}", kPly, mesh.positions_m.size(),
                                   kPosition, mesh.colours.empty() ? "" : kColour, mesh.triangles.size(), kFaces, kEnd);
   for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
-    append(bytes, mesh.positions_m[i]);
+    append_vector(bytes, mesh.positions_m[i]);
     if (mesh.colours.empty()) continue;
-    for (const std::uint8_t channel : {mesh.colours[i].r, mesh.colours[i].g, mesh.colours[i].b}) append(bytes, channel);
+    for (const std::uint8_t channel : {mesh.colours[i].r, mesh.colours[i].g, mesh.colours[i].b})
+      append_little_endian(bytes, channel);
   }
   for (const Triangle& t : mesh.triangles) {
-    append(bytes, std::uint8_t{3});
-    for (const std::uint32_t v : t) append(bytes, v);
+    append_little_endian(bytes, std::uint8_t{3});
+    for (const std::uint32_t v : t) append_little_endian(bytes, v);
   }
   return bytes;
 }

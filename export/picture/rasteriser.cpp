@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/median.h"
 #include "core/mesh/mesh_area.h"
 
 namespace scanknit {
@@ -185,13 +186,8 @@ float facet_light(const Mesh& mesh, const Triangle& t, const Camera& camera) {
 
 /// The values at 1 % and 99 % of one coordinate.
 std::pair<float, float> percentiles(std::vector<float>& values) {
-  const auto at = [&values](double fraction) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
-  };
-  const float low = at(0.01);
-  return {low, at(0.99)};
+  const float low = percentile(values, 0.01);
+  return {low, percentile(values, 0.99)};
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/check.h"
+#include "core/median.h"
 #include "export/picture/colour_ramp.h"
 #include "export/picture/preview.h"
 
@@ -34,13 +35,6 @@ std::optional<double> distance_in(const Eigen::Vector3f& position_m, const Eigen
   const double farthest_m = std::max(band.least_m, band.sigmas * band.noise.sigma_m(depth_m));
   if (!(std::abs(distance_m) <= farthest_m)) return std::nullopt;
   return distance_m;
-}
-
-double percentile(std::vector<float>& values, double share) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
 }
 
 template <std::size_t N, typename Share>
@@ -83,8 +77,8 @@ SurfaceFit fit_surface(const Mesh& mesh, std::span<const PosedDepth> frames, con
     if (fit.seen_by[i] > 0) errors_m.push_back(fit.error_m[i]);
   }
   fit.seen_share = n == 0 ? 0 : static_cast<double>(errors_m.size()) / static_cast<double>(n);
-  fit.median_m = percentile(errors_m, 0.5);
-  fit.p95_m = percentile(errors_m, 0.95);
+  fit.median_m = static_cast<double>(percentile(errors_m, 0.5));
+  fit.p95_m = static_cast<double>(percentile(errors_m, 0.95));
   return fit;
 }
 

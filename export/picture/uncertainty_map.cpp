@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/check.h"
+#include "core/median.h"
 #include "export/picture/colour_ramp.h"
 #include "export/picture/colour_scale.h"
 #include "export/picture/preview.h"
@@ -19,14 +20,6 @@ namespace scanknit {
 namespace {
 
 constexpr double kMillimetresOfMetre = 1000;
-
-/// At `share` of the known values, from the least to the most; 0 without any. Reorders them.
-float known_percentile(std::vector<float>& known_m, double share) {
-  if (known_m.empty()) return 0;
-  const auto place = known_m.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(known_m.size() - 1));
-  std::nth_element(known_m.begin(), place, known_m.end());
-  return *place;
-}
 
 std::vector<float> known_of(std::span<const float> uncertainty_m) {
   std::vector<float> known_m;
@@ -39,7 +32,7 @@ std::vector<float> known_of(std::span<const float> uncertainty_m) {
 
 double uncertainty_map_end_m(std::span<const float> uncertainty_m) {
   std::vector<float> known_m = known_of(uncertainty_m);
-  return rounded_scale_end_m(static_cast<double>(known_percentile(known_m, 0.95)));
+  return rounded_scale_end_m(static_cast<double>(percentile(known_m, 0.95)));
 }
 
 ColourImage draw_uncertainty_map(const Mesh& mesh, std::span<const float> uncertainty_m, UpAxis world_up,
@@ -62,7 +55,7 @@ ColourImage draw_uncertainty_map(const Mesh& mesh, std::span<const float> uncert
   std::vector<float> known_m = known_of(uncertainty_m);
   const auto unknown = static_cast<double>(uncertainty_m.size() - known_m.size());
   std::string title = fmt::format("uncertainty, one standard deviation: median {:.3g} mm",
-                                  static_cast<double>(known_percentile(known_m, 0.5)) * kMillimetresOfMetre);
+                                  static_cast<double>(percentile(known_m, 0.5)) * kMillimetresOfMetre);
   if (unknown > 0) {
     title += fmt::format("; unknown {:.3g} % (grey)", 100 * unknown / static_cast<double>(uncertainty_m.size()));
   }
