@@ -13,8 +13,8 @@
 namespace scanknit {
 
 /// Reads the frames of planned.parts[number] again, and writes the blocks that they make to `path`, all or nothing: the
-/// same bytes, whoever does it. `id`: planned.id(). False when a stop was requested before it was whole. Errors: kInput
-/// when the recording is not the one that was planned; those of integrate_part() and write_brick_file().
+/// same bytes, whoever does it. `id`: plan_id() of the plan. False when a stop was requested before it was whole.
+/// Errors: kInput when the recording is not the one that was planned; those of integrate_part() and write_brick_file().
 [[nodiscard]] Result<bool> fuse_part(const ScanJob& job, const PlannedScan& planned, std::size_t number,
                                      std::uint64_t id, const std::filesystem::path& path, ScanSession& session);
 

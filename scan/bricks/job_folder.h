@@ -18,7 +18,7 @@ namespace scanknit {
 /// What the plan's file says beside PlannedScan.
 struct JobHeader {
   std::string version;                        ///< kVersion of who planned it
-  std::string config_hash;                    ///< SHA-256 of config.yaml, in bytes
+  std::uint32_t config_checksum = 0;          ///< CRC-32 of config.yaml
   std::string near_recording, far_recording;  ///< from the folder, and from the root
   std::size_t from = 0, to = std::numeric_limits<std::size_t>::max(), every = 1;  ///< as in AcquireConfig
   std::vector<ScanWarning> warnings;                                              ///< of planning
@@ -42,7 +42,7 @@ class JobFolder {
 
   [[nodiscard]] std::filesystem::path brick(std::size_t number) const;
   [[nodiscard]] std::filesystem::path claim(std::size_t number) const;
-  /// PlannedScan::id().
+  /// plan_id().
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] std::size_t bricks() const { return bricks_; }
   /// True if the brick's file is there, ends as it should, and belongs to the plan.

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <iterator>
 #include <span>
 #include <utility>
 
 #include "core/files/crc32.h"
 #include "core/files/little_endian.h"
-#include "core/files/sha256.h"
+#include "scan/bricks/plan_bytes.h"
 
 namespace scanknit {
 namespace {
@@ -23,15 +22,6 @@ BitSettings settings_of(const FusionConfig& config) {
           config.max_weight,    config.carve_free_space ? 1.0 : 0.0};
 }
 
-void append_count(std::string& bytes, std::size_t count) {
-  append_little_endian(bytes, static_cast<std::uint64_t>(count));
-}
-
-void append_plan_text(std::string& bytes, const std::string& text) {
-  append_count(bytes, text.size());
-  bytes += text;
-}
-
 void append_pose(std::string& bytes, const Pose& pose) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) append_little_endian(bytes, pose(row, column));
@@ -42,11 +32,11 @@ void append_counts(std::string& bytes, const FrameCounts& counts) {
   for (const std::size_t count : {counts.read, counts.fused, counts.dropped, counts.lost}) append_count(bytes, count);
   append_count(bytes, counts.dropped_by_reason.size());
   for (const auto& [reason, count] : counts.dropped_by_reason) {
-    append_plan_text(bytes, reason);
+    append_text(bytes, reason);
     append_count(bytes, count);
   }
   append_count(bytes, counts.drop_messages.size());
-  for (const std::string& message : counts.drop_messages) append_plan_text(bytes, message);
+  for (const std::string& message : counts.drop_messages) append_text(bytes, message);
 }
 
 void append_brick_part(std::string& bytes, const BrickPart& part) {
@@ -63,79 +53,43 @@ void append_brick_part(std::string& bytes, const BrickPart& part) {
   }
 }
 
-/// Reads what the functions above wrote. After a read that does not fit, everything is 0 and is_whole() false.
-class PlanReader {
- public:
-  explicit PlanReader(ByteReader& reader) : reader_(reader) {}
-  [[nodiscard]] bool is_whole() const { return is_whole_; }
-
-  template <typename T>
-  [[nodiscard]] T number() {
-    const auto value = reader_.little_endian<T>();
-    is_whole_ = is_whole_ && value;
-    return is_whole_ ? *value : T{};
+Pose take_pose(PlanReader& plan) {
+  Pose pose = Pose::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) pose(row, column) = plan.number<double>();
   }
+  return pose;
+}
 
-  /// A count of things that take at least `least_bytes` each.
-  [[nodiscard]] std::size_t count(std::size_t least_bytes) {
-    const auto count = number<std::uint64_t>();
-    is_whole_ = is_whole_ && count <= reader_.remaining() / least_bytes;
-    return is_whole_ ? static_cast<std::size_t>(count) : 0;
+FrameCounts take_counts(PlanReader& plan) {
+  FrameCounts counts;
+  for (std::size_t* count : {&counts.read, &counts.fused, &counts.dropped, &counts.lost}) *count = plan.size();
+  for (std::size_t left = plan.count(16); left > 0; --left) {
+    const std::string reason = plan.text();
+    counts.dropped_by_reason[reason] = plan.size();
   }
+  for (std::size_t left = plan.count(8); left > 0; --left) counts.drop_messages.push_back(plan.text());
+  return counts;
+}
 
-  [[nodiscard]] std::string text() {
-    const auto bytes = reader_.take(count(1));
-    std::string text;
-    if (bytes)
-      std::transform(bytes->begin(), bytes->end(), std::back_inserter(text),
-                     [](std::byte b) { return static_cast<char>(b); });
-    return text;
+BrickPart take_part(PlanReader& plan, std::size_t most_frames) {
+  BrickPart part;
+  for (std::size_t left = plan.count(12); left > 0; --left) {
+    std::array<std::int32_t, 3> at;
+    for (std::int32_t& value : at) value = plan.number<std::int32_t>();
+    part.regions.insert(Coord(at[0], at[1], at[2]));
   }
-
-  [[nodiscard]] Pose pose() {
-    Pose pose = Pose::Identity();
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) pose(row, column) = number<double>();
-    }
-    return pose;
+  std::uint32_t before = 0;
+  for (std::size_t left = plan.count(8); left > 0; --left) {
+    const auto first = plan.number<std::uint32_t>();
+    const auto last = plan.number<std::uint32_t>();
+    plan.require(first > before && last >= first && last <= most_frames);
+    part.frames.push_back({first, last});
+    before = last;
   }
-
-  [[nodiscard]] FrameCounts counts() {
-    FrameCounts counts;
-    for (std::size_t* count : {&counts.read, &counts.fused, &counts.dropped, &counts.lost}) {
-      *count = static_cast<std::size_t>(number<std::uint64_t>());
-    }
-    for (std::size_t left = count(16); left > 0; --left) {
-      const std::string reason = text();
-      counts.dropped_by_reason[reason] = static_cast<std::size_t>(number<std::uint64_t>());
-    }
-    for (std::size_t left = count(8); left > 0; --left) counts.drop_messages.push_back(text());
-    return counts;
-  }
-
-  [[nodiscard]] BrickPart part(std::size_t most_frames) {
-    BrickPart part;
-    for (std::size_t left = count(12); left > 0; --left) {
-      std::array<std::int32_t, 3> at;
-      for (std::int32_t& value : at) value = number<std::int32_t>();
-      part.regions.insert(Coord(at[0], at[1], at[2]));
-    }
-    std::uint32_t before = 0;
-    for (std::size_t left = count(8); left > 0; --left) {
-      const auto first = number<std::uint32_t>();
-      const auto last = number<std::uint32_t>();
-      is_whole_ = is_whole_ && first > before && last >= first && last <= most_frames;
-      part.frames.push_back({first, last});
-      before = last;
-    }
-    is_whole_ = is_whole_ && !part.frames.empty();
-    return part;
-  }
-
- private:
-  ByteReader& reader_;
-  bool is_whole_ = true;
-};
+  plan.require(!part.frames.empty());
+  return part;
+}
 
 class FrameChecksum {
  public:
@@ -179,11 +133,8 @@ std::optional<std::uint32_t> PlannedScan::number_of(std::uint64_t sequence) cons
   return static_cast<std::uint32_t>(found - trajectory.begin()) + 1;
 }
 
-std::uint64_t PlannedScan::id() const {
-  const Sha256 hash = sha256(bytes_of(*this));
-  std::uint64_t id = 0;
-  for (std::size_t i = 0; i < sizeof(id); ++i) id = id << 8 | hash[i];
-  return id;
+std::uint64_t plan_id(std::string_view bytes) {
+  return std::uint64_t{bytes.size()} << 32 | crc32(std::as_bytes(std::span(bytes)));
 }
 
 std::uint32_t checksum_of(const Frame& frame) {
@@ -219,29 +170,29 @@ std::string bytes_of(const PlannedScan& planned) {
   return bytes;
 }
 
-std::optional<PlannedScan> parse_planned(ByteReader& reader, const FusionConfig& fusion) {
+std::optional<PlannedScan> parse_planned(std::string_view bytes, const FusionConfig& fusion) {
   constexpr std::size_t kFrameBytes = 8 + 8 + 12 * 8 + 4;
-  PlanReader plan(reader);
+  PlanReader plan{ByteReader(std::as_bytes(std::span(bytes)))};
   PlannedScan planned;
   planned.fusion = fusion;
   BitSettings settings;
   for (double& setting : settings) setting = plan.number<double>();
   const auto up = plan.number<std::uint8_t>();
   planned.world_up = static_cast<UpAxis>(up);
-  planned.counts = plan.counts();
+  planned.counts = take_counts(plan);
   for (std::size_t left = plan.count(kFrameBytes); left > 0; --left) {
     PosedFrame posed;
     posed.sequence = plan.number<std::uint64_t>();
     posed.stamp = plan.number<double>();
-    posed.T_world_camera = plan.pose();
+    posed.T_world_camera = take_pose(plan);
     planned.trajectory.push_back(posed);
     planned.checksums.push_back(plan.number<std::uint32_t>());
   }
   for (std::size_t left = plan.count(16); left > 0; --left) {
-    planned.parts.push_back(plan.part(planned.trajectory.size()));
+    planned.parts.push_back(take_part(plan, planned.trajectory.size()));
   }
-  const bool is_sound = plan.is_whole() && reader.remaining() == 0 && up <= static_cast<std::uint8_t>(UpAxis::kMinusZ);
-  if (!is_sound || settings != settings_of(fusion)) return std::nullopt;
+  plan.require(plan.is_at_end() && up <= static_cast<std::uint8_t>(UpAxis::kMinusZ));
+  if (!plan.is_whole() || settings != settings_of(fusion)) return std::nullopt;
   return planned;
 }
 

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquire/frame_source.h"
 #include "core/axes.h"
-#include "core/files/byte_reader.h"
 #include "core/frame.h"
 #include "core/result.h"
 #include "fusion/bricks/brick_parts.h"
@@ -27,8 +27,6 @@ struct PlannedScan {
 
   /// The frame with this number (from 1); nothing if `sequence` has none.
   [[nodiscard]] std::optional<std::uint32_t> number_of(std::uint64_t sequence) const;
-  /// A number that differs, most likely, between other frames, poses, settings or parts. The same on every machine.
-  [[nodiscard]] std::uint64_t id() const;
 };
 
 /// CRC-32 of all that fusing takes from a frame as its source gives it: pictures, cameras, masks, pose.
@@ -37,8 +35,12 @@ struct PlannedScan {
 /// The bytes of a plan, little-endian, for parse_planned(). Of `fusion`, only what decides the volume's bits.
 [[nodiscard]] std::string bytes_of(const PlannedScan& planned);
 
-/// What bytes_of() wrote, at the end of `reader`; nothing if it is something else, or if `fusion`, which becomes its
-/// configuration, gives the volume other bits.
-[[nodiscard]] std::optional<PlannedScan> parse_planned(ByteReader& reader, const FusionConfig& fusion);
+/// What bytes_of() wrote; nothing if it is something else, or if `fusion`, which becomes its configuration, gives the
+/// volume other bits.
+[[nodiscard]] std::optional<PlannedScan> parse_planned(std::string_view bytes, const FusionConfig& fusion);
+
+/// Of bytes_of(): a number that differs, most likely, between other frames, poses, settings or parts. The same on every
+/// machine. Bricks carry it.
+[[nodiscard]] std::uint64_t plan_id(std::string_view bytes);
 
 }  // namespace scanknit

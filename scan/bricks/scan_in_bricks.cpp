@@ -28,7 +28,7 @@ fs::path largest_file(const ScanFiles& files) {
 Result<BrickVolume> fuse_all(const ScanJob& job, const PlannedScan& planned, const fs::path& folder,
                              ScanSession& session) {
   BrickVolume bricks(job.config.fusion);
-  const std::uint64_t id = planned.id();
+  const std::uint64_t id = plan_id(bytes_of(planned));
   const std::size_t count = planned.parts.size();
   std::size_t done = 0;
   while (done < count) {
