@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -57,13 +58,29 @@ bool same_values(const std::vector<float>& a, const std::vector<float>& b) {
 class VertexUncertainty : public ::testing::Test {
  protected:
   void record(const char* scene, int frames) {
-    auto made = make_scene(scene);
-    ASSERT_TRUE(made);
-    scene_ = *std::move(made);
     SynthConfig config;
     config.frames = frames;
     config.intrinsics = {320, 240, 262.5, 262.5, 159.5, 119.5};
     config.noise = true;
+    write(scene, config);
+  }
+
+  /// With one frame a second: the whole way in few frames would be too quick for a rolling shutter.
+  void record_with(const char* sensor, const char* scene, int frames) {
+    auto made = make_sensor(sensor);
+    ASSERT_TRUE(made);
+    SynthConfig config;
+    config.frames = frames;
+    config.sensor = *std::move(made);
+    config.sensor->time.rate_hz = 1;
+    config.intrinsics = camera_of(*config.sensor, 320, 240);
+    write(scene, config);
+  }
+
+  void write(const char* scene, const SynthConfig& config) {
+    auto made = make_scene(scene);
+    ASSERT_TRUE(made);
+    scene_ = *std::move(made);
     ASSERT_TRUE(write_synthetic_recording(*scene_, config, folder_ / "recording"));
   }
 
@@ -123,6 +140,31 @@ TEST_F(VertexUncertainty, HoldsTheErrorsOfADesk) {
   EXPECT_GE(share, 0.85);
   EXPECT_LE(share, 0.99);
 }
+
+struct SensedScene {
+  const char* sensor;
+  const char* scene;
+  double least;  ///< share that must lie within two
+};
+
+class SensorUncertainty : public VertexUncertainty, public ::testing::WithParamInterface<SensedScene> {};
+
+TEST_P(SensorUncertainty, HoldsAsManyErrorsAsDocumented) {
+  ASSERT_NO_FATAL_FAILURE(record_with(GetParam().sensor, GetParam().scene, 30));
+  (void)scan(job("model.ply"));
+  const double share = share_within_two(folder_ / "model.ply");
+  std::cout << "share within two: " << share << "\n";  // the figures of docs/formats.md
+  EXPECT_GE(share, GetParam().least);
+  EXPECT_LE(share, 0.99);
+}
+
+// The aim is 0.85. The last three miss it, because errors that a sensor makes again and again do not fall with the
+// weight; they must not get worse.
+INSTANTIATE_TEST_SUITE_P(Sensors, SensorUncertainty,
+                         ::testing::Values(SensedScene{"kinect1", "tower", 0.85}, SensedScene{"d435", "tower", 0.85},
+                                           SensedScene{"d435", "turntable", 0.79}, SensedScene{"kinect1", "desk", 0.76},
+                                           SensedScene{"kinect1", "room", 0.76}),
+                         [](const auto& row) { return std::string(row.param.sensor) + "_" + row.param.scene; });
 
 TEST_F(VertexUncertainty, ChangesNothingElse) {
   ASSERT_NO_FATAL_FAILURE(record("tower", 6));
