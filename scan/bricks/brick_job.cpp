@@ -44,6 +44,14 @@ std::string near_place(const fs::path& recording, const fs::path& folder) {
   return code ? std::string() : near.string();
 }
 
+/// check_bricks(), for a person who asked for nothing else.
+Result<void> check_fits_bricks(const ScanJob& job, PoseMode poses) {
+  const Result<void> possible = check_bricks(job, poses);
+  if (possible) return {};
+  return Error{ErrorCode::kUsage, possible.error().message + "; scanknit run fuses it in one process",
+               job.input.string()};
+}
+
 JobHeader header_of(const ScanJob& job, const fs::path& folder, const ScanSession& session) {
   std::error_code code;
   JobHeader header;
@@ -198,7 +206,7 @@ Result<std::size_t> plan_job(const ScanJob& asked, const std::string& yaml, cons
   const auto opened = open_first(job, session);
   if (!opened) return opened.error();
   FrameSource& source = *opened->source;
-  if (auto possible = check_bricks(job, source.info().poses); !possible) return possible.error();
+  if (auto possible = check_fits_bricks(job, source.info().poses); !possible) return possible.error();
   if (auto told = observer.on_open(source.info()); !told) return told.error();
   const FrameArchive archive = archive_of(job);
   FrameCounts counts;
@@ -236,7 +244,7 @@ ScanResult join_job(const fs::path& folder, const ScanJob& asked, ScanObserver& 
   auto job = open_job(folder, asked);
   if (!job) return session.conclude(job.error(), asked, {});
   // Its poses are known: it was planned.
-  Result<void> outcome = check_bricks(job->job, PoseMode::kRecording);
+  Result<void> outcome = check_fits_bricks(job->job, PoseMode::kRecording);
   if (outcome) outcome = join(*job, folder, session, result);
   return session.conclude(std::move(outcome), job->job, std::move(result));
 }
