@@ -26,9 +26,15 @@ std::int64_t reach_ns(std::vector<std::int64_t> times_ns) {
   return pairing_reach_ns(profile);
 }
 
-/// Says whence the poses are.
+/// Says whence the entries' poses are.
 void tell_poses(const FramePoses& poses, Recording& recording) {
   if (!poses.are_known()) return;
+  const auto& entries = recording.entries;
+  if (std::none_of(entries.begin(), entries.end(), [](const FrameEntry& e) { return e.T_world_camera.has_value(); })) {
+    recording.warnings.push_back("the bag has poses (" + poses.source() +
+                                 "), but none at the time of a depth picture: the camera is taken to have none");
+    return;
+  }
   recording.topics["poses"] = poses.source();
   recording.world_up = kRosUp;
   if (poses.is_of_another_frame()) {
@@ -42,7 +48,6 @@ void tell_poses(const FramePoses& poses, Recording& recording) {
 void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const PictureTopic* colour,
                       const BagTopics& wanted, Recording& recording) {
   const FramePoses poses(survey, depth.frame, wanted);
-  tell_poses(poses, recording);
   const auto& depth_ns = depth.times_ns;
   const auto colour_ns = colour != nullptr ? colour->times_ns : std::vector<std::int64_t>();
   const auto partners = pair_by_time(depth_ns, colour_ns, reach_ns(colour_ns));
@@ -59,6 +64,7 @@ void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const
     entry.T_world_camera = poses.at(depth_ns[i]);
     recording.entries.push_back(std::move(entry));
   }
+  tell_poses(poses, recording);
 }
 
 }  // namespace scanknit

@@ -4,6 +4,21 @@
 #include <utility>
 
 namespace scanknit {
+namespace {
+
+/// Told at least twice, and within 0.1 mm and 0.01 degrees of the first.
+bool are_all_the_same(const std::vector<TimedPose>& poses) {
+  constexpr double kSame_m = 1e-4, kSame_rad = 1.7e-4;
+  if (poses.size() < 2 || !poses.front().pose) return false;
+  const Pose T_first_parent = poses.front().pose->inverse();
+  return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& timed) {
+    if (!timed.pose) return false;
+    const Pose change = T_first_parent * *timed.pose;
+    return change.translation().norm() < kSame_m && Eigen::AngleAxisd(change.linear()).angle() < kSame_rad;
+  });
+}
+
+}  // namespace
 
 void TransformTree::add(Ros2Transform transform, bool is_static) {
   constexpr std::size_t kMaxFrames = 1000;
@@ -21,15 +36,18 @@ void TransformTree::add(Ros2Transform transform, bool is_static) {
 }
 
 void TransformTree::sort() {
-  for (auto& [child, edge] : edges_) sort_by_time(edge.poses);
+  for (auto& [child, edge] : edges_) {
+    sort_by_time(edge.poses);
+    edge.never_changes = edge.is_static || are_all_the_same(edge.poses);
+  }
 }
 
-std::vector<std::string> TransformTree::path_up(std::string frame, bool only_static) const {
+std::vector<std::string> TransformTree::path_up(std::string frame, bool only_unchanging) const {
   std::vector<std::string> path{std::move(frame)};
   // A circle, which is no tree, ends after so many steps.
   while (path.size() <= edges_.size()) {
     const auto edge = edges_.find(path.back());
-    if (edge == edges_.end() || (only_static && !edge->second.is_static)) break;
+    if (edge == edges_.end() || (only_unchanging && !edge->second.never_changes)) break;
     path.push_back(edge->second.parent);
   }
   return path;
@@ -48,14 +66,31 @@ bool TransformTree::is_moving(const std::string& frame) const {
 std::optional<Result<Pose>> TransformTree::pose_in_root(const std::string& frame, std::int64_t time_ns) const {
   auto path = path_up(frame, false);
   path.pop_back();
-  Pose T_parent_frame = Pose::Identity();
-  for (const std::string& child : path) {
+  const auto told = [&](const std::string& child) {
     const Edge& edge = edges_.at(child);
-    const auto T_parent_child = edge.is_static ? std::optional(edge.poses.back().pose) : pose_at(edge.poses, time_ns);
+    return edge.never_changes ? 0 : edge.poses.size();
+  };
+  const auto moving =
+      std::max_element(path.begin(), path.end(), [&](const auto& a, const auto& b) { return told(a) < told(b); });
+  Pose T_parent_frame = Pose::Identity();
+  for (auto child = path.begin(); child != path.end(); ++child) {
+    const Edge& edge = edges_.at(*child);
+    const auto T_parent_child = edge.never_changes ? std::optional(edge.poses.back().pose)
+                                : child == moving  ? pose_at(edge.poses, time_ns)
+                                                   : slow_pose_at(edge, time_ns);
     if (!T_parent_child || !*T_parent_child) return T_parent_child;
     T_parent_frame = **T_parent_child * T_parent_frame;
   }
   return Result<Pose>(T_parent_frame);
+}
+
+std::optional<Result<Pose>> TransformTree::slow_pose_at(const Edge& edge, std::int64_t time_ns) {
+  constexpr std::int64_t kLongestGap_ns = 10'000'000'000, kHolds_ns = 1'000'000'000;
+  if (auto pose = pose_at(edge.poses, time_ns, kLongestGap_ns)) return pose;
+  const TimedPose &first = edge.poses.front(), &last = edge.poses.back();
+  if (time_ns < first.time_ns && distance_ns(first.time_ns, time_ns) <= kHolds_ns) return first.pose;
+  if (time_ns > last.time_ns && distance_ns(last.time_ns, time_ns) <= kHolds_ns) return last.pose;
+  return std::nullopt;
 }
 
 std::optional<Pose> TransformTree::between(const std::string& a, const std::string& b) const {
