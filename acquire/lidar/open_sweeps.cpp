@@ -1,19 +1,49 @@
+#include <filesystem>
+#include <string>
+#include <vector>
+
 #include "acquire/lidar/bag_sweeps.h"
 #include "acquire/lidar/kitti.h"
 #include "acquire/lidar/pcap_file.h"
 #include "acquire/lidar/pcap_sweeps.h"
 #include "acquire/lidar/sweep_source.h"
 #include "acquire/recording_format.h"
+#include "acquire/replay/folder.h"
 #include "acquire/replay/raw_recording.h"
-
 namespace scanknit {
 namespace {
 
-bool is_kitti(const std::filesystem::path& path, const Limits& limits) {
-  std::error_code code;
-  if (!std::filesystem::is_directory(path, code)) return false;
-  const auto folder = list_folder(path, limits);
-  return folder && fits_kitti(*folder, limits);
+namespace fs = std::filesystem;
+
+/// Sequences of KITTI's: the folder itself, or the one that its `velodyne` belongs to; else those below it, or below
+/// its `sequences`, as the benchmark has them.
+std::vector<fs::path> kitti_sequences(const fs::path& path, const Limits& limits) {
+  const auto fits = [&](const fs::path& at) {
+    std::error_code code;
+    const auto folder = fs::is_directory(at, code) ? list_folder(at, limits) : Result<Folder>(Folder{});
+    return folder && fits_kitti(*folder, limits);
+  };
+  if (fits(path)) return {path};
+  const fs::path named = path.has_filename() ? path : path.parent_path();
+  if (named.filename() == "velodyne") {
+    const fs::path parent = named.has_parent_path() ? named.parent_path() : fs::path("..");
+    if (fits(parent)) return {parent};
+  }
+  std::vector<fs::path> found;
+  for (const fs::path& base : {path, path / "sequences"}) {
+    const auto folder = list_folder(base, limits);
+    if (!folder) continue;
+    for (const std::string& name : folder->folders) {
+      if (fits(base / name)) found.push_back(base / name);
+    }
+  }
+  return found;
+}
+
+Error several_sequences(const fs::path& path, const std::vector<fs::path>& found) {
+  std::string message = "holds " + std::to_string(found.size()) + " sequences of LiDAR sweeps; name one of them:";
+  for (const fs::path& sequence : found) message += "\n  " + sequence.string();
+  return {ErrorCode::kInput, message, path.string()};
 }
 
 }  // namespace
@@ -21,7 +51,7 @@ bool is_kitti(const std::filesystem::path& path, const Limits& limits) {
 bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& config) {
   if (config.geometry == Geometry::kStereo) return false;
   const bool has_any_format = config.format == RecordingFormat::kAuto;
-  if (has_any_format && (is_kitti(path, config.limits) || is_pcap_file(path))) return true;
+  if (has_any_format && (is_pcap_file(path) || !kitti_sequences(path, config.limits).empty())) return true;
   return fits_bag_sweeps(path, config);
 }
 
@@ -31,8 +61,10 @@ Result<std::unique_ptr<SweepSource>> open_sweeps(const std::filesystem::path& pa
                  config.camera->file};
   }
   if (is_pcap_file(path)) return open_pcap_sweeps(path, config.limits);
-  if (is_kitti(path, config.limits)) {
-    const auto folder = list_folder(path, config.limits);
+  const auto kitti = kitti_sequences(path, config.limits);
+  if (kitti.size() > 1) return several_sequences(path, kitti);
+  if (!kitti.empty()) {
+    const auto folder = list_folder(kitti.front(), config.limits);
     return folder ? open_kitti(*folder, config.limits) : folder.error();
   }
   if (find_bag(path, config)) return open_bag_sweeps(path, config);

@@ -162,6 +162,9 @@ std::string list_layouts(RecordingFormat wanted) {
   };
   list(kLayouts);
   list(kFileLayouts);
+  if (wanted == RecordingFormat::kAuto) {
+    text += "\n  sweeps of a LiDAR: velodyne/000000.bin (KITTI's odometry benchmark), a capture .pcap of its packets";
+  }
   return text;
 }
 

@@ -237,7 +237,6 @@ TEST(KittiSweeps, AreOpenedByTheirFolder) {
   const test::TemporaryFolder folder;
   write_kitti_room(folder.path() / "seq", 3);
   EXPECT_TRUE(is_sweep_recording(folder.path() / "seq", {}));
-  EXPECT_FALSE(is_sweep_recording(folder.path(), {}));
   EXPECT_FALSE(is_sweep_recording(folder.path() / "nothing", {}));
   const auto sweeps = open_sweeps(folder.path() / "seq", {});
   ASSERT_TRUE(sweeps) << sweeps.error().text();
@@ -249,6 +248,21 @@ TEST(KittiSweeps, AreOpenedByTheirFolder) {
   ASSERT_NE(sweep, nullptr);
   EXPECT_TRUE(sweep->T_world_sensor.isApprox(kitti_camera_of_sensor() * sensor_at(1), 1e-6))
       << "the world is the camera's frame; the pose is the sensor's";
+}
+
+TEST(KittiSweeps, AreFoundInTheBenchmarksOwnFolders) {
+  const test::TemporaryFolder folder;
+  const auto root = folder.path(), sequences = root / "sequences";
+  write_kitti_room(sequences / "00", 1);
+  for (const auto& path : {root, sequences, sequences / "00", sequences / "00" / "velodyne"}) {
+    const auto sweeps = open_sweeps(path, {});
+    ASSERT_TRUE(sweeps) << path << ": " << sweeps.error().text();
+    EXPECT_EQ((*sweeps)->info().folder, sequences / "00");
+  }
+  write_kitti_room(sequences / "01", 1);
+  const auto sweeps = open_sweeps(root, {});
+  ASSERT_FALSE(sweeps);
+  EXPECT_NE(sweeps.error().text().find("holds 2 sequences of LiDAR sweeps; name one of them"), std::string::npos);
 }
 
 TEST(KittiSweeps, RefuseACamerasCalibration) {

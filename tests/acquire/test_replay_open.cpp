@@ -201,7 +201,7 @@ TEST(Replay, EndsWhenAskedToStop) {
 
 TEST(OpenRecording, OfSweepsSaysWhichCommandsReadThem) {
   const TemporaryFolder folder;
-  EXPECT_FALSE(contains(open_error(folder.path()), "LiDAR"));
+  EXPECT_FALSE(contains(open_error(folder.path()), "only run and info"));
   write_text(folder / "velodyne/000000.bin", "");
   EXPECT_TRUE(contains(open_error(folder.path()), "sweeps of a LiDAR: only run and info read them"));
   write_text(folder / "walk.pcap", "");
