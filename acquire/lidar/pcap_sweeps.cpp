@@ -289,8 +289,8 @@ class PcapSweeps final : public SweepSource {
     }
     if (shift_ns_ != 0) {
       info_.warnings.push_back(
-          fmt::format("the LiDAR's clock is {:.3f} s behind the computer's: the sweeps have the computer's time",
-                      seconds(shift_ns_)));
+          fmt::format("the LiDAR's clock is {:.3f} s {} the computer's: the sweeps have the computer's time",
+                      std::abs(seconds(shift_ns_)), shift_ns_ > 0 ? "behind" : "ahead of"));
     }
     return {};
   }
