@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "fusion/volume/block_index.h"
@@ -99,39 +100,46 @@ std::vector<Coord> HullBlocks::those_in_the_band(const std::vector<Coord>& cubes
 }
 
 std::array<HullBlocks::Look, kBlockVoxels> HullBlocks::look_at(const Coord& origin) const {
-  std::array<Look, kBlockVoxels> looks;
   const Vector3d first = position(origin);
-  const std::vector<std::size_t> deciding = deciding_views(first);
-  for (unsigned n = 0; n < kBlockVoxels; ++n) {
-    looks[n] = look(first + Vector3d(n >> 6, n >> 3 & 7, n & 7) * voxel_size_m_, deciding);
+  const double half_m = kBlockEdgeVoxels * voxel_size_m_ / 2;
+  std::vector<ViewOfBlock> views;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    views.push_back({cubes_.greatest_m(i, first + Vector3d::Constant(half_m), half_m), i});
+  }
+  // Those that may say most come first: soon they leave nothing to be said by the others, which see the whole block.
+  std::sort(views.begin(), views.end(), std::greater<>());
+  std::array<Look, kBlockVoxels> looks;
+  looks.fill({-band_m_, 0});
+  double least_m = -band_m_;
+  constexpr double kRounding = 1e-5;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const auto [greatest_m, i] = views[k];
+    if (greatest_m + kRounding * band_m_ <= least_m) {
+      for (Look& look : looks) look.seen_by += static_cast<int>(views.size() - k);
+      break;
+    }
+    look_from(i, first, looks);
+    least_m = std::min_element(looks.begin(), looks.end(), [](const Look& a, const Look& b) {
+                return a.distance_m < b.distance_m;
+              })->distance_m;
   }
   return looks;
 }
 
-/// Those in which the block is not as a whole so far within the silhouette that it is not in the band.
-std::vector<std::size_t> HullBlocks::deciding_views(const Vector3d& origin) const {
-  const double half_m = kBlockEdgeVoxels * voxel_size_m_ / 2;
-  std::vector<std::size_t> deciding;
-  for (std::size_t i = 0; i < views_.size(); ++i) {
-    if (!cubes_.is_deep_inside(i, origin + Vector3d::Constant(half_m), half_m, band_m_)) deciding.push_back(i);
-  }
-  return deciding;
-}
-
-/// The views that do not decide see the voxel, deep inside.
-HullBlocks::Look HullBlocks::look(const Vector3d& p, const std::vector<std::size_t>& deciding) const {
-  Look look{-band_m_, static_cast<int>(views_.size() - deciding.size())};
-  for (const std::size_t i : deciding) {
+void HullBlocks::look_from(std::size_t i, const Vector3d& first, std::array<Look, kBlockVoxels>& looks) const {
+  const auto& [camera, pose, silhouette] = views_[i];
+  const double metres_per_pixel_and_metre = 1 / focal_length(camera);
+  for (unsigned n = 0; n < kBlockVoxels; ++n) {
+    const Vector3d p = first + Vector3d(n >> 6, n >> 3 & 7, n & 7) * voxel_size_m_;
     const Vector3d in_camera = T_camera_world_[i] * p;
     if (!(in_camera.z() > 0)) continue;
-    const Eigen::Vector2d pixel = views_[i].camera.project(in_camera);
-    if (!views_[i].silhouette.sees(pixel.x(), pixel.y())) continue;
+    const Eigen::Vector2d pixel = camera.project(in_camera);
+    if (!silhouette.sees(pixel.x(), pixel.y())) continue;
+    Look& look = looks[n];
     ++look.seen_by;
-    const double metres_per_pixel = in_camera.z() / focal_length(views_[i].camera);
-    const double distance = views_[i].silhouette.distance_px(pixel.x(), pixel.y()) * metres_per_pixel;
+    const double distance = silhouette.distance_px(pixel.x(), pixel.y()) * in_camera.z() * metres_per_pixel_and_metre;
     look.distance_m = std::max(look.distance_m, static_cast<float>(std::min<double>(distance, band_m_)));
   }
-  return look;
 }
 
 }  // namespace scanknit

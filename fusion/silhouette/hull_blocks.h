@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/pose.h"
@@ -39,12 +40,13 @@ class HullBlocks {
   [[nodiscard]] std::array<Look, kBlockVoxels> look_at(const openvdb::Coord& origin) const;
 
  private:
+  using ViewOfBlock = std::pair<double, std::size_t>;  ///< the greatest distance that it may see there, and its number
   [[nodiscard]] Eigen::Vector3d position(const openvdb::Coord& index) const;
   [[nodiscard]] std::optional<std::vector<openvdb::Coord>> in_band(const Eigen::AlignedBox3d& box,
                                                                    std::size_t most) const;
   [[nodiscard]] std::vector<openvdb::Coord> those_in_the_band(const std::vector<openvdb::Coord>& cubes, int edge) const;
-  [[nodiscard]] std::vector<std::size_t> deciding_views(const Eigen::Vector3d& origin) const;
-  [[nodiscard]] Look look(const Eigen::Vector3d& p, const std::vector<std::size_t>& deciding) const;
+  /// Adds what view `i` says of the block's voxels, the first of which is at `first`.
+  void look_from(std::size_t i, const Eigen::Vector3d& first, std::array<Look, kBlockVoxels>& looks) const;
 
   std::span<const SilhouetteView> views_;
   HullCubes cubes_;

@@ -77,9 +77,9 @@ bool HullCubes::may_hold_hull(const Vector3d& middle, double half_m) const {
   return true;
 }
 
-bool HullCubes::is_deep_inside(std::size_t i, const Vector3d& middle, double half_m, double band_m) const {
+double HullCubes::greatest_m(std::size_t i, const Vector3d& middle, double half_m) const {
   const auto range = range_of(i, middle, half_m);
-  return range && range->greatest_m <= -band_m;
+  return range ? range->greatest_m : std::numeric_limits<double>::infinity();
 }
 
 bool HullCubes::may_hold_surface(const Vector3d& middle, double half_m, double band_m) const {

@@ -191,19 +191,6 @@ void Silhouette::note_bounds() {
   middle_v_ = sum_v / count;
 }
 
-float Silhouette::distance_px(double u, double v) const {
-  const int x = std::min(static_cast<int>(u), std::max(0, width_ - 2));
-  const int y = std::min(static_cast<int>(v), std::max(0, height_ - 2));
-  const auto right = static_cast<float>(u - x);
-  const auto down = static_cast<float>(v - y);
-  const int next_x = std::min(x + 1, width_ - 1);
-  const int next_y = std::min(y + 1, height_ - 1);
-  const auto value = [&](int column, int row) { return static_cast<float>(distances_.at(column, row)); };
-  const float above = value(x, y) + (value(next_x, y) - value(x, y)) * right;
-  const float below = value(x, next_y) + (value(next_x, next_y) - value(x, next_y)) * right;
-  return (above + (below - above) * down) / kSteps;
-}
-
 std::optional<Silhouette::Range> Silhouette::range_px(const OutlineRect& rect) const {
   if (!sees(rect.left, rect.top) || !sees(rect.right, rect.bottom)) return std::nullopt;
   // The coarsest level in which the rectangle meets a few tiles only.

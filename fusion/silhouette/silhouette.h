@@ -1,6 +1,7 @@
 // Silhouette: signed distances to the outline of a thing in one picture.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -70,5 +71,18 @@ class Silhouette {
   std::optional<OutlineRect> bounds_;
   double middle_u_ = 0, middle_v_ = 0;
 };
+
+inline float Silhouette::distance_px(double u, double v) const {
+  const int x = std::min(static_cast<int>(u), std::max(0, width_ - 2));
+  const int y = std::min(static_cast<int>(v), std::max(0, height_ - 2));
+  const auto right = static_cast<float>(u - x);
+  const auto down = static_cast<float>(v - y);
+  const int next_x = std::min(x + 1, width_ - 1);
+  const int next_y = std::min(y + 1, height_ - 1);
+  const auto value = [&](int column, int row) { return static_cast<float>(distances_.at(column, row)); };
+  const float above = value(x, y) + (value(next_x, y) - value(x, y)) * right;
+  const float below = value(x, next_y) + (value(next_x, next_y) - value(x, next_y)) * right;
+  return (above + (below - above) * down) / kSteps;
+}
 
 }  // namespace scanknit
