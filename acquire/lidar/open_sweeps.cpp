@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,22 @@ std::vector<fs::path> kitti_sequences(const fs::path& path, const Limits& limits
   return found;
 }
 
+/// The capture itself, or the only one in a folder that holds nothing else but what belongs to it.
+std::optional<fs::path> find_capture(const fs::path& path, const Limits& limits) {
+  if (is_pcap_file(path)) return path;
+  const auto folder = list_folder(path, limits);
+  if (!folder || !folder->folders.empty()) return std::nullopt;
+  std::optional<fs::path> capture;
+  for (const std::string& name : folder->files) {
+    const fs::path end = fs::path(name).extension();
+    const bool is_beside = end == ".json" || end == ".tum" || end == ".txt" || end == ".md";
+    if (is_beside) continue;
+    if (capture || !is_pcap_file(path / name)) return std::nullopt;
+    capture = path / name;
+  }
+  return capture;
+}
+
 Error several_sequences(const fs::path& path, const std::vector<fs::path>& found) {
   std::string message = "holds " + std::to_string(found.size()) + " sequences of LiDAR sweeps; name one of them:";
   for (const fs::path& sequence : found) message += "\n  " + sequence.string();
@@ -51,7 +68,8 @@ Error several_sequences(const fs::path& path, const std::vector<fs::path>& found
 bool is_sweep_recording(const std::filesystem::path& path, const AcquireConfig& config) {
   if (config.geometry == Geometry::kStereo) return false;
   const bool has_any_format = config.format == RecordingFormat::kAuto;
-  if (has_any_format && (is_pcap_file(path) || !kitti_sequences(path, config.limits).empty())) return true;
+  if (has_any_format && (find_capture(path, config.limits) || !kitti_sequences(path, config.limits).empty()))
+    return true;
   return fits_bag_sweeps(path, config);
 }
 
@@ -60,7 +78,7 @@ Result<std::unique_ptr<SweepSource>> open_sweeps(const std::filesystem::path& pa
     return Error{ErrorCode::kConfig, "acquire.camera: LiDAR sweeps are seen by no camera; leave it at auto",
                  config.camera->file};
   }
-  if (is_pcap_file(path)) return open_pcap_sweeps(path, config.limits);
+  if (const auto capture = find_capture(path, config.limits)) return open_pcap_sweeps(*capture, config.limits);
   const auto kitti = kitti_sequences(path, config.limits);
   if (kitti.size() > 1) return several_sequences(path, kitti);
   if (!kitti.empty()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <system_error>
+#include <utility>
 
 namespace scanknit {
 namespace {
@@ -69,10 +70,12 @@ Result<Folder> list_folder(const fs::path& path, const Limits& limits) {
   fs::directory_iterator entry(path, code);
   if (code) return Error{ErrorCode::kInput, code.message(), path.string()};
   for (; entry != fs::directory_iterator(); entry.increment(code)) {
+    std::string name = entry->path().filename().string();
+    if (name.starts_with('.')) continue;
     std::error_code status_code;
     const auto kind = entry->status(status_code).type();
     // A dangling symbolic link stays in the list: its frame is then dropped with a reason instead of vanishing.
-    (kind == fs::file_type::directory ? folder.folders : folder.files).push_back(entry->path().filename().string());
+    (kind == fs::file_type::directory ? folder.folders : folder.files).push_back(std::move(name));
     if (folder.files.size() + folder.folders.size() > kMaxFilesPerFrame * limits.max_frames) {
       return Error{ErrorCode::kInput, "more files than a recording may have", path.string()};
     }

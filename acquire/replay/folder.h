@@ -22,7 +22,8 @@ struct Folder {
   [[nodiscard]] bool has_folder(std::string_view name) const;
 };
 
-/// Errors (kInput): not a folder, no permission, more entries than a recording may have.
+/// Without hidden entries: a Mac leaves `._NAME` beside each NAME. Errors (kInput): not a folder, no permission, more
+/// entries than a recording may have.
 [[nodiscard]] Result<Folder> list_folder(const std::filesystem::path& path, const Limits& limits);
 
 /// Digit runs compare as numbers; equal numbers and everything else as bytes. A strict weak ordering.

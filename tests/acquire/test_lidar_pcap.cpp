@@ -345,6 +345,7 @@ TEST(CaptureWithoutPoses, IsOpenedAndAllSweepsAreDropped) {
   const test::TemporaryFolder folder;
   write_whole(folder / "a.pcap", capture_bytes(vlp16_walk(), kBegan_s));
   auto source = open_sweeps(folder / "a.pcap", {});
+  EXPECT_TRUE(open_sweeps(folder.path(), {})) << "its folder";
   ASSERT_TRUE(source) << source.error().text();
   EXPECT_EQ((*source)->info().sweeps, 3u);
   EXPECT_EQ((*source)->info().sweeps_with_pose, 0u);

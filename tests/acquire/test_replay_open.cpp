@@ -199,6 +199,17 @@ TEST(Replay, EndsWhenAskedToStop) {
   EXPECT_TRUE(std::holds_alternative<EndOfStream>((*source)->next(stop.get_token())));
 }
 
+TEST(Replay, PassesOverHiddenFiles) {
+  const TemporaryFolder folder;
+  write_seven_scenes(folder.path(), 2);
+  const auto listed = list_folder(folder.path(), Limits{});
+  ASSERT_TRUE(listed);
+  for (const std::string& name : listed->files) write_text(folder / ("._" + name), "what a Mac leaves");
+  fs::create_directories(folder / ".git");
+  EXPECT_EQ(list_folder(folder.path(), Limits{})->files, listed->files);
+  EXPECT_EQ(list_folder(folder.path(), Limits{})->folders, listed->folders);
+}
+
 TEST(OpenRecording, OfSweepsSaysWhichCommandsReadThem) {
   const TemporaryFolder folder;
   EXPECT_FALSE(contains(open_error(folder.path()), "only run and info"));
