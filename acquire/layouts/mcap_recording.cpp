@@ -46,7 +46,7 @@ std::vector<RawStamp> stamps_of(const std::vector<McapMessagePlace>& places) {
 // Sorts the messages by channel; the first calibration that can be read is taken.
 void sort_messages(McapRecording& file, RawRecording& raw) {
   std::optional<RawCalibration> calibration;
-  const std::vector<McapMessagePlace> places = file.reader.messages();
+  const std::deque<McapMessagePlace>& places = file.reader.messages();
   const auto is_of = [&](const McapMessagePlace& place, const char* topic) {
     const McapChannel* channel = file.reader.find_channel(topic);
     return channel != nullptr && channel->id == place.channel;

@@ -56,8 +56,6 @@ Result<McapReader> McapReader::open(std::unique_ptr<RandomAccess> file, const Li
   McapReader reader(std::move(file), limits);
   const auto walked = use == McapIndexUse::kNone ? reader.walk_file() : reader.walk_with_index();
   if (!walked) return walked.error();
-  reader.chunks_.shrink_to_fit();  // a bag of 20 GB has 25,000 of each
-  reader.messages_.shrink_to_fit();
   return reader;
 }
 

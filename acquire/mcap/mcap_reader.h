@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -50,7 +51,7 @@ class McapReader {
 
   /// In the order of the file. Of those that were found by the index only channel and log time are known, and where
   /// they are.
-  [[nodiscard]] const std::vector<McapMessagePlace>& messages() const { return messages_; }
+  [[nodiscard]] const std::deque<McapMessagePlace>& messages() const { return messages_; }
 
   /// A message's data; valid until the next call. Errors (kInput, without `where`): its chunk is larger than the
   /// limits, unreadable or damaged.
@@ -126,8 +127,8 @@ class McapReader {
   Limits limits_;
   std::vector<McapSchema> schemas_;
   std::vector<McapChannel> channels_;
-  std::vector<Chunk> chunks_;
-  std::vector<McapMessagePlace> messages_;
+  std::deque<Chunk> chunks_;  // these two are long: they grow without a copy
+  std::deque<McapMessagePlace> messages_;
   std::optional<std::string> fault_;
   std::array<LoadedChunk, 2> cache_;  // depth and its colour may be in two successive chunks
   std::uint64_t reads_ = 0;

@@ -246,7 +246,7 @@ OrDrop<Frame> IndexedSource::load_pictures(const FrameEntry& entry, std::optiona
   auto decoding = recording_.decode(entry, decode_settings(entry));
   if (auto* drop = std::get_if<Drop>(&decoding)) return std::move(*drop);
   auto& decoded = std::get<DecodedFrame>(decoding);
-  pose = decoded.T_world_camera ? decoded.T_world_camera : entry.T_world_camera;
+  pose = decoded.T_world_camera ? decoded.T_world_camera : entry.T_world_camera.copy();
 
   std::optional<CameraIntrinsics> stated = decoded.camera ? decoded.camera : recording_.camera;
   if (config_.intrinsics) stated = config_.intrinsics->intrinsics;

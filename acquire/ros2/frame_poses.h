@@ -18,8 +18,8 @@ inline constexpr UpAxis kRosUp = UpAxis::kZ;
 
 /// Said of a bag whose survey is a sample.
 inline constexpr const char* kSampleWarning =
-    "a large bag with compressed chunks, described by its index: the duration is that of recording, and a frame "
-    "counts as one with a pose where poses were recorded within 0.1 s";
+    "a large bag, described by a sample of its messages: the duration is that of recording, and a frame counts as one "
+    "with a pose where poses were recorded within 0.1 s";
 
 /// The poses of the topic that is wanted; else tf's and Odometry's where the frame moves in them; else those of the
 /// topic of PoseStamped with most messages.

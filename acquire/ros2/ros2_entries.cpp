@@ -27,8 +27,14 @@ std::int64_t reach_ns(std::vector<std::int64_t> times_ns) {
 }
 
 /// Says whence the entries' poses are.
-void tell_poses(const FramePoses& poses, Recording& recording) {
-  if (!poses.are_known()) return;
+void tell_poses(const FramePoses& poses, const TransformTree& tree, Recording& recording) {
+  if (!poses.are_known()) {
+    if (const auto elsewhere = tree.moves_elsewhere(poses.frame())) {
+      recording.warnings.push_back("tf moves (" + *elsewhere + "), but does not lead from there to depth's frame '" +
+                                   poses.frame() + "': the camera is taken to have no poses");
+    }
+    return;
+  }
   const auto& entries = recording.entries;
   if (std::none_of(entries.begin(), entries.end(), [](const FrameEntry& e) { return e.T_world_camera.has_value(); })) {
     recording.warnings.push_back("the bag has poses (" + poses.source() +
@@ -52,6 +58,7 @@ void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const
   const auto colour_ns = colour != nullptr ? colour->times_ns : std::vector<std::int64_t>();
   const auto partners = pair_by_time(depth_ns, colour_ns, reach_ns(colour_ns));
   const SharedPath bag = recording.folder;
+  const Rare<Result<Pose>> some_pose = Result<Pose>(Pose::Identity());
   recording.entries.reserve(depth_ns.size());
   for (std::size_t i = 0; i < depth_ns.size(); ++i) {
     FrameEntry entry{.sequence = i, .timestamp_ns = depth_ns[i]};
@@ -61,10 +68,12 @@ void add_ros2_entries(const Ros2Survey& survey, const PictureTopic& depth, const
       entry.colour = bag;
       entry.colour_index = *partners[i];
     }
-    entry.T_world_camera = poses.at(depth_ns[i]);
+    auto pose = poses.at(depth_ns[i]);
+    // Of a sample it is only known whether there is one: all frames share it.
+    entry.T_world_camera = survey.sampled_ns && pose ? some_pose : Rare<Result<Pose>>(std::move(pose));
     recording.entries.push_back(std::move(entry));
   }
-  tell_poses(poses, recording);
+  tell_poses(poses, survey.tree, recording);
 }
 
 }  // namespace scanknit

@@ -290,8 +290,10 @@ bool is_infrared(const PictureTopic& topic) {
 }
 
 SurveyKind survey_kind(const BagMessages& bag, const AcquireConfig& config) {
-  constexpr std::uint64_t kLarge = 256u << 20;  // compressed: more than a second
-  const bool is_sample = config.only_describes && bag.indexed_bytes() > kLarge;
+  constexpr std::uint64_t kLarge = 256u << 20;   // compressed: more than a second
+  constexpr std::size_t kManyMessages = 50'000;  // their poses and cameras would take tens of megabytes
+  const bool is_large = bag.indexed_bytes() > kLarge || bag.size() > kManyMessages;
+  const bool is_sample = config.only_describes && is_large;
   return is_sample ? SurveyKind::kSample : SurveyKind::kWhole;
 }
 

@@ -69,7 +69,7 @@ enum class SurveyKind {
 /// that are damaged are passed over.
 [[nodiscard]] Ros2Survey survey_ros2(BagMessages& bag, SurveyKind kind = SurveyKind::kWhole);
 
-/// A sample for the description of a large bag with an index; else the whole.
+/// A sample for the description of a large bag; else the whole.
 [[nodiscard]] SurveyKind survey_kind(const BagMessages& bag, const AcquireConfig& config);
 
 /// survey_ros2() of a bag that may have an index. Where that turns out to be wrong, once more without it. Errors

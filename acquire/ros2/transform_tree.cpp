@@ -63,6 +63,14 @@ bool TransformTree::is_moving(const std::string& frame) const {
                      [&](const std::string& child) { return !edges_.at(child).is_static; });
 }
 
+std::optional<std::string> TransformTree::moves_elsewhere(const std::string& frame) const {
+  const std::string root = root_of(frame);
+  for (const auto& [child, edge] : edges_) {
+    if (!edge.never_changes && root_of(child) != root) return edge.parent + " -> " + child;
+  }
+  return std::nullopt;
+}
+
 std::optional<Result<Pose>> TransformTree::pose_in_root(const std::string& frame, std::int64_t time_ns) const {
   auto path = path_up(frame, false);
   path.pop_back();

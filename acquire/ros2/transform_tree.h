@@ -29,6 +29,9 @@ class TransformTree {
   /// True if some transform between `frame` and its root is not static.
   [[nodiscard]] bool is_moving(const std::string& frame) const;
 
+  /// A frame that moves in a tree to which `frame` does not belong: "map -> base". Nothing where there is none.
+  [[nodiscard]] std::optional<std::string> moves_elsewhere(const std::string& frame) const;
+
   /// T_root_frame at a time; an Error where a transform on the way is invalid; nothing where one has no pose then. The
   /// transform on the way that is told most often is the one that moves: it is followed as pose_at() does. The others
   /// are slow (a map's corrections once a second, a mount that is told again and again): they are interpolated over up

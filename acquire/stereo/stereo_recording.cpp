@@ -214,7 +214,8 @@ Result<void> refuse_settings(const AcquireConfig& config, const StereoRig& rig) 
 /// Poses are the left camera's; the rectified camera is turned against it.
 void turn_poses(const Pose& T_left_rectified, std::vector<FrameEntry>& entries) {
   for (FrameEntry& entry : entries) {
-    if (entry.T_world_camera && *entry.T_world_camera) entry.T_world_camera = **entry.T_world_camera * T_left_rectified;
+    if (entry.T_world_camera && *entry.T_world_camera)
+      entry.T_world_camera = Result<Pose>(**entry.T_world_camera * T_left_rectified);
   }
 }
 

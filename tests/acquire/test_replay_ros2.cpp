@@ -406,6 +406,28 @@ TEST_F(Ros2, SaysWhenItDoesNotKnowWhereColourIs) {
   EXPECT_TRUE(contains(described(bag).warnings[0], "tf does not say where 'c' is beside 'd'"));
 }
 
+TEST_F(Ros2, SaysThatTfMovesButDoesNotLeadToTheCamera) {
+  Ros2Bag bag;
+  bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
+  bag.add("/d/image", kImageType, 1, ros_.image(1, "d", "16UC1", 4, 2, counted_depth(1000, 8)));
+  bag.add("/tf", kTransformType, 1, ros_.transform(1, "map", "base", {0, 0, 1, 0, 0, 0, 1}));
+  ASSERT_EQ(described(bag).warnings.size(), 1u);
+  EXPECT_EQ(described(bag).warnings[0],
+            "tf moves (map -> base), but does not lead from there to depth's frame 'd': the camera is taken to have no "
+            "poses");
+}
+
+TEST_F(Ros2, SaysThatNoPoseIsAtThePicturesTimes) {
+  Ros2Bag bag;
+  bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
+  bag.add("/d/image", kImageType, 1, ros_.image(1, "d", "16UC1", 4, 2, counted_depth(1000, 8)));
+  bag.add("/tf", kTransformType, 1, ros_.transform(90'000'000'000, "map", "d", {0, 0, 1, 0, 0, 0, 1}));
+  ASSERT_EQ(described(bag).warnings.size(), 1u);
+  EXPECT_EQ(described(bag).warnings[0],
+            "the bag has poses (tf: map from d), but none at the time of a depth picture: the camera is taken to have "
+            "none");
+}
+
 TEST_F(Ros2, WhoseClockStepsBackLosesNeitherDepthNorColour) {
   Ros2Bag bag;
   bag.add("/d/camera_info", kCameraType, 0, ros_.camera(4, 2, {4, 4, 1.5, 0.5}));
