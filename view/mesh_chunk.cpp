@@ -24,7 +24,7 @@ constexpr Rgb8 kGrey{188, 188, 188};
 /// A vertex as it is sent.
 struct PackedVertex {
   std::uint16_t q[3];
-  std::uint16_t zero_q;
+  std::uint16_t uncertainty_um;
   std::uint8_t colour[3];
   std::uint8_t coverage;
   std::int8_t normal[3];
@@ -73,6 +73,12 @@ std::uint16_t quantised(float position_m, const Lattice& lattice, std::size_t ax
   return static_cast<std::uint16_t>(std::clamp<std::int64_t>(steps, 0, 65535));
 }
 
+/// 0: unknown; at most what 16 bits hold, 65 mm.
+std::uint16_t micrometres(float uncertainty_m) {
+  if (!(uncertainty_m > 0)) return 0;
+  return static_cast<std::uint16_t>(std::clamp(std::ceil(uncertainty_m * 1e6f), 1.0f, 65535.0f));
+}
+
 PackedVertex packed(const ChunkPart& part, std::size_t i, const Lattice& lattice) {
   const Mesh& mesh = *part.mesh;
   const Rgb8 colour = mesh.colours.empty() ? kGrey : mesh.colours[i];
@@ -87,6 +93,7 @@ PackedVertex packed(const ChunkPart& part, std::size_t i, const Lattice& lattice
   vertex.colour[1] = colour.g;
   vertex.colour[2] = colour.b;
   vertex.coverage = part.coverage.empty() ? std::uint8_t{255} : part.coverage[i];
+  if (!part.uncertainty_m.empty()) vertex.uncertainty_um = micrometres(part.uncertainty_m[i]);
   return vertex;
 }
 
@@ -114,8 +121,10 @@ std::string chunk_message(std::uint32_t chunk, std::uint32_t revision, std::span
   std::size_t indices = 0;
   bool has_colours = false;
   for (const ChunkPart& part : parts) {
-    SCANKNIT_CHECK(part.coverage.empty() || part.coverage.size() == part.mesh->positions_m.size());
-    vertices += part.mesh->positions_m.size();
+    const std::size_t count = part.mesh->positions_m.size();
+    SCANKNIT_CHECK(part.coverage.empty() || part.coverage.size() == count);
+    SCANKNIT_CHECK(part.uncertainty_m.empty() || part.uncertainty_m.size() == count);
+    vertices += count;
     indices += 3 * part.mesh->triangles.size();
     has_colours = has_colours || !part.mesh->colours.empty();
   }

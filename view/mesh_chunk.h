@@ -14,6 +14,8 @@ namespace scanknit {
 struct ChunkPart {
   const Mesh* mesh = nullptr;          ///< never null, well formed
   std::vector<std::uint8_t> coverage;  ///< of each vertex, 0 to 255; empty: 255 for all
+  /// One standard deviation of each vertex, metres; NaN, or empty for all: unknown. Sent in micrometres, rounded up.
+  std::vector<float> uncertainty_m = {};
 };
 
 /// Makes a message of kind 1: positions in 16 bits, normals in 8. A mesh without normals gets zero normals, one without

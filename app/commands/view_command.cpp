@@ -4,16 +4,21 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/terminal/signals.h"
 #include "app/terminal/view_links.h"
+#include "core/files/read_file.h"
+#include "core/limits.h"
 #include "core/mesh/split_mesh.h"
 #include "export/mesh/read_mesh.h"
 #include "export/mesh/up_rotation.h"
+#include "export/report/report_page.h"
 #include "extract/smooth_normals.h"
 #include "view/mesh_chunk.h"
 
@@ -37,9 +42,8 @@ Result<fs::path> find_mesh(const fs::path& given) {
       given.string()};
 }
 
-/// The mesh in metres, with normals.
-Result<Mesh> load(const fs::path& path, Console& console) {
-  MeshNotes notes;
+/// The mesh in metres, with normals. `notes`: empty.
+Result<Mesh> load(const fs::path& path, MeshNotes& notes, Console& console) {
   auto mesh = read_mesh(path, {}, &notes);
   if (!mesh) return mesh.error();
   for (const std::string& warning : notes.warnings) console.warn(fmt::format("{}: {}", path.string(), warning));
@@ -59,16 +63,35 @@ UpAxis up_of(const fs::path& path, const ExportConfig& config) {
   return config.up.value_or(config.world_up.value_or(UpAxis::kMinusY));
 }
 
-void publish(const Mesh& mesh, LiveView& view) {
+/// The voxel size of the run that wrote the mesh, by the report beside it; 0: unknown.
+double voxel_size_of(const fs::path& path) {
+  const auto text = read_text_file(path.parent_path() / "report.json", Limits{}.max_text_bytes);
+  if (!text || !check_report(*text)) return 0;
+  const auto report = nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  const auto files = report.find("files");
+  if (files == report.end() || !files->is_object()) return 0;
+  const bool is_of_mesh = std::any_of(files->begin(), files->end(), [&](const nlohmann::json& file) {
+    return file.is_string() && fs::path(file.get<std::string>()).filename() == path.filename();
+  });
+  const auto size = report.value(nlohmann::json::json_pointer("/volume/voxel_size_m"), nlohmann::json());
+  return is_of_mesh && size.is_number() ? std::max(size.get<double>(), 0.0) : 0;
+}
+
+void publish(const Mesh& mesh, const std::vector<float>& uncertainty_m, LiveView& view) {
   constexpr std::size_t kTrianglesOfAPiece = 30'000;
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& position : mesh.positions_m) box.extend(position);
   const float step_m = step_for(box.sizes().maxCoeff());
-  std::uint32_t number = 0;
-  for (const Mesh& piece : split_mesh(mesh, kTrianglesOfAPiece)) {
-    const ChunkPart part{&piece, {}};
-    ++number;
-    view.publish_chunk(number, chunk_message(number, 1, {&part, 1}, step_m));
+  MeshSplit split(mesh, {.triangles = kTrianglesOfAPiece});
+  for (std::uint32_t i = 0; i < split.parts(); ++i) {
+    MeshPart part = split.part(i);
+    ChunkPart shown;
+    if (!uncertainty_m.empty()) {
+      for (const std::uint32_t vertex : part.vertices) shown.uncertainty_m.push_back(uncertainty_m[vertex]);
+    }
+    const Mesh piece = mesh_of_part(mesh, std::move(part));
+    shown.mesh = &piece;
+    view.publish_chunk(i + 1, chunk_message(i + 1, 1, {&shown, 1}, step_m));
   }
 }
 
@@ -81,13 +104,15 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   const auto path = find_mesh(arguments.file);
   if (!path) return fail(path.error(), common);
   Console console(common.verbosity);
-  const auto mesh = load(*path, console);
+  MeshNotes notes;
+  const auto mesh = load(*path, notes, console);
   if (!mesh) return fail(mesh.error(), common);
 
   ViewHello hello;
   hello.title = path->filename().string();
   hello.mode = "file";
   hello.up = direction(up_of(*path, loaded->config.output)).cast<double>();
+  hello.voxel_size_m = voxel_size_of(*path);
   auto view = LiveView::start(arguments.server, hello);
   if (!view) return fail(view.error(), common);
   ViewState state;
@@ -95,7 +120,7 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   state.triangles = mesh->triangles.size();
   (*view)->publish(state);
   (*view)->publish_files({*path});
-  publish(*mesh, **view);
+  publish(*mesh, notes.uncertainty_m, **view);
 
   announce((*view)->links(), console);
   console.info("Ctrl-C ends it");

@@ -94,18 +94,21 @@ MeshPart MeshSplit::part(std::size_t i) {
   return part;
 }
 
+Mesh mesh_of_part(const Mesh& mesh, MeshPart part) {
+  Mesh own;
+  for (const std::uint32_t vertex : part.vertices) {
+    own.positions_m.push_back(mesh.positions_m[vertex]);
+    if (!mesh.normals.empty()) own.normals.push_back(mesh.normals[vertex]);
+    if (!mesh.colours.empty()) own.colours.push_back(mesh.colours[vertex]);
+  }
+  own.triangles = std::move(part.triangles);
+  return own;
+}
+
 std::vector<Mesh> split_mesh(const Mesh& mesh, std::size_t most_triangles) {
   MeshSplit split(mesh, {.triangles = most_triangles});
-  std::vector<Mesh> meshes(split.parts());
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    MeshPart part = split.part(i);
-    for (const std::uint32_t vertex : part.vertices) {
-      meshes[i].positions_m.push_back(mesh.positions_m[vertex]);
-      if (!mesh.normals.empty()) meshes[i].normals.push_back(mesh.normals[vertex]);
-      if (!mesh.colours.empty()) meshes[i].colours.push_back(mesh.colours[vertex]);
-    }
-    meshes[i].triangles = std::move(part.triangles);
-  }
+  std::vector<Mesh> meshes;
+  for (std::size_t i = 0; i < split.parts(); ++i) meshes.push_back(mesh_of_part(mesh, split.part(i)));
   return meshes;
 }
 

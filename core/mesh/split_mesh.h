@@ -51,6 +51,9 @@ class MeshSplit {
   std::vector<Box> parts_;
 };
 
+/// A part as a mesh of its own.
+[[nodiscard]] Mesh mesh_of_part(const Mesh& mesh, MeshPart part);
+
 /// The parts as meshes with at most `most_triangles` each.
 [[nodiscard]] std::vector<Mesh> split_mesh(const Mesh& mesh, std::size_t most_triangles);
 

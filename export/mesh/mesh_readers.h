@@ -12,7 +12,7 @@
 
 namespace scanknit {
 
-[[nodiscard]] Result<Mesh> read_ply(std::string_view bytes, const Limits& limits);
+[[nodiscard]] Result<Mesh> read_ply(std::string_view bytes, const Limits& limits, MeshNotes* notes = nullptr);
 [[nodiscard]] Result<Mesh> read_obj(std::string_view bytes, const Limits& limits);
 [[nodiscard]] Result<Mesh> read_stl(std::string_view bytes, const Limits& limits);
 /// Also kInternal, when its module cannot be opened.

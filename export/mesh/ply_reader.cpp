@@ -15,7 +15,9 @@ Error truncated(const PlyElement& element, std::size_t index) {
 }
 
 /// What a vertex property means to us; the order is that of the names in `kSlotNames`.
-constexpr std::array<std::string_view, 9> kSlotNames = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
+constexpr std::array<std::string_view, 10> kSlotNames = {"x",  "y",   "z",     "nx",   "ny",
+                                                         "nz", "red", "green", "blue", "uncertainty"};
+constexpr std::size_t kUncertainty = 9;
 constexpr std::size_t kSkipped = kSlotNames.size();
 
 struct VertexLayout {
@@ -44,14 +46,16 @@ std::uint8_t colour_byte(double value, PlyType type) {
   return value > 0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 255.0))) : std::uint8_t{0};
 }
 
-Result<void> read_vertices(const PlyElement& element, PlyNumbers& numbers, Mesh& mesh) {
+Result<void> read_vertices(const PlyElement& element, PlyNumbers& numbers, Mesh& mesh, MeshNotes* notes) {
   const VertexLayout layout(element);
   if (!layout.has_triple(0)) return input_error("PLY vertices without x, y and z");
   const bool has_normals = layout.has_triple(3);
   const bool has_colours = layout.has_triple(6);
+  const bool has_uncertainty = notes != nullptr && layout.has[kUncertainty];
   mesh.positions_m.reserve(element.count);
   if (has_normals) mesh.normals.reserve(element.count);
   if (has_colours) mesh.colours.reserve(element.count);
+  if (has_uncertainty) notes->uncertainty_m.reserve(element.count);
   for (std::size_t i = 0; i < element.count; ++i) {
     std::array<double, kSlotNames.size()> v{};
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -69,6 +73,7 @@ Result<void> read_vertices(const PlyElement& element, PlyNumbers& numbers, Mesh&
       mesh.colours.push_back(
           {colour_byte(v[6], layout.type[6]), colour_byte(v[7], layout.type[7]), colour_byte(v[8], layout.type[8])});
     }
+    if (has_uncertainty) notes->uncertainty_m.push_back(static_cast<float>(v[kUncertainty]));
   }
   return {};
 }
@@ -125,7 +130,7 @@ Result<void> check_count(const PlyElement& element, PlyEncoding encoding, std::s
 
 }  // namespace
 
-Result<Mesh> read_ply(std::string_view bytes, const Limits& limits) {
+Result<Mesh> read_ply(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   const auto header = parse_ply_header(bytes);
   if (!header) return header.error();
   PlyNumbers numbers(bytes.substr(header->body_offset), header->encoding);
@@ -138,7 +143,7 @@ Result<Mesh> read_ply(std::string_view bytes, const Limits& limits) {
     Result<void> read;
     if (element.name == "vertex" && !has_vertices) {
       has_vertices = true;
-      read = read_vertices(element, numbers, mesh);
+      read = read_vertices(element, numbers, mesh, notes);
     } else if (element.name == "face") {
       read = read_faces(element, numbers, limits, mesh);
     } else {

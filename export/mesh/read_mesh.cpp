@@ -15,7 +15,7 @@ namespace {
 Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   switch (format) {
     case MeshFormat::kGlb: return read_glb(bytes, limits, notes);
-    case MeshFormat::kPly: return read_ply(bytes, limits);
+    case MeshFormat::kPly: return read_ply(bytes, limits, notes);
     case MeshFormat::kObj: return read_obj(bytes, limits);
     case MeshFormat::kStl: return read_stl(bytes, limits);
     case MeshFormat::kThreeMf:

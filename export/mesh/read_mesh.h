@@ -16,6 +16,8 @@ struct MeshNotes {
   std::vector<std::string> warnings;  ///< parts that were not read, such as a texture that cannot be decoded
   /// Vertices are split along the seams of a texture.
   bool has_texture_coordinates = false;
+  /// Of each vertex, metres, as write_mesh() writes it; NaN where unknown. Empty: the file has none.
+  std::vector<float> uncertainty_m = {};
 };
 
 /// The mesh in the file's own coordinates and unit (STL: the plain numbers). Welds bit-equal vertices of an STL. For a

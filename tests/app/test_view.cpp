@@ -8,6 +8,7 @@
 #include <fstream>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "tests/app/program.h"
 #include "tests/app/scan.h"
@@ -353,6 +354,34 @@ TEST_F(ViewTest, AFinishedMeshIsShown) {
     EXPECT_TRUE(visitor->next_of("hello")["commands"].empty());
     EXPECT_EQ(visitor->next_of("state")["triangles"], plain.report()["mesh"]["triangles"]);
     EXPECT_FALSE(visitor->next_binaries(/*gives_credit=*/true).empty());
+    shown.send(SIGINT);
+    EXPECT_EQ(shown.wait().exit_code, 0);
+  }
+}
+
+TEST_F(ViewTest, AFinishedMeshIsShownWithItsVoxelSizeAndUncertainty) {
+  const Scan plain;
+  ASSERT_EQ(plain.run({"--set", "export.uncertainty=true"}).exit_code, 0);
+  fs::copy(plain.output() / "model.ply", plain.output() / "other.ply");
+  for (const auto& [name, voxel_size_m] : {std::pair{"model.ply", 0.008}, std::pair{"other.ply", 0.0}}) {
+    Program shown({"view", (plain.output() / name).string(), "--port", "0"});
+    const std::uint16_t there = port_of(shown);
+    const auto visitor = there == 0 ? nullptr : PageClient::connect(there);
+    ASSERT_NE(visitor, nullptr);
+    EXPECT_DOUBLE_EQ(visitor->next_of("hello")["voxel_size_m"].get<double>(), voxel_size_m)
+        << "as the report beside it says";
+    std::size_t stated = 0, vertices = 0;
+    for (const std::string& chunk : visitor->next_binaries(/*gives_credit=*/true)) {
+      constexpr std::size_t kVertices = 16, kFirst = 48, kVertexBytes = 16, kUncertainty = 6;  // live_view.md
+      std::uint32_t count = 0;
+      std::memcpy(&count, chunk.data() + kVertices, sizeof(count));
+      for (std::size_t v = 0; v < count; ++v, ++vertices) {
+        std::uint16_t micrometres = 0;
+        std::memcpy(&micrometres, chunk.data() + kFirst + kVertexBytes * v + kUncertainty, sizeof(micrometres));
+        stated += micrometres > 0 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(stated, vertices / 2);
     shown.send(SIGINT);
     EXPECT_EQ(shown.wait().exit_code, 0);
   }

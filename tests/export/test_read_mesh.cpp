@@ -1,6 +1,8 @@
 // Files that other programs write.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "export/mesh/mesh_readers.h"
 #include "export/mesh/read_mesh.h"
 #include "tests/core/temporary_folder.h"
@@ -38,6 +40,20 @@ TEST(ReadPly, FansPolygonsAndSkipsWhatItDoesNotKnow) {
   EXPECT_EQ(mesh.positions_m[2], Eigen::Vector3f(1, 1, 0));
   EXPECT_EQ(mesh.colours[1], (Rgb8{0, 255, 0}));
   EXPECT_TRUE(mesh.normals.empty());
+}
+
+TEST(ReadPly, NotesTheUncertaintyOfVertices) {
+  MeshNotes notes;
+  ASSERT_TRUE(
+      parse_mesh("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float "
+                 "z\nproperty float uncertainty\nend_header\n1 2 3 0.00025\n4 5 6 nan\n",
+                 MeshFormat::kPly, {}, &notes));
+  ASSERT_EQ(notes.uncertainty_m.size(), 2u);
+  EXPECT_EQ(notes.uncertainty_m[0], 0.00025f);
+  EXPECT_TRUE(std::isnan(notes.uncertainty_m[1]));
+  notes = {};
+  ASSERT_TRUE(parse_mesh(kAsciiPly, MeshFormat::kPly, {}, &notes));
+  EXPECT_TRUE(notes.uncertainty_m.empty());
 }
 
 TEST(ReadPly, ReadsBigEndian) {

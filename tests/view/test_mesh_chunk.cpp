@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "view/mesh_chunk.h"
@@ -65,6 +66,20 @@ TEST(MeshChunk, HoldsWhatTheMeshHolds) {
   const std::size_t indices = kVertices + 4 * kVertexBytes;
   for (std::size_t i = 0; i < 6; ++i)
     EXPECT_EQ(at<std::uint16_t>(message, indices + 2 * i), mesh.triangles[i / 3][i % 3]) << i;
+}
+
+TEST(MeshChunk, TellsTheUncertaintyOfItsVerticesInMicrometres) {
+  const Mesh mesh = two_triangles();
+  const float unknown = std::numeric_limits<float>::quiet_NaN();
+  const ChunkPart part{&mesh, {}, {250e-6f, 1e-9f, unknown, 1.0f}};
+  const std::string message = chunk_message(7, 9, {&part, 1});
+  const auto sent = [&](std::size_t i) { return at<std::uint16_t>(message, kVertices + kVertexBytes * i + 6); };
+  EXPECT_NEAR(sent(0), 250, 1);
+  EXPECT_EQ(sent(1), 1) << "less than a step is not unknown";
+  EXPECT_EQ(sent(2), 0);
+  EXPECT_EQ(sent(3), 65535);
+  const ChunkPart without{&mesh, {}};
+  EXPECT_EQ(at<std::uint16_t>(chunk_message(7, 9, {&without, 1}), kVertices + 6), 0);
 }
 
 TEST(MeshChunk, PartsFollowOneAnother) {
