@@ -239,7 +239,7 @@ test('all of it is reached by keys', async (context) => {
     await page.keyboard.press('Tab');
     reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.dataset.command || document.activeElement.dataset.shading));
   }
-  for (const name of ['view', 'lit', 'fit', 'follow', 'ring-toggle', 'pause', 'reset', 'crop', 'export', 'finish']) {
+  for (const name of ['view', 'lit', 'measure-open', 'fit', 'follow', 'ring-toggle', 'pause', 'reset', 'crop', 'export', 'finish']) {
     assert.ok(reached.has(name), `${name} is reached: ${[...reached]}`);
   }
   await page.locator('[data-shading=lit]').focus();

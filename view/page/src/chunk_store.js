@@ -3,11 +3,10 @@
 import { Box3, BufferAttribute, BufferGeometry, Mesh, Sphere, Vector3 } from 'three';
 
 export class ChunkStore {
-  /// Meshes become children of `group`; `materials` has one for coloured chunks and one for the others.
-  constructor(group, materials) {
-    this.group = group;
-    this.materials = materials;
-    this.chunks = new Map();  // number -> {mesh, revision, triangles, vertices, box}
+  /// Meshes become children of `group`; `materials` has one for coloured chunks and one for the others. `gl` draws them.
+  constructor(group, materials, gl) {
+    Object.assign(this, { group, materials, gl });
+    this.chunks = new Map();  // number -> {mesh, box, origin, scale, revision, triangles, vertices}
     this.triangles = 0;
     this.vertices = 0;
     this.bounds = new Box3();
@@ -18,11 +17,12 @@ export class ChunkStore {
     this.remove(message.chunk);
     if (message.indices.length === 0) { return; }
     const box = extent(message);
-    const mesh = new Mesh(geometryOf(message, box), message.hasColours ? this.materials.colour : this.materials.clay);
+    const mesh = new Mesh(geometryOf(message, box, this.gl), message.hasColours ? this.materials.colour : this.materials.clay);
     mesh.matrixAutoUpdate = false;
     mesh.matrix.makeScale(message.scale, message.scale, message.scale).setPosition(...message.origin);
     const chunk = {
-      mesh, box, revision: message.revision, triangles: message.indices.length / 3, vertices: message.vertexBits.length / 4,
+      mesh, box, origin: message.origin, scale: message.scale, revision: message.revision, triangles: message.indices.length / 3,
+      vertices: message.vertexBits.length / 4,
     };
     this.chunks.set(message.chunk, chunk);
     this.group.add(mesh);
@@ -42,6 +42,23 @@ export class ChunkStore {
     this.areBoundsKnown = false;  // the removed chunk may have defined the bounds
   }
 
+  /// {bytes, indices, origin, scale} of one of the chunks: 16 bytes a vertex, as the program sent them.
+  read({ mesh: { geometry }, origin, scale }) {
+    const words = this.arrayOf(geometry.attributes.vertexBits);
+    return { bytes: new Uint8Array(words.buffer, words.byteOffset, words.byteLength), indices: this.arrayOf(geometry.index), origin, scale };
+  }
+
+  arrayOf(attribute) {
+    if (attribute.array) { return attribute.array; }  // not drawn yet
+    const { gl } = this;
+    const { buffer, ArrayType, length } = attribute.uploaded;
+    const array = new ArrayType(length);
+    gl.bindBuffer(gl.COPY_READ_BUFFER, buffer);
+    gl.getBufferSubData(gl.COPY_READ_BUFFER, 0, array);
+    gl.bindBuffer(gl.COPY_READ_BUFFER, null);
+    return array;
+  }
+
   clear() {
     for (const number of [...this.chunks.keys()]) { this.remove(number); }
   }
@@ -57,19 +74,23 @@ export class ChunkStore {
   }
 }
 
-function geometryOf({ vertexBits, indices, origin, scale }, box) {
+function geometryOf({ vertexBits, indices, origin, scale }, box, gl) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute('vertexBits', onceOnly(new BufferAttribute(vertexBits, 4)));
-  geometry.setIndex(onceOnly(new BufferAttribute(indices, 1)));
+  geometry.setAttribute('vertexBits', onceOnly(new BufferAttribute(vertexBits, 4), gl, gl.ARRAY_BUFFER_BINDING));
+  geometry.setIndex(onceOnly(new BufferAttribute(indices, 1), gl, gl.ELEMENT_ARRAY_BUFFER_BINDING));
   // In the chunk's own coordinates, for culling.
   geometry.boundingBox = new Box3(...[box.min, box.max].map((p) => p.clone().sub(new Vector3(...origin)).divideScalar(scale)));
   geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
   return geometry;
 }
 
-/// Frees the main memory's copy once the graphics card has its own: a phone has room for one.
-function onceOnly(attribute) {
-  return attribute.onUpload(function letGo() { this.array = null; });
+/// Frees the main memory's copy once the graphics card has its own: a phone has room for one. The card's can be read: three.js calls back
+/// while its buffer is bound.
+function onceOnly(attribute, gl, binding) {
+  return attribute.onUpload(function letGo() {
+    this.uploaded = { buffer: gl.getParameter(binding), ArrayType: this.array.constructor, length: this.array.length };
+    this.array = null;
+  });
 }
 
 function extent({ positions, origin, scale }) {

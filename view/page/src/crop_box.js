@@ -1,8 +1,9 @@
 // The crop box. Six sliders, and six handles in the picture, move the sides of a box along the scan's axes.
 
 import {
-  Box3, Box3Helper, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  Box3, Box3Helper, BufferGeometry, Float32BufferAttribute, Group, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
+import { disc } from './disc.js';
 import { length } from './quantities.js';
 
 const kAxes = ['X', 'Y', 'Z'];
@@ -173,18 +174,4 @@ export class CropBox {
     if (denominator < 1e-3) { return; }  // the view is along the axis: the point is undefined
     this.moveSide(axis, end, (along.dot(arm) - cosine * ray.direction.dot(arm)) / denominator);
   }
-}
-
-function disc() {
-  const canvas = document.createElement('canvas');
-  canvas.width = canvas.height = 64;
-  const drawing = canvas.getContext('2d');
-  drawing.fillStyle = '#fff';
-  drawing.beginPath();
-  drawing.arc(32, 32, 27, 0, 2 * Math.PI);
-  drawing.fill();
-  drawing.lineWidth = 6;
-  drawing.strokeStyle = '#5b4a1e';
-  drawing.stroke();
-  return new CanvasTexture(canvas);
 }

@@ -11,6 +11,7 @@ import { CropBox } from './crop_box.js';
 import { DepthPicture } from './depth_picture.js';
 import { note } from './dialogs.js';
 import { FilesPanel } from './files_panel.js';
+import { MeasureTool } from './measure/measure_tool.js';
 import { MeshMaterials } from './mesh_material.js';
 import { showNumbers } from './numbers.js';
 import { openToTests } from './test_access.js';
@@ -52,7 +53,7 @@ function makePicture() {
     return null;
   }
   const materials = new MeshMaterials();
-  const store = new ChunkStore(viewer.world, materials);
+  const store = new ChunkStore(viewer.world, materials, viewer.renderer.getContext());
   const path = new ScannerPath(viewer.world);
   const ring = new CoverageRing();
   const keeper = new ViewKeeper(viewer, store, path);
@@ -61,7 +62,14 @@ function makePicture() {
     viewer, materials, panel: $('crop'), rows: $('crop-rows'), extent: () => store.extent(),
     onToggle: (isOpen) => cropButton.setAttribute('aria-expanded', String(isOpen)),
   });
-  return { viewer, materials, store, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop };
+  const measuring = new MeasureTool({
+    viewer, store, materials, panel: $('measure'), labels: $('measure-labels'), hello: () => scan.hello,
+    onToggle: (isOpen, hadFocus) => {
+      $('measure-open').setAttribute('aria-expanded', String(isOpen));
+      if (hadFocus) { $('measure-open').focus(); }
+    },
+  });
+  return { viewer, materials, store, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop, measuring };
 }
 
 const connection = new Connection({ text: onText, binary: onBinary, status: onStatus });
@@ -85,6 +93,7 @@ function onStatus(link) {
 const kTextHandlers = {
   hello(message) {
     const isFirst = scan.hello === null;
+    if (!isFirst && scan.hello.title !== message.title) { picture?.measuring.forget(); }
     scan.hello = message;
     depth.clear();
     scan.revisions.clear();
@@ -109,7 +118,9 @@ const kTextHandlers = {
   pose(message) { picture?.path.setPose(message); },
   trail(message) {
     picture?.path.setTrail(message.points);
-    if (message.points.length === 0 && picture?.crop.isOpen) { picture.crop.close(); }  // after a reset
+    if (!picture || message.points.length > 0) { return; }  // the rest: after a reset
+    if (picture.crop.isOpen) { picture.crop.close(); }
+    if (scan.hello?.mode !== 'file') { picture.measuring.forget(); }
   },
   files(message) { files.set(message.files); },
   crop(message) { picture?.crop.setInForce(message.box); },
@@ -146,9 +157,21 @@ function toggleCrop() {
   if (picture.crop.isOpen) {
     picture.crop.close();
   } else if (picture.crop.open()) {
+    picture.measuring.close();
     files.show(false);  // it would cover the mesh to crop
   } else {
     note('There is no mesh yet that could be cut.');
+  }
+}
+
+function toggleMeasuring() {
+  if (picture.measuring.isOpen) {
+    picture.measuring.close();
+  } else if (picture.measuring.open()) {
+    if (picture.crop.isOpen) { picture.crop.close(); }
+    files.show(false);
+  } else {
+    note('There is no mesh yet that could be measured.');
   }
 }
 
@@ -177,6 +200,7 @@ if (picture) {
     picture.store.clear();  // only the graphics card had the mesh
     connection.again();
   });
+  $('measure-open').addEventListener('click', toggleMeasuring);
   $('crop-close').addEventListener('click', toggleCrop);
   $('crop-apply').addEventListener('click', () => sendCrop(picture.crop.draft));
   $('crop-clear').addEventListener('click', () => sendCrop(null));

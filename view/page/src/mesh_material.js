@@ -117,6 +117,8 @@ export class MeshMaterials {
     for (const material of [this.colour, this.clay]) { material.side = value ? DoubleSide : FrontSide; }
   }
 
+  get areBacksShown() { return this.colour.side === DoubleSide; }
+
   /// Draws everything outside of the box grey; null: no box.
   set crop(box) {
     this.uniforms.isCropping.value = box !== null;

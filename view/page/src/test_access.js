@@ -41,6 +41,10 @@ export function openToTests(scan, picture, depth, connection) {
       gl.readPixels(Math.floor(x * ratio), gl.drawingBufferHeight - 1 - Math.floor(y * ratio), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
       return [...bytes];
     },
+    /// What was measured: values in metres, square metres, radians; sigma is one standard deviation.
+    get measures() {
+      return (picture?.measuring.measures ?? []).map(({ kind, from, values, picks, words }) => ({ kind, from, values, picks, words }));
+    },
     /// Where the crop box's handle of that axis and end ('min', 'max') is on the canvas, CSS pixels.
     cropHandle(axis, end) {
       const { draft } = picture.crop;

@@ -1,5 +1,7 @@
 // The buttons that change how the mesh is drawn, but not the scan.
 
+import { connectRadios } from './radios.js';
+
 const $ = (id) => document.getElementById(id);
 
 /// `picture` null: there is no WebGL, and no tools are shown.
@@ -23,25 +25,9 @@ export function connectTools(picture) {
 
 function connectShadings({ viewer, materials }) {
   const buttons = [...$('shading').querySelectorAll('[data-shading]')];
-  const choose = (button) => {
+  connectRadios(buttons, (button) => {
     materials.shading = button.dataset.shading;
-    for (const other of buttons) {
-      other.setAttribute('aria-checked', String(other === button));
-      other.tabIndex = other === button ? 0 : -1;
-    }
     $('legend').hidden = button.dataset.shading !== 'coverage';
     viewer.redraw();
-  };
-  buttons.forEach((button, i) => {
-    button.tabIndex = i === 0 ? 0 : -1;
-    button.addEventListener('click', () => choose(button));
-    button.addEventListener('keydown', (event) => {
-      const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
-      if (!step) { return; }
-      event.preventDefault();
-      const next = buttons[(i + step + buttons.length) % buttons.length];
-      choose(next);
-      next.focus();
-    });
   });
 }
