@@ -41,6 +41,7 @@ PoseFinder::PoseFinder(PoseMode mode, const FrameTiming& timing) : mode_(mode), 
 std::optional<PoseFinder::Found> PoseFinder::find(const Frame& frame, const TsdfVolume& volume, ScanSession& session) {
   if (!is_tracked(mode_)) return frame.T_world_camera ? std::optional(Found{*frame.T_world_camera}) : std::nullopt;
   if (!tracking_) tracking_ = TrackingResult{prior_of(mode_), {}};
+  const PeakMemoryWatch track_memory = session.watch_memory("track"), raycast_memory = session.watch_memory("raycast");
   const auto begin = std::chrono::steady_clock::now();
   const TrackResult tracked = tracker_.track(frame, volume);
   const auto spent = std::chrono::steady_clock::now() - begin;

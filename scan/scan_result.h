@@ -273,9 +273,10 @@ struct ClassResult {
   MeshResult mesh;
 };
 
-/// How long a stage took, each time that it ran.
+/// How long a stage took, each time that it ran, and the largest memory while it did.
 struct StageTimes {
   std::vector<double> samples_ms;
+  double peak_rss_mib = 0;  ///< resident memory of the whole process: PeakMemoryWatch
   [[nodiscard]] double total_ms() const;
   [[nodiscard]] double median_ms() const;  ///< 0 without samples
   [[nodiscard]] double p95_ms() const;     ///< nearest rank; 0 without samples

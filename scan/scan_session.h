@@ -43,12 +43,14 @@ class ScanSession {
   /// Without those of meshes, in the order in which they came.
   [[nodiscard]] const std::vector<ScanWarning>& warnings() const { return warnings_; }
 
-  /// Calls `work` and adds its duration to `stage`.
+  /// Calls `work` and adds its duration to `stage`, and its memory.
   template <typename Work>
   auto timed(const char* stage, Work&& work) {
     const StageTimer timer(times_[stage]);
     return std::forward<Work>(work)();
   }
+  /// For stages whose time is taken otherwise.
+  [[nodiscard]] PeakMemoryWatch watch_memory(const char* stage) { return PeakMemoryWatch(times_[stage].peak_rss_mib); }
   void note_time(const char* stage, double milliseconds) { times_[stage].samples_ms.push_back(milliseconds); }
   [[nodiscard]] StageTimesByName& times() { return times_; }
 

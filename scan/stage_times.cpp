@@ -29,6 +29,7 @@ void add_times(const StageTimesByName& from, StageTimesByName& to) {
   for (const auto& [stage, times] : from) {
     auto& samples = to[stage].samples_ms;
     samples.insert(samples.end(), times.samples_ms.begin(), times.samples_ms.end());
+    to[stage].peak_rss_mib = std::max(to[stage].peak_rss_mib, times.peak_rss_mib);
   }
 }
 

@@ -184,7 +184,8 @@ Json turntable_json(const std::optional<TurntableResult>& turntable) {
 Json stage_json(const StageTimes& times) {
   return Json{{"total_ms", finite(times.total_ms())},
               {"median_ms", finite(times.median_ms())},
-              {"p95_ms", finite(times.p95_ms())}};
+              {"p95_ms", finite(times.p95_ms())},
+              {"peak_rss_mib", finite(times.peak_rss_mib)}};
 }
 
 Json stages_json(const StageTimesByName& stages) {

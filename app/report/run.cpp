@@ -1,21 +1,11 @@
 #include "app/report/run.h"
 
-#include <sys/resource.h>
-
 #include <utility>
 
 #include "app/exit_codes.h"
+#include "core/system/peak_memory.h"
 
 namespace scanknit {
-namespace {
-
-double peak_rss_mib() {
-  rusage usage{};
-  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
-  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
-}
-
-}  // namespace
 
 FilesByKind files_of(const CommandRun& run) {
   FilesByKind files = run.scan.files;

@@ -408,6 +408,11 @@ data losses_of(const ReportJson& report) {
   return shown;
 }
 
+/// Empty for reports that were written before stages had their memory.
+std::string memory_words(std::optional<double> mib) {
+  return mib ? fmt::format("{:.0f} MiB", *mib) : "";
+}
+
 /// A row for each stage that took time, longest first.
 data stages_of(const ReportJson& report) {
   std::vector<std::pair<double, object>> stages;
@@ -419,7 +424,8 @@ data stages_of(const ReportJson& report) {
     stages.emplace_back(total_ms, object{{"name", name},
                                          {"total", time_words(total_ms)},
                                          {"median", two_decimals(number_at(times, "/median_ms").value_or(0)) + " ms"},
-                                         {"p95", two_decimals(number_at(times, "/p95_ms").value_or(0)) + " ms"}});
+                                         {"p95", two_decimals(number_at(times, "/p95_ms").value_or(0)) + " ms"},
+                                         {"memory", memory_words(number_at(times, "/peak_rss_mib"))}});
   }
   std::stable_sort(stages.begin(), stages.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   list rows;
@@ -464,8 +470,7 @@ std::string filled_page(const ReportJson& report, std::string_view trajectory, c
   page["finishing"] = finishing_of(report);
   add_topology(report, page);
   page["losses"] = losses_of(report);
-  if (const auto memory_mib = number_at(report, "/peak_rss_mib"))
-    page["memory"] = fmt::format("{:.0f} MiB", *memory_mib);
+  if (const auto memory_mib = number_at(report, "/peak_rss_mib")) page["memory"] = memory_words(memory_mib);
   page["stages"] = stages_of(report);
   page["files"] = files_of(report);
   page["configuration"] = configuration_of(report);

@@ -50,6 +50,7 @@ FrameIntake::FrameIntake(FrameSource& source, const AcquireConfig& config, ScanS
       begin_of_warnings_(options.name.empty() ? "" : options.name + ": ") {}
 
 std::optional<FrameEvent> FrameIntake::wait_for_event() {
+  const PeakMemoryWatch memory = session_.watch_memory("acquire");
   const auto begin = Clock::now();
   std::optional<FrameEvent> event;
   if (source_.wait(stop_, kPatience)) event = source_.next(stop_);

@@ -175,6 +175,7 @@ TEST(Run, TheReportHasEveryKeyOfItsSchema) {
                               "/stages/track/p95_ms",
                               "/stages/raycast/total_ms",
                               "/stages/integrate/total_ms",
+                              "/stages/integrate/peak_rss_mib",
                               "/stages/extract/total_ms",
                               "/stages/export/total_ms",
                               "/total_ms",
@@ -199,6 +200,8 @@ TEST(Run, TheReportHasEveryKeyOfItsSchema) {
   EXPECT_EQ(report["status"], "ok");
   EXPECT_GT(report["peak_rss_mib"].get<double>(), 0);
   EXPECT_GT(report["stages"]["integrate"]["total_ms"].get<double>(), 0);
+  EXPECT_GT(report["stages"]["integrate"]["peak_rss_mib"].get<double>(), 0);
+  EXPECT_LE(report["stages"]["integrate"]["peak_rss_mib"], report["peak_rss_mib"]);
   EXPECT_EQ(report["config"]["fusion"]["voxel_size"], 0.008);
 }
 
