@@ -17,8 +17,8 @@ namespace {
 using openvdb::Coord;
 using FieldLeaf = openvdb::FloatTree::LeafNodeType;
 
-constexpr int kSide = 8;  // voxels along the side of a leaf
-constexpr std::size_t kBytesPerVoxel = kFillBytesPerVoxel + sizeof(float) + 2;
+constexpr int kSide = 8;                                   // voxels along the side of a leaf
+constexpr std::size_t kBytesPerVoxel = sizeof(float) + 2;  // of a Box
 
 /// Visits leaves, and tells for each voxel whether it was seen.
 class SeenLeaves {
@@ -133,12 +133,12 @@ bool has_surface(const Box& box, const Eigen::Vector3i& at) {
 }
 
 /// Gives unknown samples the filled distances; keeps the cut.
-void take_filled(const FieldView& view, const CloseRequest& request, const FilledField& filled, Box& box) {
+void take_filled(const FieldView& view, const CloseRequest& request, const std::vector<float>& distance_vox, Box& box) {
   const auto& transform = view.field->transform();
   const auto voxel_m = static_cast<float>(transform.voxelSize().x());
   tbb::parallel_for(std::size_t{0}, box.labels.size(), [&](std::size_t i) {
     if (box.labels[i] != VoxelLabel::kUnknown) return;
-    box.distance_m[i] = filled.distance_vox[i] * voxel_m;
+    box.distance_m[i] = distance_vox[i] * voxel_m;
     if (!request.cut_m) return;
     const Eigen::Vector3i at = box.voxels.first + box.voxels.place(i);
     const openvdb::Vec3d p = transform.indexToWorld(Coord(at.x(), at.y(), at.z()));
@@ -162,15 +162,27 @@ openvdb::FloatGrid::Ptr to_grid(const FieldView& view, const CloseRequest& reque
   return grid;
 }
 
-Error too_large(const VoxelBox& box, std::size_t memory_bytes) {
+Error too_large(const VoxelBox& box, double bytes, std::size_t max_bytes) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   return {ErrorCode::kBudget,
           fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close; {:.0f} are "
-                      "allowed (fusion.memory_budget): crop it (finish.crop), or take larger voxels",
-                      box.dims.x(), box.dims.y(), box.dims.z(),
-                      static_cast<double>(box.voxels()) * kBytesPerVoxel / kMebibyte,
-                      static_cast<double>(memory_bytes) / kMebibyte),
+                      "left of fusion.memory_budget: raise it, crop the box (finish.crop), or take larger voxels",
+                      box.dims.x(), box.dims.y(), box.dims.z(), std::ceil(bytes / kMebibyte),
+                      static_cast<double>(max_bytes) / kMebibyte),
           "finish.watertight"};
+}
+
+/// Fills the box's unknown samples. kBudget: it does not fit.
+Result<void> fill(const FieldView& view, const CloseRequest& request, Box& box) {
+  const auto voxel_m = static_cast<float>(view.field->voxelSize().x());
+  const std::size_t box_bytes = box.voxels.voxels() * kBytesPerVoxel;
+  const FilledField filled = fill_by_smallest_surface(box.voxels, box.labels, {box.distance_m, voxel_m},
+                                                      request.band_voxels, request.memory_bytes - box_bytes);
+  if (filled.distance_vox.empty()) {
+    return too_large(box.voxels, static_cast<double>(box_bytes + filled.bytes), request.memory_bytes);
+  }
+  take_filled(view, request, filled.distance_vox, box);
+  return {};
 }
 
 }  // namespace
@@ -194,10 +206,11 @@ Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& req
   }
   Box box;
   box.voxels = box_round(view, request);
-  const double needed = static_cast<double>(kBytesPerVoxel) * box.voxels.dims.cast<double>().prod();
-  const bool fits_index = box.voxels.dims.cast<double>().prod() < std::numeric_limits<std::uint32_t>::max();
-  if (needed > static_cast<double>(request.memory_bytes) || !fits_index) {
-    return too_large(box.voxels, request.memory_bytes);
+  const double voxels = box.voxels.dims.cast<double>().prod();
+  const double least_bytes = static_cast<double>(kBytesPerVoxel + kLeastFillBytesPerVoxel) * voxels;
+  const bool fits_index = voxels < std::numeric_limits<std::uint32_t>::max();
+  if (least_bytes > static_cast<double>(request.memory_bytes) || !fits_index) {
+    return too_large(box.voxels, least_bytes, request.memory_bytes);
   }
   const std::size_t n = box.voxels.voxels();
   box.labels.resize(n);
@@ -205,11 +218,7 @@ Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& req
   box.is_seen.resize(n);
   const auto places = leaf_places(box.voxels);
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) { read_leaf(view, request, places[i], box); });
-  const auto voxel_m = static_cast<float>(view.field->voxelSize().x());
-  std::vector<float> known_vox(n);
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { known_vox[i] = box.distance_m[i] / voxel_m; });
-  const FilledField filled = fill_by_smallest_surface(box.voxels, box.labels, known_vox, request.band_voxels);
-  take_filled(view, request, filled, box);
+  if (auto filled = fill(view, request, box); !filled) return filled.error();
   ClosedVolume closed;
   closed.field = to_grid(view, request, box);
   closed.box = box.voxels;

@@ -42,8 +42,9 @@ struct ClosedVolume {
 
 /// Samples that were seen keep their value, so that every vertex between two of them keeps its position. The smallest
 /// surface (smallest_surface.h) fills the rest of the box (the surface, the band and a rim). With `is_outside_free` the
-/// extracted surface is closed. The same bits for any number of threads. Errors: kBudget when the box needs more than
-/// `memory_bytes`; kConfig for voxels that are not cubes.
+/// extracted surface is closed. The same bits for any number of threads. Errors: kBudget when it needs more than
+/// `memory_bytes` beside the volume, 14 to 30 for each voxel of the box (fill_by_smallest_surface()); kConfig for
+/// voxels that are not cubes.
 [[nodiscard]] Result<ClosedVolume> close_volume(const FieldView& view, const CloseRequest& request);
 
 /// A copy of the volume with the same transform. Samples that were seen and have cut_m <= 0 are active, all others are

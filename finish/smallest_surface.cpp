@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
+
+#include "finish/voxel_set.h"
 
 namespace scanknit {
 namespace {
 
-using Index = std::uint32_t;
+using Dual = std::array<float, 3>;
 
 // sigma tau 12 <= 1, 12 being the bound on the squared norm of the gradient in three dimensions (Chambolle 2004).
 constexpr float kStep = 0.28867513f;
@@ -30,10 +33,12 @@ void for_all(std::size_t count, const Work& work) {
 
 struct Level {
   VoxelBox box;
-  std::vector<VoxelLabel> labels;
-  std::vector<float> matter;               ///< u of the paper, from 0 (free) to 1 (matter)
-  std::vector<std::array<float, 3>> dual;  ///< p
-  std::vector<Index> open;                 ///< voxels whose label is still to be found
+  std::vector<VoxelLabel> own_labels;  ///< of coarser levels
+  std::span<const VoxelLabel> labels;
+  std::vector<float> matter;  ///< u of the paper, from 0 (free) to 1 (matter)
+  VoxelSet open;              ///< voxels whose label is still to be found
+  VoxelSet kept;              ///< voxels whose dual is kept: all, or in the finest level those whose dual changes
+  std::vector<Dual> dual;     ///< p, by the voxel's number in `kept`
 };
 
 VoxelBox half(const VoxelBox& fine) {
@@ -46,8 +51,8 @@ VoxelBox half(const VoxelBox& fine) {
 Level coarser(const Level& fine) {
   Level coarse;
   coarse.box = half(fine.box);
-  coarse.labels.resize(coarse.box.voxels());
-  for_all(coarse.labels.size(), [&](std::size_t i) {
+  coarse.own_labels.resize(coarse.box.voxels());
+  for_all(coarse.own_labels.size(), [&](std::size_t i) {
     const Eigen::Vector3i at = 2 * coarse.box.place(i);
     bool has_matter = false;
     bool has_free = false;
@@ -60,10 +65,11 @@ Level coarser(const Level& fine) {
       has_matter |= label == VoxelLabel::kMatter;
       has_free |= label == VoxelLabel::kFree;
     }
-    coarse.labels[i] = has_matter == has_free ? VoxelLabel::kUnknown
-                       : has_matter           ? VoxelLabel::kMatter
-                                              : VoxelLabel::kFree;
+    coarse.own_labels[i] = has_matter == has_free ? VoxelLabel::kUnknown
+                           : has_matter           ? VoxelLabel::kMatter
+                                                  : VoxelLabel::kFree;
   });
+  coarse.labels = coarse.own_labels;
   return coarse;
 }
 
@@ -103,64 +109,71 @@ std::vector<std::uint8_t> near_surface(const Level& level) {
   return near;
 }
 
-/// Starts a level from the coarser one's result. With `fixes_far_voxels`, voxels far from the surface keep that result.
-void begin_from(const Level& coarse, bool fixes_far_voxels, Level& fine) {
-  fine.matter.resize(fine.box.voxels());
-  fine.dual.resize(fine.box.voxels());
-  const std::vector<std::uint8_t> near = fixes_far_voxels ? near_surface(coarse) : std::vector<std::uint8_t>();
-  std::vector<std::uint8_t> is_open(fine.box.voxels());
-  for_all(fine.matter.size(), [&](std::size_t i) {
-    const Eigen::Vector3i at = fine.box.place(i) / 2;
-    const std::size_t parent = coarse.box.at(at.x(), at.y(), at.z());
-    fine.dual[i] = coarse.dual[parent];
-    const bool is_unknown = fine.labels[i] == VoxelLabel::kUnknown;
-    const bool is_fixed = fixes_far_voxels && near[parent] == 0;
-    const float from = coarse.matter[parent];
-    fine.matter[i] = !is_unknown ? start_of(fine.labels[i]) : is_fixed ? std::round(from) : from;
-    is_open[i] = is_unknown && !is_fixed ? 1 : 0;
+/// The coarser level's voxel that holds voxel `i`.
+std::size_t parent_of(const Level& fine, std::size_t i, const Level& coarse) {
+  const Eigen::Vector3i at = fine.box.place(i) / 2;
+  return coarse.box.at(at.x(), at.y(), at.z());
+}
+
+/// The voxels whose dual changes: the open voxels, and the ones before them along an axis.
+VoxelSet changing_dual(const Level& level) {
+  return VoxelSet::where(level.box.voxels(), [&](std::size_t i) {
+    if (level.open.contains(i)) return true;
+    const Eigen::Vector3i at = level.box.place(i);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (at[axis] + 1 < level.box.dims[axis] && level.open.contains(i + level.box.stride(axis))) return true;
+    }
+    return false;
   });
-  for (std::size_t i = 0; i < is_open.size(); ++i) {
-    if (is_open[i] != 0) fine.open.push_back(static_cast<Index>(i));
-  }
+}
+
+VoxelSet all_of(const VoxelBox& box) {
+  return VoxelSet::where(box.voxels(), [](std::size_t) { return true; });
+}
+
+/// Finds out what is still open in a level below `coarse`. With `fixes_far_voxels`, voxels far from the surface keep
+/// the coarser level's result.
+void find_open(const Level& coarse, bool fixes_far_voxels, Level& fine) {
+  const std::vector<std::uint8_t> near = fixes_far_voxels ? near_surface(coarse) : std::vector<std::uint8_t>();
+  fine.open = VoxelSet::where(fine.box.voxels(), [&](std::size_t i) {
+    return fine.labels[i] == VoxelLabel::kUnknown && (!fixes_far_voxels || near[parent_of(fine, i, coarse)] != 0);
+  });
+}
+
+/// Starts a level, whose open voxels are known, from the coarser one's result.
+void begin_from(const Level& coarse, Level& fine) {
+  fine.matter.resize(fine.box.voxels());
+  for_all(fine.matter.size(), [&](std::size_t i) {
+    const float from = coarse.matter[parent_of(fine, i, coarse)];
+    const bool is_unknown = fine.labels[i] == VoxelLabel::kUnknown;
+    fine.matter[i] = !is_unknown ? start_of(fine.labels[i]) : fine.open.contains(i) ? from : std::round(from);
+  });
+  fine.dual.resize(fine.kept.size());
+  fine.kept.for_each([&](std::size_t i, std::size_t n) { fine.dual[n] = coarse.dual[parent_of(fine, i, coarse)]; });
 }
 
 void begin_coarsest(Level& level) {
   level.matter.resize(level.box.voxels());
-  level.dual.assign(level.box.voxels(), {0, 0, 0});
-  for (std::size_t i = 0; i < level.matter.size(); ++i) {
-    level.matter[i] = start_of(level.labels[i]);
-    if (level.labels[i] == VoxelLabel::kUnknown) level.open.push_back(static_cast<Index>(i));
-  }
-}
-
-/// The voxels whose dual changes, each once: the open voxels, and the ones before them along an axis.
-std::vector<Index> dual_places(const Level& level) {
-  std::vector<std::uint8_t> is_there(level.box.voxels());
-  for (const Index i : level.open) {
-    const Eigen::Vector3i at = level.box.place(i);
-    is_there[i] = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (at[axis] > 0) is_there[i - level.box.stride(axis)] = 1;
-    }
-  }
-  std::vector<Index> places;
-  for (std::size_t i = 0; i < is_there.size(); ++i) {
-    if (is_there[i] != 0) places.push_back(static_cast<Index>(i));
-  }
-  return places;
+  for (std::size_t i = 0; i < level.matter.size(); ++i) level.matter[i] = start_of(level.labels[i]);
+  level.open =
+      VoxelSet::where(level.matter.size(), [&](std::size_t i) { return level.labels[i] == VoxelLabel::kUnknown; });
+  level.kept = all_of(level.box);
+  level.dual.assign(level.kept.size(), {0, 0, 0});
 }
 
 /// Chambolle & Pock 2011, algorithm 1, for the total variation of u with u between 0 and 1 and given where known.
 void solve(Level& level, int steps) {
   const VoxelBox& box = level.box;
-  const std::vector<Index> places = dual_places(level);
-  std::vector<float> ahead = level.matter;  // u-bar
+  const VoxelSet changing = changing_dual(level);
+  std::vector<float> matter(level.open.size());
+  level.open.for_each([&](std::size_t i, std::size_t n) { matter[n] = level.matter[i]; });
+  std::vector<float>& ahead = level.matter;  // u-bar
   const std::array<std::size_t, 3> stride = {box.stride(0), box.stride(1), box.stride(2)};
   for (int step = 0; step < steps; ++step) {
-    for_all(places.size(), [&](std::size_t n) {
-      const std::size_t i = places[n];
+    changing.for_each([&](std::size_t i, std::size_t) {
       const Eigen::Vector3i at = box.place(i);
-      std::array<float, 3> p = level.dual[i];
+      Dual& dual = level.dual[level.kept.number(i)];
+      Dual p = dual;
       float squared = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const bool is_last = at[static_cast<int>(axis)] + 1 >= box.dims[static_cast<int>(axis)];
@@ -168,37 +181,38 @@ void solve(Level& level, int steps) {
         squared += p[axis] * p[axis];
       }
       const float scale = squared > 1 ? 1 / std::sqrt(squared) : 1.0f;
-      level.dual[i] = {p[0] * scale, p[1] * scale, p[2] * scale};
+      dual = {p[0] * scale, p[1] * scale, p[2] * scale};
     });
-    for_all(level.open.size(), [&](std::size_t n) {
-      const std::size_t i = level.open[n];
+    level.open.for_each([&](std::size_t i, std::size_t n) {
       const Eigen::Vector3i at = box.place(i);
+      const Dual& dual = level.dual[level.kept.number(i)];
       float divergence = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float before = at[static_cast<int>(axis)] > 0 ? level.dual[i - stride[axis]][axis] : 0;
-        divergence += level.dual[i][axis] - before;
+        const bool has_before = at[static_cast<int>(axis)] > 0;
+        divergence += dual[axis] - (has_before ? level.dual[level.kept.number(i - stride[axis])][axis] : 0);
       }
-      const float next = std::clamp(level.matter[i] + kStep * divergence, 0.0f, 1.0f);
-      ahead[i] = 2 * next - level.matter[i];
-      level.matter[i] = next;
+      const float next = std::clamp(matter[n] + kStep * divergence, 0.0f, 1.0f);
+      ahead[i] = 2 * next - matter[n];
+      matter[n] = next;
     });
   }
+  level.open.for_each([&](std::size_t i, std::size_t n) { level.matter[i] = matter[n]; });
 }
 
 /// Makes distances from the labels and smooths them, to remove steps of whole voxels and to fit the known distances at
 /// the rim.
-std::vector<float> smooth_distances(const Level& level, const std::vector<float>& known_vox) {
+std::vector<float> smooth_distances(Level level, const KnownDistances& known) {
   constexpr float kFar = 2;  // known distances beyond this do not locate the surface
   const VoxelBox& box = level.box;
-  std::vector<float> distance(box.voxels());
+  std::vector<float> distance = std::move(level.matter);
   for_all(distance.size(), [&](std::size_t i) {
     distance[i] =
-        level.labels[i] == VoxelLabel::kUnknown ? 1 - 2 * level.matter[i] : std::clamp(known_vox[i], -kFar, kFar);
+        level.labels[i] == VoxelLabel::kUnknown ? 1 - 2 * distance[i] : std::clamp(known.in_voxels(i), -kFar, kFar);
   });
+  level.dual = {};
   std::vector<float> next(level.open.size());
   for (int step = 0; step < kSmoothSteps; ++step) {
-    for_all(level.open.size(), [&](std::size_t n) {
-      const std::size_t i = level.open[n];
+    level.open.for_each([&](std::size_t i, std::size_t n) {
       const Eigen::Vector3i at = box.place(i);
       float sum = 0;
       float count = 0;
@@ -209,31 +223,47 @@ std::vector<float> smooth_distances(const Level& level, const std::vector<float>
       }
       next[n] = sum / count;  // count > 0, because a box has more than one voxel
     });
-    for_all(level.open.size(), [&](std::size_t n) { distance[level.open[n]] = next[n]; });
+    level.open.for_each([&](std::size_t i, std::size_t n) { distance[i] = next[n]; });
   }
   return distance;
 }
 
+/// What the finest level takes at most, beside the next coarser one: a float for each voxel, three bit sets with their
+/// numbers, and for each open voxel its matter and its dual. The coarser levels, with a dual for each voxel, are not
+/// larger.
+std::size_t bytes_of_finest(const Level& level) {
+  constexpr std::size_t kWordBytes = sizeof(std::uint64_t) + sizeof(std::uint32_t);
+  const std::size_t coarser = level.box.voxels() / 8 * (2 * sizeof(float) + sizeof(Dual) + 4);
+  return level.box.voxels() * sizeof(float) + 3 * level.box.voxels() / 64 * kWordBytes +
+         level.kept.size() * sizeof(Dual) + level.open.size() * sizeof(float) + coarser;
+}
+
 }  // namespace
 
-FilledField fill_by_smallest_surface(const VoxelBox& box, const std::vector<VoxelLabel>& labels,
-                                     const std::vector<float>& known_vox, double band_voxels) {
+FilledField fill_by_smallest_surface(const VoxelBox& box, std::span<const VoxelLabel> labels,
+                                     const KnownDistances& known, double band_voxels, std::size_t max_bytes) {
   std::vector<Level> levels(1);
   levels[0].box = box;
   levels[0].labels = labels;
   while (levels.back().box.dims.minCoeff() > 2 && levels.back().box.dims.maxCoeff() > kCoarsestSide) {
     levels.push_back(coarser(levels.back()));
   }
+  FilledField filled;
   begin_coarsest(levels.back());
   solve(levels.back(), kFirstSteps);
   while (levels.size() > 1) {
     Level& fine = levels[levels.size() - 2];
     const double coarse_width = std::ldexp(1.0, static_cast<int>(levels.size()) - 1);  // voxels
-    begin_from(levels.back(), coarse_width <= band_voxels, fine);
+    find_open(levels.back(), coarse_width <= band_voxels, fine);
+    fine.kept = levels.size() > 2 ? all_of(fine.box) : changing_dual(fine);
+    if (levels.size() == 2) filled.bytes = bytes_of_finest(fine);
+    if (filled.bytes > max_bytes) return filled;
+    begin_from(levels.back(), fine);
     levels.pop_back();
     solve(levels.back(), kSteps);
   }
-  return {smooth_distances(levels[0], known_vox)};
+  filled.distance_vox = smooth_distances(std::move(levels[0]), known);
+  return filled;
 }
 
 }  // namespace scanknit

@@ -7,6 +7,8 @@
 #include <tuple>
 
 #include "finish/invented.h"
+#include "finish/smallest_surface.h"
+#include "finish/voxel_set.h"
 #include "tests/finish/scanned_field.h"
 
 namespace scanknit {
@@ -169,6 +171,40 @@ TEST(CloseVolume, RefusesABoxBeyondItsMemory) {
   ASSERT_FALSE(volume);
   EXPECT_EQ(volume.error().code, ErrorCode::kBudget);
   EXPECT_NE(volume.error().text().find("finish.crop"), std::string::npos);
+}
+
+TEST(SmallestSurface, TakesNoMoreMemoryThanItMay) {
+  VoxelBox box;
+  box.dims = {40, 48, 56};
+  std::vector<VoxelLabel> labels(box.voxels(), VoxelLabel::kUnknown);
+  std::vector<float> distance_m(box.voxels());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const Eigen::Vector3i at = box.place(i);
+    distance_m[i] = static_cast<float>(at.z() - 28) * 0.01f;
+    if (at.x() < 20 || (at.array() == 0).any()) labels[i] = at.z() < 28 ? VoxelLabel::kMatter : VoxelLabel::kFree;
+  }
+  const KnownDistances known{distance_m, 0.01f};
+  const FilledField whole = fill_by_smallest_surface(box, labels, known, 4);
+  EXPECT_EQ(whole.distance_vox.size(), box.voxels());
+  EXPECT_GE(whole.bytes, kLeastFillBytesPerVoxel * box.voxels());
+  EXPECT_EQ(fill_by_smallest_surface(box, labels, known, 4, whole.bytes).distance_vox, whole.distance_vox);
+  const FilledField refused = fill_by_smallest_surface(box, labels, known, 4, whole.bytes - 1);
+  EXPECT_TRUE(refused.distance_vox.empty());
+  EXPECT_EQ(refused.bytes, whole.bytes);
+}
+
+TEST(VoxelSet, NumbersItsMembersInTheirOrder) {
+  constexpr std::size_t kVoxels = 1000;
+  const VoxelSet thirds = VoxelSet::where(kVoxels, [](std::size_t i) { return i % 3 == 1; });
+  ASSERT_EQ(thirds.size(), kVoxels / 3);
+  std::vector<std::size_t> member(thirds.size());
+  thirds.for_each([&](std::size_t i, std::size_t n) { member[n] = i; });
+  for (std::size_t n = 0; n < member.size(); ++n) {
+    EXPECT_EQ(member[n], 3 * n + 1);
+    EXPECT_TRUE(thirds.contains(member[n]));
+    EXPECT_FALSE(thirds.contains(member[n] + 1));
+    EXPECT_EQ(thirds.number(member[n]), n);
+  }
 }
 
 TEST(Invented, IsPaintedAndTheRestKeepsItsColour) {
