@@ -14,26 +14,44 @@ namespace {
 
 using Index = std::uint32_t;
 
-/// Values grouped by a key in [0, keys): a counting sort that keeps the order of insertion within a group.
+/// Values grouped by a key in [first, last): a counting sort that keeps the order of insertion within a group.
 template <typename Value>
 class Groups {
  public:
-  Groups(std::size_t keys, std::size_t values) : begin_(keys + 1, 0), values_(values) {}
-  void count(Index key) { ++begin_[key + 1]; }
+  Groups(Index first, Index last) : first_(first), last_(last), begin_(std::size_t{last} - first + 2, 0) {}
+  void count(Index key) {
+    if (has(key)) ++begin_[key - first_ + std::size_t{2}];
+  }
   void seal() {
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    next_.assign(begin_.begin(), begin_.end() - 1);
+    values_.resize(begin_.back());
   }
-  void put(Index key, Value value) { values_[next_[key]++] = value; }
+  /// Moves begin_[key + 1] from the begin of the group to its end, which is where the next one begins.
+  void put(Index key, Value value) {
+    if (has(key)) values_[begin_[key - first_ + std::size_t{1}]++] = value;
+  }
   [[nodiscard]] std::span<Value> of(Index key) {
-    return std::span<Value>(values_).subspan(begin_[key], begin_[key + 1] - begin_[key]);
+    const std::size_t begin = begin_[key - first_];
+    return std::span<Value>(values_).subspan(begin, begin_[key - first_ + std::size_t{1}] - begin);
   }
 
  private:
+  [[nodiscard]] bool has(Index key) const { return key >= first_ && key < last_; }
+  Index first_, last_;
   std::vector<std::size_t> begin_;
-  std::vector<std::size_t> next_;
   std::vector<Value> values_;
 };
+
+/// Calls work(first, last) for parts of the mesh's vertices, one after the other, so that what is known of each of a
+/// part's vertices takes little memory.
+template <typename Work>
+void for_each_part(const Mesh& mesh, const Work& work) {
+  constexpr std::size_t kVertices = 1 << 20;
+  const std::size_t vertices = mesh.positions_m.size();
+  for (std::size_t first = 0; first < vertices; first += kVertices) {
+    work(static_cast<Index>(first), static_cast<Index>(std::min(first + kVertices, vertices)));
+  }
+}
 
 struct HalfEdge {
   Index other;     // the edge's larger vertex; the group's key is the smaller
@@ -55,9 +73,9 @@ bool is_degenerate(const Mesh& mesh, const Triangle& t) {
   return area_vector_m2(mesh, t).isZero(0);
 }
 
-/// Counts edges into `check`; returns their number.
-std::size_t check_edges(const Mesh& mesh, MeshCheck& check) {
-  Groups<HalfEdge> edges(mesh.positions_m.size(), 3 * mesh.triangles.size());
+/// Counts the edges whose smaller vertex is in [first, last) into `check`; returns their number.
+std::size_t check_edges(const Mesh& mesh, Index first, Index last, MeshCheck& check) {
+  Groups<HalfEdge> edges(first, last);
   for (const Triangle& t : mesh.triangles) {
     for (int i = 0; i < 3; ++i)
       edges.count(std::min(t[static_cast<std::size_t>(i)], t[static_cast<std::size_t>((i + 1) % 3)]));
@@ -71,7 +89,7 @@ std::size_t check_edges(const Mesh& mesh, MeshCheck& check) {
     }
   }
   std::size_t count = 0;
-  for (Index v = 0; v < mesh.positions_m.size(); ++v) {
+  for (Index v = first; v < last; ++v) {
     const auto group = edges.of(v);
     std::sort(group.begin(), group.end(), [](const HalfEdge& a, const HalfEdge& b) { return a.other < b.other; });
     for (std::size_t i = 0; i < group.size();) {
@@ -114,8 +132,8 @@ std::size_t count_fans(const Mesh& mesh, Index v, std::span<const Index> triangl
   return fans.sets();
 }
 
-void check_vertices(const Mesh& mesh, MeshCheck& check) {
-  Groups<Index> around(mesh.positions_m.size(), 3 * mesh.triangles.size());
+void check_vertices(const Mesh& mesh, Index first, Index last, MeshCheck& check) {
+  Groups<Index> around(first, last);
   for (const Triangle& t : mesh.triangles) {
     for (const Index v : t) around.count(v);
   }
@@ -124,7 +142,7 @@ void check_vertices(const Mesh& mesh, MeshCheck& check) {
     for (const Index v : mesh.triangles[i]) around.put(v, i);
   }
   std::vector<Triangle> sorted;
-  for (Index v = 0; v < mesh.positions_m.size(); ++v) {
+  for (Index v = first; v < last; ++v) {
     const auto triangles = around.of(v);
     if (triangles.empty()) {
       ++check.unreferenced_vertices;
@@ -158,8 +176,9 @@ MeshCheck check_mesh(const Mesh& mesh) {
     check.min_m = check.min_m.cwiseMin(p);
     check.max_m = check.max_m.cwiseMax(p);
   }
-  const std::size_t edges = check_edges(mesh, check);
-  check_vertices(mesh, check);
+  std::size_t edges = 0;
+  for_each_part(mesh, [&](Index first, Index last) { edges += check_edges(mesh, first, last, check); });
+  for_each_part(mesh, [&](Index first, Index last) { check_vertices(mesh, first, last, check); });
   for (const Triangle& t : mesh.triangles) check.degenerate_triangles += is_degenerate(mesh, t) ? 1 : 0;
 
   const std::size_t used = check.vertices - check.unreferenced_vertices;

@@ -13,7 +13,7 @@
 namespace scanknit {
 namespace {
 
-/// The pieces of a mesh, each at the number of one of its vertices; the others have no triangles.
+/// The pieces of a mesh, in the order of their first vertices. A vertex that no triangle uses is a piece, too.
 class Pieces {
  public:
   struct Piece {
@@ -22,9 +22,16 @@ class Pieces {
     Eigen::AlignedBox3f box;
   };
 
-  explicit Pieces(const Mesh& mesh) : sets_(pieces_of(mesh)), pieces_(mesh.positions_m.size()) {
+  explicit Pieces(const Mesh& mesh) : number_(mesh.positions_m.size()) {
+    DisjointSets sets = pieces_of(mesh);
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < number_.size(); ++i) {
+      const std::uint32_t root = sets.root(i);  // the piece's smallest number
+      number_[i] = root == i ? count++ : number_[root];
+    }
+    pieces_.resize(count);
     for (const Triangle& t : mesh.triangles) {
-      Piece& piece = pieces_[sets_.root(t[0])];
+      Piece& piece = pieces_[of(t[0])];
       piece.area_m2 += area_vector_m2(mesh, t).norm();
       ++piece.triangles;
       for (const std::uint32_t vertex : t) piece.box.extend(mesh.positions_m[vertex]);
@@ -35,9 +42,25 @@ class Pieces {
         pieces_.begin());
   }
 
-  [[nodiscard]] std::size_t of(std::uint32_t vertex) { return sets_.root(vertex); }
+  [[nodiscard]] std::size_t count() const { return pieces_.size(); }
+  [[nodiscard]] std::size_t of(std::uint32_t vertex) const { return number_[vertex]; }
   [[nodiscard]] const Piece& operator[](std::size_t number) const { return pieces_[number]; }
   [[nodiscard]] double largest_area_m2() const { return pieces_.empty() ? 0 : pieces_[largest_].area_m2; }
+
+  [[nodiscard]] bool is_small(std::size_t number, double min_share, double min_size_m) const {
+    const Piece& piece = pieces_[number];
+    return piece.area_m2 < min_share * largest_area_m2() ||
+           static_cast<double>(piece.box.diagonal().norm()) < min_size_m;
+  }
+  /// The box of the pieces that remove() would leave.
+  template <typename Goes>
+  [[nodiscard]] Eigen::AlignedBox3f box_without(Goes&& goes) const {
+    Eigen::AlignedBox3f box;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (pieces_[i].triangles > 0 && (i == largest_ || !goes(i))) box.extend(pieces_[i].box);
+    }
+    return box;
+  }
 
   /// Removes from the mesh the pieces that `goes` says; the largest stays.
   template <typename Goes>
@@ -60,7 +83,7 @@ class Pieces {
   }
 
  private:
-  DisjointSets sets_;
+  std::vector<std::uint32_t> number_;  ///< by vertex
   std::vector<Piece> pieces_;
   std::size_t largest_ = 0;
 };
@@ -69,14 +92,16 @@ class Pieces {
 
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
   Pieces pieces(mesh);
-  return pieces.remove(mesh, [&](std::size_t i) {
-    return pieces[i].area_m2 < min_share * pieces.largest_area_m2() ||
-           static_cast<double>(pieces[i].box.diagonal().norm()) < min_size_m;
-  });
+  return pieces.remove(mesh, [&](std::size_t i) { return pieces.is_small(i, min_share, min_size_m); });
+}
+
+Eigen::AlignedBox3f box_without_small_pieces(double min_share, double min_size_m, const Mesh& mesh) {
+  const Pieces pieces(mesh);
+  return pieces.box_without([&](std::size_t i) { return pieces.is_small(i, min_share, min_size_m); });
 }
 
 std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh) {
-  Pieces pieces(mesh);
+  const Pieces pieces(mesh);
   std::vector<std::uint32_t> vertices;
   for (std::uint32_t i = 0; i < mesh.positions_m.size(); ++i) {
     if (pieces[pieces.of(i)].area_m2 < max_share * pieces.largest_area_m2()) vertices.push_back(i);
@@ -91,7 +116,7 @@ PiecesRemoved remove_unconfirmed_pieces(std::span<const Confirmation> confirmed,
     double vertices = 0, readings = 0, views = 0;
   };
   Pieces pieces(mesh);
-  std::vector<Sums> sums(confirmed.size());  // by piece
+  std::vector<Sums> sums(pieces.count());
   for (std::uint32_t i = 0; i < confirmed.size(); ++i) {
     Sums& of_piece = sums[pieces.of(i)];
     ++of_piece.vertices;

@@ -11,7 +11,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -49,77 +48,84 @@ bool keeps_topology(const MeshCheck& before, const MeshCheck& after) {
          (!before.is_closed() || (after.is_closed() && twice_genus(after) == twice_genus(before)));
 }
 
-/// Removes pairs of coincident triangles with opposite orientation. Collapses leave such fins, and the edge at which a
-/// fin is attached has four sides. The surface is the same without them.
-void remove_fins(Mesh& mesh) {
-  struct Sorted {
-    Index a, b, c;
-    std::size_t triangle;
-    bool is_even;  ///< the corners are an even permutation of the sorted ones
-  };
-  std::vector<Sorted> all;
-  all.reserve(mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    Triangle t = mesh.triangles[i];
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    all.push_back({t[0], std::min(t[1], t[2]), std::max(t[1], t[2]), i, t[1] < t[2]});
-  }
-  const auto key = [](const Sorted& s) { return std::tuple(s.a, s.b, s.c, s.triangle); };
-  std::sort(all.begin(), all.end(), [&](const Sorted& x, const Sorted& y) { return key(x) < key(y); });
-  std::vector<std::uint8_t> is_fin(mesh.triangles.size());
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const Sorted& x = all[i - 1];
-    const Sorted& y = all[i];
-    if (x.a != y.a || x.b != y.b || x.c != y.c || x.is_even == y.is_even || is_fin[x.triangle] != 0) continue;
-    is_fin[x.triangle] = is_fin[y.triangle] = 1;
-  }
-  std::vector<Triangle> rest;
-  for (std::size_t i = 0; i < is_fin.size(); ++i) {
-    if (is_fin[i] == 0) rest.push_back(mesh.triangles[i]);
-  }
-  mesh.triangles = std::move(rest);
+/// The corners in a cyclic order that begins with the smallest: it is even if the other two ascend.
+Triangle from_smallest(Triangle t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
 }
 
-/// Collapses edges of the triangles that are not kept. Vertices keep their numbers.
+bool is_even(const Triangle& t) {
+  const Triangle turned = from_smallest(t);
+  return turned[1] < turned[2];
+}
+
+/// Removes pairs of coincident triangles with opposite orientation. Collapses leave such fins, and the edge at which a
+/// fin is attached has four sides. The surface is the same without them.
+void remove_fins(std::vector<Triangle>& triangles) {
+  using Sorted = std::array<Index, 4>;  // the corners, ascending, and the triangle
+  std::vector<Sorted> all;
+  all.reserve(triangles.size());
+  for (const Triangle& triangle : triangles) {
+    const Triangle t = from_smallest(triangle);
+    all.push_back({t[0], std::min(t[1], t[2]), std::max(t[1], t[2]), static_cast<Index>(all.size())});
+  }
+  std::sort(all.begin(), all.end());
+  std::vector<std::uint8_t> is_fin(triangles.size());
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const Index x = all[i - 1][3], y = all[i][3];
+    if (!std::equal(all[i].begin(), all[i].begin() + 3, all[i - 1].begin()) ||
+        is_even(triangles[x]) == is_even(triangles[y]) || is_fin[x] != 0) {
+      continue;
+    }
+    is_fin[x] = is_fin[y] = 1;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < is_fin.size(); ++i) {
+    if (is_fin[i] == 0) triangles[kept++] = triangles[i];
+  }
+  triangles.resize(kept);
+}
+
+/// Collapses edges of the triangles that are not kept. Vertices keep their numbers: the mesh has the triangles of the
+/// last attempt, the simplifier those from before.
 class Simplifier {
  public:
-  explicit Simplifier(const Mesh& mesh) : mesh_(mesh), is_kept_(mesh.triangles.size()) {}
+  explicit Simplifier(Mesh& mesh) : mesh_(mesh), all_(std::move(mesh.triangles)), is_kept_(all_.size()) {}
 
   /// `error`: as a share of the mesh's extent. Returns the error that was reached.
-  float run(std::size_t target, double error, Mesh& smaller) const {
-    std::vector<Index> loose;
-    smaller = mesh_;
-    smaller.triangles.clear();
-    for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      const Triangle& t = mesh_.triangles[i];
-      if (is_kept_[i] != 0) {
-        smaller.triangles.push_back(t);
-      } else {
-        loose.insert(loose.end(), t.begin(), t.end());
-      }
-    }
-    const std::size_t kept = smaller.triangles.size();
-    const std::size_t wanted = 3 * std::min(target > kept ? target - kept : 0, loose.size() / 3);
-    const unsigned options = kept > 0 ? static_cast<unsigned>(meshopt_SimplifyLockBorder) : 0u;
+  float run(std::size_t target, double error) {
+    mesh_.triangles = {};
+    std::vector<Triangle> kept, some;
+    const std::size_t kept_count = this->kept();
+    kept.reserve(kept_count);
+    some.reserve(kept_count > 0 ? all_.size() - kept_count : 0);
+    for (std::size_t i = 0; kept_count > 0 && i < all_.size(); ++i) (is_kept_[i] != 0 ? kept : some).push_back(all_[i]);
+    const std::vector<Triangle>& loose = kept_count > 0 ? some : all_;
+    const std::size_t wanted = 3 * std::min(target > kept_count ? target - kept_count : 0, loose.size());
+    const unsigned options = kept_count > 0 ? static_cast<unsigned>(meshopt_SimplifyLockBorder) : 0u;
     float reached = 0;
-    std::vector<Index> fewer(loose.size());
+    std::vector<Triangle> fewer(loose.size());
     if (!loose.empty()) {
-      fewer.resize(meshopt_simplify(fewer.data(), loose.data(), loose.size(), mesh_.positions_m.front().data(),
-                                    mesh_.positions_m.size(), kStride, wanted, static_cast<float>(error), options,
-                                    &reached));
+      static_assert(sizeof(Triangle) == 3 * sizeof(Index));  // an array of triangles is one of indices
+      const std::size_t indices = meshopt_simplify(fewer.front().data(), loose.front().data(), 3 * loose.size(),
+                                                   mesh_.positions_m.front().data(), mesh_.positions_m.size(), kStride,
+                                                   wanted, static_cast<float>(error), options, &reached);
+      fewer.resize(indices / 3);
     }
-    for (std::size_t i = 0; i + 2 < fewer.size(); i += 3) {
-      smaller.triangles.emplace_back(fewer[i], fewer[i + 1], fewer[i + 2]);
-    }
-    remove_fins(smaller);
+    kept.insert(kept.end(), fewer.begin(), fewer.end());
+    remove_fins(kept);
+    mesh_.triangles = std::move(kept);
     return reached;
   }
 
-  /// Keeps from now on the triangles round the faulty vertices of `smaller`. False when all of these are kept already.
-  bool keep_round_faults(const Mesh& smaller, double kept_reach) {
-    const std::vector<std::uint8_t> is_bad = non_manifold_vertices(smaller);
+  /// The triangles from before the simplification.
+  [[nodiscard]] std::vector<Triangle> take_all() { return std::move(all_); }
+
+  /// Keeps from now on the triangles round the mesh's faulty vertices. False when all of these are kept already.
+  bool keep_round_faults(double kept_reach) {
+    const std::vector<std::uint8_t> is_bad = non_manifold_vertices(mesh_);
     std::vector<float> reach(is_bad.size());
-    for (const Triangle& t : smaller.triangles) {
+    for (const Triangle& t : mesh_.triangles) {
       for (std::size_t i = 0; i < 3; ++i) {
         const float length = (mesh_.positions_m[t[i]] - mesh_.positions_m[t[(i + 1) % 3]]).norm();
         for (const Index vertex : {t[i], t[(i + 1) % 3]})
@@ -129,7 +135,7 @@ class Simplifier {
     const std::vector<std::uint8_t> is_near = near_faults(is_bad, reach);
     bool has_grown = false;
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      const Triangle& t = mesh_.triangles[i];
+      const Triangle& t = all_[i];
       if (is_kept_[i] != 0 || (is_near[t[0]] | is_near[t[1]] | is_near[t[2]]) == 0) continue;
       is_kept_[i] = 1;
       has_grown = true;
@@ -175,7 +181,8 @@ class Simplifier {
     return is_near;
   }
 
-  const Mesh& mesh_;
+  Mesh& mesh_;
+  std::vector<Triangle> all_;
   std::vector<std::uint8_t> is_kept_;
 };
 
@@ -185,15 +192,15 @@ bool is_near(std::size_t triangles, std::size_t wished) {
 }
 
 struct Simplified {
-  Mesh mesh;
   double error_m = 0;
   std::size_t components = 0;
+  std::vector<Triangle> before;  ///< the triangles that the mesh had
 };
 
 /// Simplifies to `target` triangles in one go, or as far as the error allows, and keeps the places that would become
-/// faulty. Nothing when so much must be kept that the rest would be simplified too far.
-std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& before, std::size_t target,
-                                           double max_error_m, double kept_reach) {
+/// faulty. Nothing, and the mesh as it was, when so much must be kept that the rest would be simplified too far.
+std::optional<Simplified> simplify_at_once(const MeshCheck& before, std::size_t target, double max_error_m,
+                                           double kept_reach, Mesh& mesh) {
   const auto extent =
       static_cast<double>(meshopt_simplifyScale(mesh.positions_m.front().data(), mesh.positions_m.size(), kStride));
   if (!(extent > 0)) return std::nullopt;
@@ -202,48 +209,60 @@ std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& be
   double free_error_m = 0;  // the error when nothing is kept
   for (int round = 0; round < kRounds; ++round) {
     Simplified result;
-    result.error_m = static_cast<double>(simplifier.run(target, error, result.mesh)) * extent;
+    result.error_m = static_cast<double>(simplifier.run(target, error)) * extent;
     if (round == 0) free_error_m = result.error_m;
-    if (result.error_m > kLargestErrorRatio * free_error_m) return std::nullopt;
-    const MeshCheck after = check_mesh(result.mesh);
+    if (result.error_m > kLargestErrorRatio * free_error_m) break;
+    const MeshCheck after = check_mesh(mesh);
     result.components = after.components;
-    if (keeps_topology(before, after)) return result;
-    if (!simplifier.keep_round_faults(result.mesh, kept_reach)) return std::nullopt;
-    if (kMostKept * static_cast<double>(simplifier.kept()) > static_cast<double>(after.triangles)) return std::nullopt;
+    if (keeps_topology(before, after)) {
+      result.before = simplifier.take_all();
+      return result;
+    }
+    if (!simplifier.keep_round_faults(kept_reach)) break;
+    if (kMostKept * static_cast<double>(simplifier.kept()) > static_cast<double>(after.triangles)) break;
   }
+  mesh.triangles = simplifier.take_all();
   return std::nullopt;
 }
 
-std::optional<Simplified> simplify_at_once(const Mesh& mesh, const MeshCheck& before, std::size_t target,
-                                           double max_error_m) {
+std::optional<Simplified> simplify_at_once(const MeshCheck& before, std::size_t target, double max_error_m,
+                                           Mesh& mesh) {
   for (const double kept_reach : kKeptReaches) {
-    if (auto result = simplify_at_once(mesh, before, target, max_error_m, kept_reach)) return result;
+    if (auto result = simplify_at_once(before, target, max_error_m, kept_reach, mesh)) return result;
   }
   return std::nullopt;
 }
 
 /// Simplifies in steps; each begins with the result of the one before. Each step makes fewer faults, and the places
 /// that one step kept are free in the next. The errors of the steps add up.
-Simplified simplify_in_steps(Mesh mesh, MeshCheck check, std::size_t target, double max_error_m) {
-  Simplified best{std::move(mesh), 0, check.components};
+Simplified simplify_in_steps(MeshCheck check, std::size_t target, double max_error_m, Mesh& mesh) {
+  Simplified best{0, check.components, {}};
   for (double share = kFirstStep; share < kLastStep;) {
-    const std::size_t triangles = best.mesh.triangles.size();
+    const std::size_t triangles = mesh.triangles.size();
     const auto wanted = std::max(target, static_cast<std::size_t>(share * static_cast<double>(triangles)));
-    auto next = simplify_at_once(best.mesh, check, wanted, max_error_m - best.error_m);
-    if (!next || static_cast<double>(next->mesh.triangles.size()) > kLastStep * static_cast<double>(triangles)) {
+    auto next = simplify_at_once(check, wanted, max_error_m - best.error_m, mesh);
+    const bool is_enough =
+        next && static_cast<double>(mesh.triangles.size()) <= kLastStep * static_cast<double>(triangles);
+    if (!is_enough) {
+      if (next) mesh.triangles = std::move(next->before);
       share = (1 + share) / 2;
       continue;
     }
-    next->error_m += best.error_m;
-    best = *std::move(next);
-    drop_unused_vertices(best.mesh);
-    check = check_mesh(best.mesh);
-    if (is_near(best.mesh.triangles.size(), target)) break;
+    best = {best.error_m + next->error_m, next->components, {}};
+    drop_unused_vertices(mesh);
+    check = check_mesh(mesh);
+    if (is_near(mesh.triangles.size(), target)) break;
   }
   return best;
 }
 
 }  // namespace
+
+std::size_t simplify_bytes(const Mesh& mesh) {
+  constexpr std::size_t kOfATriangle = 60;  // neighbours 24, collapses 18 and their order 6, the result 12
+  constexpr std::size_t kOfAVertex = 86;    // quadric 44, position 12, the rest numbers
+  return kOfATriangle * mesh.triangles.size() + kOfAVertex * mesh.positions_m.size();
+}
 
 MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh) {
   MeshSimplified result;
@@ -252,10 +271,10 @@ MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh) {
   const MeshCheck before = check_mesh(mesh);
   const std::size_t triangles = target.triangles.value_or(0);
   const double max_error_m = target.max_error_m.value_or(std::numeric_limits<double>::infinity());
-  auto best = simplify_at_once(mesh, before, triangles, max_error_m);
+  auto best = simplify_at_once(before, triangles, max_error_m, mesh);
   const bool is_sound_at_once = best.has_value();
-  if (!best) best = simplify_in_steps(mesh, before, triangles, max_error_m);
-  result.triangles = best->mesh.triangles.size();
+  if (!best) best = simplify_in_steps(before, triangles, max_error_m, mesh);
+  result.triangles = mesh.triangles.size();
   result.pieces_lost = before.components - best->components;
   result.error_m = best->error_m;
   const bool is_done = target.triangles && result.triangles <= triangles + triangles / 100;  // 1 % too many is fine
@@ -263,8 +282,9 @@ MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh) {
   const bool is_as_far_as_goes = !target.triangles && is_sound_at_once;
   result.is_held_back = !is_done && !is_error_spent && !is_as_far_as_goes;
   if (result.triangles < result.triangles_before) {
-    drop_unused_vertices(best->mesh);
-    mesh = std::move(best->mesh);
+    drop_unused_vertices(mesh);
+  } else if (is_sound_at_once) {
+    mesh.triangles = std::move(best->before);
   }
   return result;
 }

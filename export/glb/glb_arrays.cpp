@@ -19,19 +19,6 @@ constexpr int kByte = 5120, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat =
 constexpr double kShortEnd = 65535, kByteEnd = 127;
 constexpr std::uint16_t kOpaque = 65535;
 
-/// Fills the array with `element(i)`, a std::array of array.stride bytes, for each i below array.count.
-template <typename Element>
-GlbArray filled(GlbArray array, const Element& element) {
-  using Values = decltype(element(0));
-  SCANKNIT_CHECK(array.stride == sizeof(Values));
-  array.bytes.resize(sizeof(Values) * array.count);
-  for (std::size_t i = 0; i < array.count; ++i) {
-    const Values values = element(i);
-    std::memcpy(array.bytes.data() + i * sizeof(Values), values.data(), sizeof(Values));
-  }
-  return array;
-}
-
 std::uint16_t share_of_65535(double share) {
   return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * kShortEnd));
 }
@@ -39,8 +26,8 @@ std::uint16_t share_of_65535(double share) {
 /// The arrays of one primitive.
 class PartArrays {
  public:
-  PartArrays(const GlbContents& contents, const MeshPart& part, const QuantizationGrid* grid)
-      : contents_(contents), part_(part), grid_(grid), count_(part.vertices.size()) {}
+  PartArrays(const GlbContents& contents, const GlbPart& part, const QuantizationGrid* grid, GlbBytes bytes)
+      : contents_(contents), part_(part), grid_(grid), bytes_(bytes), count_(part.vertices.size()) {}
 
   [[nodiscard]] GlbArray positions() const {
     Eigen::Vector3f low = position(0), high = low;
@@ -101,12 +88,28 @@ class PartArrays {
 
   [[nodiscard]] GlbArray indices() const {
     GlbArray array{"", "SCALAR", kUnsignedInt, false, sizeof(std::uint32_t), 3 * part_.triangles.size()};
-    array.bytes.resize(sizeof(Triangle) * part_.triangles.size());
-    std::memcpy(array.bytes.data(), part_.triangles.data(), array.bytes.size());
+    static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+    const auto bytes = std::as_bytes(part_.triangles);
+    if (bytes_ == GlbBytes::kMade) array.bytes = {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()};
     return array;
   }
 
  private:
+  /// Fills the array with `element(i)`, a std::array of array.stride bytes, for each i below array.count.
+  template <typename Element>
+  [[nodiscard]] GlbArray filled(GlbArray array, const Element& element) const {
+    using Values = decltype(element(0));
+    SCANKNIT_CHECK(array.stride == sizeof(Values));
+    if (bytes_ == GlbBytes::kLeftOut) return array;
+    array.own_bytes.resize(array.byte_length());
+    for (std::size_t i = 0; i < array.count; ++i) {
+      const Values values = element(i);
+      std::memcpy(array.own_bytes.data() + i * sizeof(Values), values.data(), sizeof(Values));
+    }
+    array.bytes = array.own_bytes;
+    return array;
+  }
+
   [[nodiscard]] static std::array<float, 3> floats(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 
   [[nodiscard]] Eigen::Vector3f position(std::size_t i) const {
@@ -129,8 +132,9 @@ class PartArrays {
   }
 
   const GlbContents& contents_;
-  const MeshPart& part_;
+  const GlbPart& part_;
   const QuantizationGrid* grid_;
+  GlbBytes bytes_;
   std::size_t count_;
 };
 
@@ -146,9 +150,9 @@ QuantizationGrid quantization_grid(const Mesh& mesh, const Placement& placement)
   return {low, side_m > 0 ? side_m : 1};
 }
 
-void for_each_array(const GlbContents& contents, const MeshPart& part, const QuantizationGrid* grid,
+void for_each_array(const GlbContents& contents, const GlbPart& part, const QuantizationGrid* grid, GlbBytes bytes,
                     const std::function<void(const GlbArray&)>& take) {
-  const PartArrays arrays(contents, part, grid);
+  const PartArrays arrays(contents, part, grid, bytes);
   take(arrays.positions());
   if (!contents.mesh.normals.empty()) take(arrays.normals());
   if (!contents.mesh.colours.empty()) take(arrays.colours());

@@ -4,16 +4,23 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/mesh.h"
-#include "core/mesh/split_mesh.h"
 #include "export/glb/glb_writer.h"
 #include "export/placement.h"
 
 namespace scanknit {
+
+/// Refers to a part of a mesh: the mesh's numbers of its vertices, and triangles that count these.
+struct GlbPart {
+  std::span<const std::uint32_t> vertices;
+  std::span<const Triangle> triangles;
+};
 
 /// An array, with the values of its accessor and its buffer view (glTF 2.0, 3.6.2).
 struct GlbArray {
@@ -24,8 +31,10 @@ struct GlbArray {
   std::size_t stride = 0;      ///< bytes of an element, a multiple of four
   std::size_t count = 0;
   std::vector<double> lowest = {}, highest = {};  ///< for positions: limits along each axis, exactly as stored
-  std::vector<unsigned char> bytes = {};          ///< stride * count
+  std::span<const unsigned char> bytes = {};      ///< byte_length() of them, or none: GlbBytes::kLeftOut
+  std::vector<unsigned char> own_bytes = {};      ///< what `bytes` refers to, unless it is the mesh
 
+  [[nodiscard]] std::size_t byte_length() const { return stride * count; }
   [[nodiscard]] bool is_indices() const { return attribute.empty(); }
 };
 
@@ -39,9 +48,11 @@ struct QuantizationGrid {
 /// The grid of the whole mesh, so that common vertices have the same position in all primitives. The mesh has a vertex.
 [[nodiscard]] QuantizationGrid quantization_grid(const Mesh& mesh, const Placement& placement);
 
+enum class GlbBytes { kMade, kLeftOut };
+
 /// Calls `take` with one array for each attribute of the vertices of `part`, then with the indices. Only one array is
 /// in memory at a time. `grid`: null for floats.
-void for_each_array(const GlbContents& contents, const MeshPart& part, const QuantizationGrid* grid,
+void for_each_array(const GlbContents& contents, const GlbPart& part, const QuantizationGrid* grid, GlbBytes bytes,
                     const std::function<void(const GlbArray&)>& take);
 
 /// The bytes of one vertex in all of these arrays.

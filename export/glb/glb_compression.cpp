@@ -28,7 +28,7 @@ std::vector<unsigned char> compressed_vertices(const GlbArray& array) {
 
 }  // namespace
 
-MeshPart in_order_of_use(const MeshPart& part) {
+MeshPart in_order_of_use(const GlbPart& part) {
   const std::size_t vertices = part.vertices.size();
   std::vector<unsigned int> indices;
   indices.reserve(3 * part.triangles.size());

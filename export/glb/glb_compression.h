@@ -11,7 +11,7 @@ namespace scanknit {
 
 /// Reorders a part to compress well: neighbouring triangles follow one another, and the vertices have the order of
 /// their first use. Vertices without a triangle come last.
-[[nodiscard]] MeshPart in_order_of_use(const MeshPart& part);
+[[nodiscard]] MeshPart in_order_of_use(const GlbPart& part);
 
 /// The array's bytes, compressed: mode TRIANGLES for indices, ATTRIBUTES for all others.
 [[nodiscard]] std::vector<unsigned char> compressed(const GlbArray& array);

@@ -6,6 +6,7 @@
 
 #include "core/mesh.h"
 #include "core/mesh/split_mesh.h"
+#include "export/glb/glb_arrays.h"
 
 namespace scanknit {
 
@@ -21,16 +22,23 @@ class GlbParts {
   [[nodiscard]] std::size_t size() const { return split_ ? split_->parts() : 1; }
   /// The number of vertices in all parts.
   [[nodiscard]] std::size_t vertices() const { return split_ ? split_->vertices() : mesh_.positions_m.size(); }
-  [[nodiscard]] MeshPart part(std::size_t i) {
-    if (split_) return split_->part(i);
-    MeshPart whole{std::vector<std::uint32_t>(mesh_.positions_m.size()), mesh_.triangles};
-    std::iota(whole.vertices.begin(), whole.vertices.end(), 0u);
-    return whole;
+  /// Valid until the next call. The same part may be asked for again.
+  [[nodiscard]] GlbPart part(std::size_t i) {
+    if (split_) {
+      part_ = split_->part(i);
+      return {part_.vertices, part_.triangles};
+    }
+    if (part_.vertices.empty()) {
+      part_.vertices.resize(mesh_.positions_m.size());
+      std::iota(part_.vertices.begin(), part_.vertices.end(), 0u);
+    }
+    return {part_.vertices, mesh_.triangles};
   }
 
  private:
   const Mesh& mesh_;
   std::optional<MeshSplit> split_;
+  MeshPart part_;  ///< the last one; its triangles are none if they are the mesh's
 };
 
 }  // namespace scanknit

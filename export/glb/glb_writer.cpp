@@ -33,20 +33,24 @@ std::uint64_t expected_bytes(const GlbContents& contents, bool is_quantized, std
          (contents.texture == nullptr ? 0u : contents.texture->image.size());
 }
 
-/// Gathers the two chunks of a GLB: the JSON document, and the binary data that it describes.
+/// Gathers the JSON document of a GLB, and writes it with the binary data that it describes. These are in memory only
+/// if they are compressed, since nothing else tells their size before.
 class GlbBuilder {
  public:
   GlbBuilder(const GlbContents& contents, const ExportConfig& config) : contents_(contents), config_(config) {
     if (config.quantize) grid_ = quantization_grid(contents.mesh, contents.placement);
   }
 
-  void reserve(std::size_t bytes) { binary_.reserve(bytes); }
-
   /// Accessors and buffer views have the same numbers.
-  void add_primitive(MeshPart part) {
-    if (config_.compress) part = in_order_of_use(part);
+  void add_primitive(GlbPart part) {
+    MeshPart ordered;
+    if (config_.compress) {
+      ordered = in_order_of_use(part);
+      part = {ordered.vertices, ordered.triangles};
+    }
     Json primitive = {{"attributes", Json::object()}, {"material", 0}, {"mode", kTriangles}};
-    for_each_array(contents_, part, grid_ ? &*grid_ : nullptr, [&](const GlbArray& array) {
+    const GlbBytes bytes = config_.compress ? GlbBytes::kMade : GlbBytes::kLeftOut;
+    for_each_array(contents_, part, grid(), bytes, [&](const GlbArray& array) {
       const std::size_t number = accessors_.size();
       accessors_.push_back(accessor(array, number));
       views_.push_back(config_.compress ? compressed_view(array) : view(array));
@@ -57,23 +61,40 @@ class GlbBuilder {
 
   /// The last of the binary data, since nothing after it would be aligned.
   void add_picture(const std::vector<std::uint8_t>& image) {
-    pad_binary();
-    views_.push_back({{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", image.size()}});
-    binary_.append(image.begin(), image.end());
+    views_.push_back({{"buffer", 0}, {"byteOffset", binary_bytes_}, {"byteLength", image.size()}});
+    binary_bytes_ += image.size();
   }
 
-  [[nodiscard]] Result<void> write(AtomicFile& file) {
+  /// `parts`: those that were added.
+  [[nodiscard]] Result<void> write(GlbParts& parts, AtomicFile& file) {
     const Json whole = document();
-    const GlbShell shell = glb_shell(is_plain() ? plain_text(whole) : whole.dump(), binary_.size());
+    const GlbShell shell = glb_shell(is_plain() ? plain_text(whole) : whole.dump(), binary_bytes_);
     if (auto written = file.write(shell.before); !written) return written;
-    if (auto written = file.write(binary_); !written) return written;
+    if (auto written = config_.compress ? file.write(compressed_) : write_arrays(parts, file); !written) return written;
+    if (contents_.texture != nullptr) {
+      if (auto written = file.write(characters(contents_.texture->image)); !written) return written;
+    }
     return file.write(shell.after);
   }
 
  private:
-  [[nodiscard]] bool is_plain() const { return !config_.quantize && !config_.compress; }
+  [[nodiscard]] static std::string_view characters(std::span<const unsigned char> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
 
-  void pad_binary() { binary_.resize((binary_.size() + 3) / 4 * 4); }
+  [[nodiscard]] const QuantizationGrid* grid() const { return grid_ ? &*grid_ : nullptr; }
+
+  [[nodiscard]] Result<void> write_arrays(GlbParts& parts, AtomicFile& file) const {
+    Result<void> written;
+    for (std::size_t i = 0; i < parts.size() && written; ++i) {
+      for_each_array(contents_, parts.part(i), grid(), GlbBytes::kMade, [&](const GlbArray& array) {
+        if (written) written = file.write(characters(array.bytes));
+      });
+    }
+    return written;
+  }
+
+  [[nodiscard]] bool is_plain() const { return !config_.quantize && !config_.compress; }
 
   [[nodiscard]] static Json accessor(const GlbArray& array, std::size_t view) {
     Json json = {{"componentType", array.component_type}};
@@ -95,15 +116,15 @@ class GlbBuilder {
   }
 
   [[nodiscard]] static Json view_at(const GlbArray& array, int buffer, std::size_t offset) {
-    Json json = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", array.bytes.size()}};
+    Json json = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", array.byte_length()}};
     if (!array.is_indices()) json["byteStride"] = array.stride;  // forbidden for indices
     json["target"] = array.is_indices() ? kElementArrayBuffer : kArrayBuffer;
     return json;
   }
 
   [[nodiscard]] Json view(const GlbArray& array) {
-    Json json = view_at(array, 0, binary_.size());
-    binary_.append(array.bytes.begin(), array.bytes.end());
+    Json json = view_at(array, 0, binary_bytes_);
+    binary_bytes_ += array.byte_length();  // a multiple of four
     return json;
   }
 
@@ -112,14 +133,15 @@ class GlbBuilder {
     const std::vector<unsigned char> packed = compressed(array);
     Json json = view_at(array, 1, uncompressed_bytes_);
     json["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
-                                                     {"byteOffset", binary_.size()},
+                                                     {"byteOffset", compressed_.size()},
                                                      {"byteLength", packed.size()},
                                                      {"byteStride", array.stride},
                                                      {"count", array.count},
                                                      {"mode", array.is_indices() ? "TRIANGLES" : "ATTRIBUTES"}};
-    binary_.append(packed.begin(), packed.end());
-    pad_binary();
-    uncompressed_bytes_ += array.bytes.size();
+    compressed_.append(packed.begin(), packed.end());
+    compressed_.resize((compressed_.size() + 3) / 4 * 4);
+    binary_bytes_ = compressed_.size();
+    uncompressed_bytes_ += array.byte_length();
     return json;
   }
 
@@ -136,7 +158,7 @@ class GlbBuilder {
     if (contents_.texture != nullptr) add_texture(json);
     json["materials"] = Json::array({material()});
     json["bufferViews"] = std::move(views_);
-    json["buffers"] = Json::array({{{"byteLength", binary_.size()}}});
+    json["buffers"] = Json::array({{{"byteLength", binary_bytes_}}});
     if (config_.compress) {
       Json uncompressed = {{"byteLength", uncompressed_bytes_}};
       uncompressed["extensions"]["EXT_meshopt_compression"]["fallback"] = true;
@@ -201,8 +223,8 @@ class GlbBuilder {
   const ExportConfig& config_;
   std::optional<QuantizationGrid> grid_;
   Json accessors_ = Json::array(), views_ = Json::array(), primitives_ = Json::array();
-  std::string binary_;
-  std::size_t uncompressed_bytes_ = 0;
+  std::string compressed_;
+  std::size_t binary_bytes_ = 0, uncompressed_bytes_ = 0;
 };
 
 }  // namespace
@@ -225,10 +247,9 @@ Result<void> write_glb(const GlbContents& contents, const ExportConfig& config, 
     const std::uint64_t bytes = expected_bytes(contents, config.quantize, parts.vertices(), parts.size());
     if (auto in_parts = fits(bytes); !in_parts) return in_parts;
     GlbBuilder builder(contents, config);
-    if (!config.compress) builder.reserve(bytes);
     for (std::size_t i = 0; i < parts.size(); ++i) builder.add_primitive(parts.part(i));
     if (contents.texture != nullptr) builder.add_picture(contents.texture->image);
-    return builder.write(file);
+    return builder.write(parts, file);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::kBudget, "out of memory while the GLB was built; larger voxels, or a file .ply, need less"};
   } catch (const std::exception& problem) {

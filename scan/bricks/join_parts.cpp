@@ -1,11 +1,13 @@
 #include "scan/bricks/join_parts.h"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/files/atomic_file.h"
+#include "core/system/freed_memory.h"
 #include "export/trajectory.h"
 #include "fusion/volume/block_size.h"
 #include "scan/bricks/layered_bricks.h"
@@ -18,14 +20,14 @@ namespace {
 
 /// Reads the bricks again, a layer at a time with its neighbours, which have the other corners of its last cells and
 /// the rest of patches.
-Result<void> estimate_uncertainty(const ScanConfig& config, LayeredBricks& layers, std::span<const PosedDepth> samples,
-                                  FinishedSurface& finished) {
-  if (!config.output.uncertainty || !finished.outcome) return {};
+Result<void> estimate_uncertainty(const ScanConfig& config, std::optional<LayeredBricks>& layers,
+                                  std::span<const PosedDepth> samples, FinishedSurface& finished) {
+  if (!config.output.uncertainty || !layers || !finished.outcome) return {};
   const Mesh& mesh = finished.surface.mesh;
   std::vector<float> weights(mesh.positions_m.size(), 0.0f);
   NoiseShare share(samples, config.fusion.noise);
-  for (const BlockLayer& layer : layers.layers()) {
-    const auto view = layers.read(layer.x - kBlockEdgeVoxels, layer.x + 3 * kBlockEdgeVoxels);
+  for (const BlockLayer& layer : layers->layers()) {
+    const auto view = layers->read(layer.x - kBlockEdgeVoxels, layer.x + 3 * kBlockEdgeVoxels);
     if (!view) return view.error();
     raise_weights(mesh, finished.T_mesh_world().inverse(), *view, weights);
     share.add(*view, layer.x, layer.x + kBlockEdgeVoxels);
@@ -41,12 +43,15 @@ Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const Br
                         const DepthSamples& samples, const FrameArchive& archive, ScanSession& session,
                         ScanResult& result) {
   constexpr std::size_t kBytesPerBlock = 8192;  // with what extraction keeps of it
+  return_freed_memory();                        // that of frames and parts
   const std::size_t blocks_at_once = (job.config.fusion.memory_budget_mib << 20) / kBytesPerBlock;
-  LayeredBricks layers(bricks);
-  auto surface = session.timed("extract", [&] { return extract_surface(layers, job.config.extract, blocks_at_once); });
+  std::optional<LayeredBricks> layers(bricks);
+  auto surface = session.timed("extract", [&] { return extract_surface(*layers, job.config.extract, blocks_at_once); });
   if (!surface) return surface.error();
-  result.volume = layers.described();
+  result.volume = layers->described();
   result.volume.voxel_size_m = job.config.fusion.voxel_size_m;
+  if (!job.config.output.uncertainty) layers.reset();  // its last layers
+  return_freed_memory();
   const CropBox no_crop;
   const MeshRequest request{job, planned.world_up, no_crop, EmptyCrop::kIgnored, session.stop()};
   ScannedFrames frames{result.trajectory, samples.posed(result.trajectory)};
