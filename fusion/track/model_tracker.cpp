@@ -134,7 +134,27 @@ TrackResult describe(TrackState state, TrackReason reason, const Pose& T_world_c
 TrackResult ModelTracker::track(const Frame& frame, const TsdfVolume& volume) {
   volume_ = &volume;
   raycast_time_ = {};
-  noise_ = volume.config().noise.scaled(noise_scale_);
+  if (prior_ == PosePrior::kRefine && frame.T_world_camera) return track_new(frame);
+  if (is_repeated(frame)) {
+    TrackResult again = newest_->found;
+    if (again.state == TrackState::kRecovered) again.state = TrackState::kOk;
+    again.raycast_time = {};
+    return again;
+  }
+  const TrackResult result = track_new(frame);
+  newest_ = {frame.depth_m, frame.colour ? frame.colour->image : ColourImage(), result};
+  return result;
+}
+
+/// Cameras and drivers that are late deliver the pictures of the frame before once more. They were taken at that
+/// frame's time: a motion since then, with a shutter that rolls along it, would be wrong, and so would be the next.
+bool ModelTracker::is_repeated(const Frame& frame) const {
+  if (!newest_ || volume_->blocks() == 0 || frame.depth_m != newest_->depth_m) return false;
+  return frame.colour ? frame.colour->image == newest_->colour : newest_->colour.empty();
+}
+
+TrackResult ModelTracker::track_new(const Frame& frame) {
+  noise_ = volume_->config().noise.scaled(noise_scale_);
   const double since_last_s = seconds_since_last(frame);
   moving_.reset();
   if (since_last_s != 0) moving_ = moving_since(last_->T_world_camera, since_last_s, frame);
@@ -311,9 +331,9 @@ bool ModelTracker::knows_usual_quality() const {
 }
 
 bool ModelTracker::is_suddenly_worse(const IcpResult& fit) const {
-  return fit.inlier_share < newest_.inlier_share - kFallOfInliers ||
-         fit.colour_agreement < newest_.colour_agreement - kFallOfColour ||
-         fit.changed_share > newest_.changed_share + kRiseOfChange;
+  return fit.inlier_share < last_quality_.inlier_share - kFallOfInliers ||
+         fit.colour_agreement < last_quality_.colour_agreement - kFallOfColour ||
+         fit.changed_share > last_quality_.changed_share + kRiseOfChange;
 }
 
 ModelTracker::Model ModelTracker::raycast_model(const CameraIntrinsics& camera, const Pose& T_world_camera) {
@@ -470,15 +490,15 @@ void ModelTracker::remember(const Frame& frame, const SurfacePyramid& seen, cons
 
 void ModelTracker::learn_quality(const TrackResult& result) {
   if (!(result.inlier_share >= kLeastInliers)) return;  // nothing to compare with
-  newest_ = {result.inlier_share, result.colour_agreement, result.contradicted_share, result.changed_share};
+  last_quality_ = {result.inlier_share, result.colour_agreement, result.contradicted_share, result.changed_share};
   if (result.state != TrackState::kOk) return;
   constexpr double kSlowly = 0.1;
   const double rate = std::max(kSlowly, 1.0 / ++usual_frames_);
   const auto follow = [&](double& usual, double newest) { usual += rate * (newest - usual); };
-  follow(usual_.inlier_share, newest_.inlier_share);
-  follow(usual_.colour_agreement, newest_.colour_agreement);
-  follow(usual_.contradicted_share, newest_.contradicted_share);
-  follow(usual_.changed_share, newest_.changed_share);
+  follow(usual_.inlier_share, last_quality_.inlier_share);
+  follow(usual_.colour_agreement, last_quality_.colour_agreement);
+  follow(usual_.contradicted_share, last_quality_.contradicted_share);
+  follow(usual_.changed_share, last_quality_.changed_share);
   constexpr double kNoisiest = 4;
   noise_scale_ = std::clamp(noise_scale_ + kSlowly * (result.rms_sigma - noise_scale_), 1.0, kNoisiest);
 }

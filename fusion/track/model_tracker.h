@@ -65,6 +65,13 @@ class ModelTracker {
     SurfaceLevel level;
   };
 
+  /// The newest frame's pictures, and what was found.
+  struct Newest {
+    DepthImage depth_m;
+    ColourImage colour;  ///< empty: none
+    TrackResult found;
+  };
+
   /// How well a frame fits.
   struct Quality {
     double inlier_share = 0;
@@ -73,6 +80,8 @@ class ModelTracker {
     double changed_share = 1;
   };
 
+  [[nodiscard]] bool is_repeated(const Frame& frame) const;
+  [[nodiscard]] TrackResult track_new(const Frame& frame);
   [[nodiscard]] TrackResult follow(const Frame& frame, const SurfacePyramid& seen);
   [[nodiscard]] bool stands_still(const SurfacePyramid& seen) const;
   [[nodiscard]] TrackResult keep_pose(const SurfacePyramid& seen);
@@ -108,13 +117,14 @@ class ModelTracker {
   PosePrior prior_;
   FrameTiming timing_;
   std::optional<Known> last_;
+  std::optional<Newest> newest_;
   std::optional<Fused> last_moved_;    ///< the last fused frame in which the camera had moved
   std::optional<Pose> T_before_last_;  ///< the camera's motion between the last two frames, if both poses are known
   std::int64_t interval_ns_ = 0;       ///< time between the last two frames with known poses
   bool is_lost_ = false;
   int unsure_frames_ = 0;  ///< last frames whose poses were good enough to continue from, but not to fuse
   std::optional<Recognised> recognised_;
-  Quality newest_;          ///< of the frame last_
+  Quality last_quality_;    ///< of the frame last_
   Quality usual_;           ///< slow average over frames that are ok ...
   int usual_frames_ = 0;    ///< ... the number of them
   double noise_scale_ = 1;  ///< the camera's noise, as a multiple of the configured one

@@ -94,6 +94,20 @@ TEST(Tracker, FollowsASuddenTurnOfEightDegrees) {
   EXPECT_LT(distance_m(result.T_world_camera, turned), kVoxel / 4);
 }
 
+TEST(Tracker, KeepsThePoseOfPicturesThatComeTwice) {
+  Scan scan;
+  (void)scan.begin_at(on_circle(0));
+  (void)scan.see_from(on_circle(1));
+  const TrackResult once = scan.see_from(on_circle(2));
+  const TrackResult twice = scan.see_from(on_circle(2));
+  EXPECT_EQ(twice.T_world_camera.matrix(), once.T_world_camera.matrix());
+  EXPECT_EQ(twice.state, TrackState::kOk);
+  EXPECT_EQ(twice.inlier_share, once.inlier_share);
+  const TrackResult next = scan.see_from(on_circle(4));  // the camera has gone on
+  EXPECT_EQ(next.state, TrackState::kOk) << to_string(next.reason);
+  EXPECT_LT(distance_m(next.T_world_camera, on_circle(4)), kVoxel / 4);
+}
+
 TEST(Tracker, IsLostUnderACoveredLensAndFindsItsPlaceAgain) {
   Scan scan;
   (void)scan.begin_at(on_circle(0));
