@@ -103,11 +103,14 @@ struct PlanArguments {
   std::size_t from = 0;
   std::optional<std::size_t> to;
   std::size_t every = 1;
+  std::optional<std::filesystem::path> trajectory;  ///< poses of the frames; nothing: as acquire.poses says
 };
 
 struct WorkArguments {
   std::filesystem::path job;
   std::optional<std::size_t> brick;  ///< nothing: all
+  std::size_t workers = 0;           ///< that share the job; 0: unknown
+  std::size_t local = 0;             ///< processes to start here; 0: none, this process works itself
 };
 
 struct JoinArguments {
@@ -117,6 +120,7 @@ struct JoinArguments {
 
 struct StatusArguments {
   std::filesystem::path job;
+  bool opens_bricks = false;  ///< find torn ones
 };
 
 struct InfoArguments {

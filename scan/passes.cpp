@@ -19,6 +19,8 @@ PassResult run_pass(const ScanJob& job, const PassInput& input, PoseRefiner& ref
   made.crop = pass.crop();
   made.has_given_up = pass.has_given_up();
   made.misfit = pass.misfit();
+  made.fused = pass.fused_order();
+  made.samples = pass.sample_sequences();
   return made;
 }
 

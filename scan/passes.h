@@ -1,7 +1,9 @@
 // A pass through a scan's frames, as a walk or as a turntable.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "core/axes.h"
 #include "scan/frames/sequence_ranges.h"
@@ -18,8 +20,9 @@ struct PassResult {
   SequenceRanges taken;  ///< FrameIntake::taken()
   FrameCounts left_out;  ///< FrameIntake::left_out()
   CropBox crop;
-  bool has_given_up = false;     ///< PassInput::limits
-  std::optional<double> misfit;  ///< ScanPass::misfit()
+  bool has_given_up = false;                  ///< PassInput::limits
+  std::optional<double> misfit;               ///< ScanPass::misfit()
+  std::vector<std::uint64_t> fused, samples;  ///< ScanPass::fused_order(), ::sample_sequences()
 };
 
 /// Scans the frames as they come; closes loops if poses are tracked and fusion.loop_closure is on.

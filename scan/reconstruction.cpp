@@ -117,6 +117,7 @@ Result<void> Reconstruction::fuse_later(Frame& frame, const TrackResult& found) 
       std::upper_bound(trajectory_.begin(), trajectory_.end(), posed.sequence,
                        [](std::uint64_t sequence, const PosedFrame& other) { return sequence < other.sequence; });
   trajectory_.insert(after, posed);
+  fused_later_.push_back(posed.sequence);
   poses_.note_found_later(described(frame, found));
   return {};
 }
@@ -127,6 +128,7 @@ Result<void> Reconstruction::start_over() {
   volume_ = *std::move(volume);
   poses_ = PoseFinder(options_.poses, config_.acquire.timing());
   trajectory_.clear();
+  fused_later_.clear();
   samples_.clear();
   first_.reset();
   follows_gap_ = false;
@@ -139,6 +141,17 @@ void Reconstruction::replace(TsdfVolume volume, Trajectory trajectory, std::span
   volume_ = std::move(volume);
   poses_.forget_views();
   trajectory_ = std::move(trajectory);
+  fused_later_.clear();
+}
+
+std::vector<std::uint64_t> Reconstruction::fused_order() const {
+  const std::set<std::uint64_t> later(fused_later_.begin(), fused_later_.end());
+  std::vector<std::uint64_t> order;
+  for (const PosedFrame& frame : trajectory_) {
+    if (!later.contains(frame.sequence)) order.push_back(frame.sequence);
+  }
+  order.insert(order.end(), fused_later_.begin(), fused_later_.end());
+  return order;
 }
 
 VolumeResult described(const TsdfVolume& volume) {

@@ -60,6 +60,11 @@ class Reconstruction {
   [[nodiscard]] const std::optional<TrackingResult>& tracking() const { return poses_.tracking(); }
   /// Some of the fused frames, filtered, with their current poses.
   [[nodiscard]] std::vector<PosedDepth> depth_samples() const { return samples_.posed(trajectory_); }
+  /// Frame::sequence of those frames.
+  [[nodiscard]] std::vector<std::uint64_t> sample_sequences() const { return samples_.sequences(); }
+  /// Frame::sequence of the frames in the volume, in the order in which they were fused: that of the trajectory, but
+  /// those that find_lost() found come after the others.
+  [[nodiscard]] std::vector<std::uint64_t> fused_order() const;
   [[nodiscard]] bool is_budget_reached() const { return volume_.is_budget_reached; }
 
  private:
@@ -84,6 +89,7 @@ class Reconstruction {
   TsdfVolume volume_;
   PoseFinder poses_;
   Trajectory trajectory_;
+  std::vector<std::uint64_t> fused_later_;  ///< by find_lost(), in this order
   DepthSamples samples_;
   std::optional<Frame> first_;  ///< filtered, not deskewed; kept until the second is tracked
   bool follows_gap_ = false;    ///< tracking was lost since the last frame that was fused

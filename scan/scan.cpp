@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "acquire/convert/cut_recording.h"
 #include "acquire/lidar/sweep_source.h"
@@ -13,6 +14,7 @@
 #include "scan/checks/budget_check.h"
 #include "scan/checks/settings_check.h"
 #include "scan/classes/scan_classes.h"
+#include "scan/find_poses.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/lidar/scan_sweeps.h"
 #include "scan/passes.h"
@@ -73,9 +75,16 @@ class RecordingScan {
     return session_.conclude(std::move(outcome), job_, std::move(result_));
   }
 
+  /// Of a recording whose poses are tracked.
+  [[nodiscard]] FoundPoses find_poses() {
+    makes_mesh_ = false;
+    ScanResult scan = run();
+    return {std::move(scan), std::move(fused_), std::move(samples_)};
+  }
+
  private:
   [[nodiscard]] Result<void> scan() {
-    warn_of_settings(job_, session_);
+    if (makes_mesh_) warn_of_settings(job_, session_);
     if (auto sound = check_job(); !sound) return sound;
     if (auto opened = open(); !opened) return opened;
     const bool stands_still = source_->info().poses == PoseMode::kStill;
@@ -103,6 +112,7 @@ class RecordingScan {
 
   /// Whether the volume is fused in bricks. Errors: those of check_budget(), if it cannot be.
   [[nodiscard]] Result<void> choose_bricks() {
+    if (!makes_mesh_) return {};  // its poses are tracked: the volume may stop growing
     const PoseMode poses = source_->info().poses;
     const BrickSize asked = job_.config.fusion.bricks;
     const Result<void> possible = check_bricks(job_, poses);
@@ -192,12 +202,18 @@ class RecordingScan {
   }
 
   Result<void> keep(PassResult made) {
+    fused_ = std::move(made.fused);
+    samples_ = std::move(made.samples);
     result_ = std::move(made.scan);
     return result_.outcome;
   }
 
   [[nodiscard]] PassInput input_of(FrameSource& source) const {
-    return {.source = source, .archive = archive_, .stop = session_.stop(), .is_paced = job_.pace == Pace::kRealtime};
+    return {.source = source,
+            .archive = archive_,
+            .stop = session_.stop(),
+            .is_paced = job_.pace == Pace::kRealtime,
+            .makes_mesh = makes_mesh_};
   }
 
   ScanJob job_;  ///< its configuration is complete when the recording is open
@@ -206,6 +222,8 @@ class RecordingScan {
   std::unique_ptr<FrameSource> source_;
   bool may_use_bricks_ = false;  ///< if the volume exceeds its budget
   bool uses_bricks_ = false;
+  bool makes_mesh_ = true;
+  std::vector<std::uint64_t> fused_, samples_;  ///< of the pass that was kept
   std::optional<FrameTiming> possible_timing_;  ///< of a sensor that may be simulated: apply_sensor()
   ScanResult result_;
 };
@@ -217,6 +235,13 @@ ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_
   if (job.config.acquire.geometry == Geometry::kSilhouettes) return scan_silhouettes(job, observer, stop);
   if (is_sweep_recording(job.input, job.config.acquire)) return scan_sweeps(job, observer, stop);
   return RecordingScan(job, observer, stop).run();
+}
+
+FoundPoses find_poses(const ScanJob& asked, ScanObserver& observer, std::stop_token stop) {
+  ScanJob job = asked;
+  job.files = {};
+  job.measures_fit = true;  // which keeps samples
+  return RecordingScan(job, observer, stop).find_poses();
 }
 
 }  // namespace scanknit

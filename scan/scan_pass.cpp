@@ -63,6 +63,7 @@ Result<void> ScanPass::run() {
   if (auto fits = check_misfit(); !fits) return fits;
   if (auto written = write_tracked(); !written) return written;
   if (auto refined = refine(); !refined) return refined;
+  if (!input_.makes_mesh) return {};
   if (auto extracted = extract_and_write(); !extracted) return extracted;
   return write_texture();
 }
@@ -143,6 +144,7 @@ Result<void> ScanPass::write_tracked() {
 }
 
 Result<void> ScanPass::write_tracked_mesh(IsLastMesh is_last) {
+  if (!input_.makes_mesh) return {};
   auto written = write_mesh(is_last);
   session_.observer().on_tracked_mesh(state());
   return written;
@@ -359,6 +361,14 @@ Result<void> ScanPass::export_now(FilesByKind& files) {
   phase_ = before;
   if (meshed.outcome) files = std::move(meshed.result.files);
   return meshed.outcome;
+}
+
+std::vector<std::uint64_t> ScanPass::fused_order() const {
+  return scan_ ? scan_->fused_order() : std::vector<std::uint64_t>();
+}
+
+std::vector<std::uint64_t> ScanPass::sample_sequences() const {
+  return scan_ ? scan_->sample_sequences() : std::vector<std::uint64_t>();
 }
 
 ScanResult ScanPass::result() const {

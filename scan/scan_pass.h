@@ -1,10 +1,12 @@
 // ScanPass: one pass through the frames of a scan, from the first frame to the files. docs/architecture.md draws it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "acquire/frame_source.h"
 #include "core/axes.h"
@@ -36,6 +38,7 @@ struct PassInput {
   std::stop_token stop = {};    ///< ends the frames; the session's stop token ends the steps after them
   bool is_paced = false;        ///< frames come at their own pace: a paused scan skips them
   PassLimits limits = {};
+  bool makes_mesh = true;           ///< else the pass ends when the poses are known
   bool writes_tracked_mesh = true;  ///< write a mesh before poses are refined; else only refined meshes are written
   FrameCounts counted = {};         ///< counts of the scan's frames that this pass does not have
   CropBox crop = {};
@@ -61,6 +64,10 @@ class ScanPass {
   /// Of the frames in quick turns, the mean share that does not agree with the model. Lost frames that saw enough count
   /// as 1, wherever they are. Nothing for fewer than five of both, without a quick turn, and where poses are given.
   [[nodiscard]] std::optional<double> misfit() const { return misfit_; }
+
+  /// Reconstruction::fused_order(), and ::sample_sequences(); empty before the first frame.
+  [[nodiscard]] std::vector<std::uint64_t> fused_order() const;
+  [[nodiscard]] std::vector<std::uint64_t> sample_sequences() const;
 
   /// Everything that was made and measured, also after an error, which the result does not have.
   [[nodiscard]] ScanResult result() const;

@@ -188,15 +188,30 @@ void add_job(CLI::App& app, CommandLine& line) {
       ->type_name("JOB");
   add_frame_options(*plan, line.plan);
   add_shorthand(*plan, line, "--format", "acquire.format", "Layout of the recording");
-  add_shorthand(*plan, line, "--poses", "acquire.poses", "Where poses come from: auto, recording, still");
+  auto* poses = add_shorthand(*plan, line, "--poses", "acquire.poses",
+                              "Where poses come from: auto, recording, track, refine, still");
+  plan->add_option("--trajectory", line.plan.trajectory, "The poses of the frames: a file of TUM, .kitti or .json")
+      ->excludes(poses)
+      ->type_name("FILE");
   add_texture_option(*plan, line.common.config);
   add_export_options(*plan, line.common.config);
   add_common(*plan, line);
   plan->final_callback([&line] { line.command = from_module(line, &CommandsModule::plan, line.plan); });
 
   CLI::App* work = add_job_command(app, line.work.job, "work", "Fuse bricks of a job that no other worker has");
-  work->add_option("--brick", line.work.brick, "Only this one, counting from 0; checks all of it if it is done")
-      ->check(CLI::NonNegativeNumber)
+  auto* brick =
+      work->add_option("--brick", line.work.brick, "Only this one, counting from 0; checks all of it if it is done")
+          ->check(CLI::NonNegativeNumber)
+          ->type_name("N");
+  auto* workers = work->add_option("--workers", line.work.workers,
+                                   "So many share the job: take several bricks at once, which is faster")
+                      ->check(CLI::Range(1, 1'000'000))
+                      ->excludes(brick)
+                      ->type_name("N");
+  work->add_option("--local", line.work.local, "Start N processes on this machine, which work until the job is done")
+      ->check(CLI::Range(1, 1024))
+      ->excludes(brick)
+      ->excludes(workers)
       ->type_name("N");
   add_common(*work, line);
   work->final_callback([&line] { line.command = from_module(line, &CommandsModule::work, line.work); });
@@ -207,6 +222,7 @@ void add_job(CLI::App& app, CommandLine& line) {
   join->final_callback([&line] { line.command = from_module(line, &CommandsModule::join, line.join); });
 
   CLI::App* status = add_job_command(app, line.status.job, "status", "Say how many bricks of a job are done");
+  status->add_flag("--check", line.status.opens_bricks, "Open each brick, to find torn ones");
   add_common(*status, line);
   status->final_callback([&line] { line.command = from_module(line, &CommandsModule::status, line.status); });
 }

@@ -48,9 +48,11 @@ void append_block(std::string& bytes, const VolumeBlock& block) {
 }
 
 /// The blocks in the order of the file.
-std::vector<const VolumeBlock*> sorted_blocks(const TsdfVolume& volume) {
+std::vector<const VolumeBlock*> sorted_blocks(const TsdfVolume& volume, const RegionSet* part) {
   std::vector<const VolumeBlock*> blocks;
-  for (const VolumeBlock& block : volume.index().blocks()) blocks.push_back(&block);
+  for (const VolumeBlock& block : volume.index().blocks()) {
+    if (part == nullptr || part->contains(region_of(block.origin))) blocks.push_back(&block);
+  }
   std::sort(blocks.begin(), blocks.end(), [](const auto* a, const auto* b) { return a->origin < b->origin; });
   return blocks;
 }
@@ -162,11 +164,12 @@ std::optional<NewBlock> read_block(ByteReader& reader, int x, float background_m
 
 }  // namespace
 
-Result<void> write_brick_file(const TsdfVolume& volume, std::uint64_t job, const std::filesystem::path& path) {
+Result<void> write_brick_file(const TsdfVolume& volume, std::uint64_t job, const std::filesystem::path& path,
+                              const RegionSet* part) {
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   if (auto begun = file->write(kBrickMagic); !begun) return begun;
-  const std::vector<const VolumeBlock*> blocks = sorted_blocks(volume);
+  const std::vector<const VolumeBlock*> blocks = sorted_blocks(volume, part);
   std::vector<BrickLayer> layers;
   std::uint64_t offset = kBrickMagic.size();
   for (auto begin = blocks.begin(); begin != blocks.end();) {

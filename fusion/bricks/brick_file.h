@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "fusion/volume/region_set.h"
 #include "fusion/volume/tsdf_volume.h"
 
 namespace scanknit {
@@ -21,12 +22,13 @@ struct BrickLayer {
   std::uint64_t bytes = 0;
 };
 
-/// Writes all blocks of `volume`, all or nothing. `job` says which scan they belong to: open() must be given the same.
-/// Little-endian: "SKBRICK1"; the layers by x, each of them blocks by y and z (two int32; the observed voxels, 64
-/// bytes; 512 distances, 512 codes of weights; a byte that is 1 if 512 codes of colours follow); the table of layers;
-/// its length, the job and the CRC-32 of the table and both; "SKBRICK1" again. Errors: kOutput.
+/// Writes all blocks of `volume`, or only those of `part`, unless it is null; all or nothing. `job` says which scan
+/// they belong to: open() must be given the same. Little-endian: "SKBRICK1"; the layers by x, each of them blocks by y
+/// and z (two int32; the observed voxels, 64 bytes; 512 distances, 512 codes of weights; a byte that is 1 if 512 codes
+/// of colours follow); the table of layers; its length, the job and the CRC-32 of the table and both; "SKBRICK1" again.
+/// Errors: kOutput.
 [[nodiscard]] Result<void> write_brick_file(const TsdfVolume& volume, std::uint64_t job,
-                                            const std::filesystem::path& path);
+                                            const std::filesystem::path& path, const RegionSet* part = nullptr);
 
 /// A brick file to read, layer by layer.
 class BrickFile {

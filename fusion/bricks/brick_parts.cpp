@@ -14,20 +14,6 @@ namespace {
 using openvdb::Coord;
 using Region = BrickPlan::Region;
 
-/// The frames of several regions.
-std::vector<FrameRun> joined(std::vector<FrameRun> runs) {
-  std::sort(runs.begin(), runs.end(), [](const FrameRun& a, const FrameRun& b) { return a.first < b.first; });
-  std::vector<FrameRun> all;
-  for (const FrameRun& run : runs) {
-    if (!all.empty() && run.first <= all.back().last + 1) {
-      all.back().last = std::max(all.back().last, run.last);
-    } else {
-      all.push_back(run);
-    }
-  }
-  return all;
-}
-
 /// A part that grows region by region.
 struct GrowingPart {
   std::vector<const Region*> regions;
@@ -40,7 +26,8 @@ struct GrowingPart {
       part.regions.insert(region->origin);
       runs.insert(runs.end(), region->frames.begin(), region->frames.end());
     }
-    part.frames = joined(std::move(runs));
+    part.frames = joined_runs(std::move(runs));
+    part.most_bytes = memory.most_bytes();
     return part;
   }
 };
@@ -97,6 +84,19 @@ std::vector<BrickPart> parts_within(const BrickPlan& plan, std::size_t max_bytes
   }
   if (!growing.regions.empty()) parts.push_back(growing.part());
   return parts;
+}
+
+std::vector<FrameRun> joined_runs(std::vector<FrameRun> runs) {
+  std::sort(runs.begin(), runs.end(), [](const FrameRun& a, const FrameRun& b) { return a.first < b.first; });
+  std::vector<FrameRun> all;
+  for (const FrameRun& run : runs) {
+    if (!all.empty() && run.first <= all.back().last + 1) {
+      all.back().last = std::max(all.back().last, run.last);
+    } else {
+      all.push_back(run);
+    }
+  }
+  return all;
 }
 
 std::size_t count_frames(const std::vector<FrameRun>& runs) {

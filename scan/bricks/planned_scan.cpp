@@ -9,6 +9,7 @@
 #include "core/files/crc32.h"
 #include "core/files/little_endian.h"
 #include "scan/bricks/plan_bytes.h"
+#include "scan/bricks/tracked_bytes.h"
 
 namespace scanknit {
 namespace {
@@ -26,6 +27,20 @@ void append_pose(std::string& bytes, const Pose& pose) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) append_little_endian(bytes, pose(row, column));
   }
+}
+
+void append_steady(std::string& bytes, const SteadyMotion& motion) {
+  for (const Eigen::Vector3d& part : {motion.turn_rad, motion.shift_m}) {
+    for (int axis = 0; axis < 3; ++axis) append_little_endian(bytes, part[axis]);
+  }
+}
+
+/// A byte that is 1 if the motion follows.
+void append_motion(std::string& bytes, const FrameMotion& motion) {
+  append_little_endian(bytes, static_cast<std::uint8_t>(motion.is_still() ? 0 : 1));
+  if (motion.is_still()) return;
+  append_steady(bytes, motion.rows);
+  append_steady(bytes, motion.to_colour);
 }
 
 void append_counts(std::string& bytes, const FrameCounts& counts) {
@@ -46,6 +61,7 @@ void append_brick_part(std::string& bytes, const BrickPart& part) {
   for (const Coord& region : regions) {
     for (int axis = 0; axis < 3; ++axis) append_little_endian(bytes, static_cast<std::int32_t>(region[axis]));
   }
+  append_count(bytes, part.most_bytes);
   append_count(bytes, part.frames.size());
   for (const FrameRun& run : part.frames) {
     append_little_endian(bytes, run.first);
@@ -59,6 +75,20 @@ Pose take_pose(PlanReader& plan) {
     for (int column = 0; column < 4; ++column) pose(row, column) = plan.number<double>();
   }
   return pose;
+}
+
+SteadyMotion take_steady(PlanReader& plan) {
+  SteadyMotion motion;
+  for (Eigen::Vector3d* part : {&motion.turn_rad, &motion.shift_m}) {
+    for (int axis = 0; axis < 3; ++axis) (*part)[axis] = plan.number<double>();
+  }
+  return motion;
+}
+
+FrameMotion take_motion(PlanReader& plan) {
+  if (plan.number<std::uint8_t>() == 0) return {};
+  const SteadyMotion rows = take_steady(plan);
+  return {rows, take_steady(plan)};
 }
 
 FrameCounts take_counts(PlanReader& plan) {
@@ -79,6 +109,7 @@ BrickPart take_part(PlanReader& plan, std::size_t most_frames) {
     for (std::int32_t& value : at) value = plan.number<std::int32_t>();
     part.regions.insert(Coord(at[0], at[1], at[2]));
   }
+  part.most_bytes = plan.size();
   std::uint32_t before = 0;
   for (std::size_t left = plan.count(8); left > 0; --left) {
     const auto first = plan.number<std::uint32_t>();
@@ -126,18 +157,18 @@ class FrameChecksum {
 
 }  // namespace
 
-std::optional<std::uint32_t> PlannedScan::number_of(std::uint64_t sequence) const {
-  const auto found = std::lower_bound(trajectory.begin(), trajectory.end(), sequence,
-                                      [](const PosedFrame& posed, std::uint64_t s) { return posed.sequence < s; });
-  if (found == trajectory.end() || found->sequence != sequence) return std::nullopt;
-  return static_cast<std::uint32_t>(found - trajectory.begin()) + 1;
+Trajectory PlannedScan::recorded_order() const {
+  Trajectory ordered = trajectory;
+  std::sort(ordered.begin(), ordered.end(),
+            [](const PosedFrame& a, const PosedFrame& b) { return a.sequence < b.sequence; });
+  return ordered;
 }
 
 std::uint64_t plan_id(std::string_view bytes) {
   return std::uint64_t{bytes.size()} << 32 | crc32(std::as_bytes(std::span(bytes)));
 }
 
-std::uint32_t checksum_of(const Frame& frame) {
+std::uint32_t checksum_of(const Frame& frame, PoseOrigin poses) {
   FrameChecksum checksum;
   checksum.add(frame.depth_m);
   checksum.add(frame.intrinsics);
@@ -148,7 +179,7 @@ std::uint32_t checksum_of(const Frame& frame) {
   }
   checksum.add(frame.weights);
   checksum.add(frame.outside_m);
-  if (frame.T_world_camera) checksum.add(*frame.T_world_camera);
+  if (poses == PoseOrigin::kRecording && frame.T_world_camera) checksum.add(*frame.T_world_camera);
   return checksum.value();
 }
 
@@ -156,6 +187,8 @@ std::string bytes_of(const PlannedScan& planned) {
   std::string bytes;
   for (const double setting : settings_of(planned.fusion)) append_little_endian(bytes, setting);
   append_little_endian(bytes, static_cast<std::uint8_t>(planned.world_up));
+  append_little_endian(bytes, static_cast<std::uint8_t>(planned.poses));
+  append_tracked(bytes, planned.tracked);
   append_counts(bytes, planned.counts);
   append_count(bytes, planned.trajectory.size());
   for (std::size_t i = 0; i < planned.trajectory.size(); ++i) {
@@ -163,15 +196,18 @@ std::string bytes_of(const PlannedScan& planned) {
     append_little_endian(bytes, posed.sequence);
     append_little_endian(bytes, posed.stamp);
     append_pose(bytes, posed.T_world_camera);
+    append_motion(bytes, posed.motion);
     append_little_endian(bytes, planned.checksums[i]);
   }
+  append_count(bytes, planned.samples.size());
+  for (const std::uint32_t number : planned.samples) append_little_endian(bytes, number);
   append_count(bytes, planned.parts.size());
   for (const BrickPart& part : planned.parts) append_brick_part(bytes, part);
   return bytes;
 }
 
 std::optional<PlannedScan> parse_planned(std::string_view bytes, const FusionConfig& fusion) {
-  constexpr std::size_t kFrameBytes = 8 + 8 + 12 * 8 + 4;
+  constexpr std::size_t kFrameBytes = 8 + 8 + 12 * 8 + 1 + 4;
   PlanReader plan{ByteReader(std::as_bytes(std::span(bytes)))};
   PlannedScan planned;
   planned.fusion = fusion;
@@ -179,19 +215,28 @@ std::optional<PlannedScan> parse_planned(std::string_view bytes, const FusionCon
   for (double& setting : settings) setting = plan.number<double>();
   const auto up = plan.number<std::uint8_t>();
   planned.world_up = static_cast<UpAxis>(up);
+  const auto poses = plan.number<std::uint8_t>();
+  planned.poses = static_cast<PoseOrigin>(poses);
+  planned.tracked = take_tracked(plan);
   planned.counts = take_counts(plan);
   for (std::size_t left = plan.count(kFrameBytes); left > 0; --left) {
     PosedFrame posed;
     posed.sequence = plan.number<std::uint64_t>();
     posed.stamp = plan.number<double>();
     posed.T_world_camera = take_pose(plan);
+    posed.motion = take_motion(plan);
     planned.trajectory.push_back(posed);
     planned.checksums.push_back(plan.number<std::uint32_t>());
   }
-  for (std::size_t left = plan.count(16); left > 0; --left) {
+  for (std::size_t left = plan.count(4); left > 0; --left) {
+    planned.samples.push_back(plan.number<std::uint32_t>());
+    plan.require(planned.samples.back() >= 1 && planned.samples.back() <= planned.trajectory.size());
+  }
+  for (std::size_t left = plan.count(24); left > 0; --left) {
     planned.parts.push_back(take_part(plan, planned.trajectory.size()));
   }
-  plan.require(plan.is_at_end() && up <= static_cast<std::uint8_t>(UpAxis::kMinusZ));
+  plan.require(plan.is_at_end() && up <= static_cast<std::uint8_t>(UpAxis::kMinusZ) &&
+               poses <= static_cast<std::uint8_t>(PoseOrigin::kPlan));
   if (!plan.is_whole() || settings != settings_of(fusion)) return std::nullopt;
   return planned;
 }

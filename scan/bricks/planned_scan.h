@@ -10,6 +10,7 @@
 #include "acquire/frame_source.h"
 #include "core/axes.h"
 #include "core/frame.h"
+#include "core/frame_timing.h"
 #include "core/result.h"
 #include "fusion/bricks/brick_parts.h"
 #include "fusion/fusion_config.h"
@@ -17,20 +18,39 @@
 
 namespace scanknit {
 
-struct PlannedScan {
-  FusionConfig fusion;                   ///< in force
-  std::vector<BrickPart> parts;          ///< of all that is fused
-  Trajectory trajectory;                 ///< the frames by their numbers: frame 1 is the first
-  std::vector<std::uint32_t> checksums;  ///< of the frames: checksum_of()
-  FrameCounts counts;
-  UpAxis world_up = UpAxis::kZ;
-
-  /// The frame with this number (from 1); nothing if `sequence` has none.
-  [[nodiscard]] std::optional<std::uint32_t> number_of(std::uint64_t sequence) const;
+/// Where the poses of a plan come from.
+enum class PoseOrigin : std::uint8_t {
+  kRecording,  ///< frames have them each time that they are read
+  kPlan,       ///< tracked, or from a file: the plan alone has them
 };
 
-/// CRC-32 of all that fusing takes from a frame as its source gives it: pictures, cameras, masks, pose.
-[[nodiscard]] std::uint32_t checksum_of(const Frame& frame);
+/// What the report says of tracking.
+struct TrackedPoses {
+  std::optional<TrackingResult> tracking;
+  std::optional<LoopResult> loops;
+  FrameTiming timing;  ///< that was assumed
+};
+
+struct PlannedScan {
+  FusionConfig fusion;           ///< in force
+  std::vector<BrickPart> parts;  ///< of all that is fused
+  /// The frames by their numbers: frame 1 is the first that is fused. In the order of the recording, but tracked frames
+  /// that were found later come at the end.
+  Trajectory trajectory;
+  std::vector<std::uint32_t> checksums;  ///< of the frames: checksum_of()
+  std::vector<std::uint32_t> samples;    ///< numbers of the frames that the mesh is compared with, ascending
+  PoseOrigin poses = PoseOrigin::kRecording;
+  FrameCounts counts;
+  UpAxis world_up = UpAxis::kZ;
+  TrackedPoses tracked;  ///< nothing in it unless poses were tracked
+
+  /// In the order of the recording.
+  [[nodiscard]] Trajectory recorded_order() const;
+};
+
+/// CRC-32 of all that fusing takes from a frame as its source gives it: pictures, cameras, masks, and its pose if that
+/// is the recording's.
+[[nodiscard]] std::uint32_t checksum_of(const Frame& frame, PoseOrigin poses);
 
 /// The bytes of a plan, little-endian, for parse_planned(). Of `fusion`, only what decides the volume's bits.
 [[nodiscard]] std::string bytes_of(const PlannedScan& planned);

@@ -44,6 +44,12 @@ void DepthSamples::clear() {
   *this = DepthSamples();
 }
 
+std::vector<std::uint64_t> DepthSamples::sequences() const {
+  std::vector<std::uint64_t> sequences;
+  for (const Sample& sample : samples_) sequences.push_back(sample.sequence);
+  return sequences;
+}
+
 std::size_t DepthSamples::spacing(std::size_t frames) {
   std::size_t every = 1;
   while (frames > kMostSamples * every) every *= 2;

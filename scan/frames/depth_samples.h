@@ -17,6 +17,9 @@ class DepthSamples {
   void add(const Frame& frame);
   void clear();
 
+  /// Frame::sequence of those that are kept.
+  [[nodiscard]] std::vector<std::uint64_t> sequences() const;
+
   /// Of so many frames, it keeps every n-th in the end, beginning with the first. Returns n.
   [[nodiscard]] static std::size_t spacing(std::size_t frames);
 

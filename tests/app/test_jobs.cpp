@@ -123,6 +123,118 @@ TEST_F(Jobs, AnyWorkerMakesTheSameBytes) {
   EXPECT_EQ(brick_files(scan_ / "job"), first);
 }
 
+TEST_F(Jobs, SeveralBricksAtOnceAreTheSameBytes) {
+  ASSERT_NO_FATAL_FAILURE(plan());
+  ASSERT_NO_FATAL_FAILURE(work());
+  const auto one_by_one = brick_files(scan_ / "job");
+  for (const auto& [name, bytes] : one_by_one) fs::remove(scan_ / "job" / "bricks" / name);
+  ASSERT_EQ(command({"work", job(), "--workers", "1"}).exit_code, 0);
+  EXPECT_EQ(brick_files(scan_ / "job"), one_by_one);
+}
+
+TEST_F(Jobs, LocalWorkersDoAllOfIt) {
+  ASSERT_NO_FATAL_FAILURE(plan());
+  const Outcome worked = command({"work", job(), "--local", "2", "--json"});
+  ASSERT_EQ(worked.exit_code, 0) << worked.err;
+  EXPECT_EQ(Json::parse(worked.out)["fused"], status()["bricks"]);
+  EXPECT_TRUE(fs::is_empty(scan_ / "job" / "claims"));
+  expect_files_of_run();
+}
+
+TEST_F(Jobs, WhatALocalWorkerSaysIsTold) {
+  ASSERT_NO_FATAL_FAILURE(plan());
+  fs::rename(scan_.recording(), scan_ / "elsewhere");
+  const Outcome worked = command({"work", job(), "--local", "2", "--quiet"});
+  EXPECT_EQ(worked.exit_code, 4);
+  for (const char* worker : {"worker 1: ", "worker 2: ", "worker 1 ended with exit code 4"}) {
+    EXPECT_NE(worked.err.find(worker), std::string::npos) << worked.err;
+  }
+}
+
+/// Waits until workers are at bricks.
+void wait_for_claims(const fs::path& job, Program& program) {
+  while (program.is_running() && fs::is_empty(job / "claims")) std::this_thread::yield();
+}
+
+TEST_F(Jobs, AStopEndsLocalWorkersAndFreesTheirBricks) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    fs::remove_all(scan_ / "job");
+    ASSERT_NO_FATAL_FAILURE(plan());
+    Program program({"work", job(), "--local", "2"});
+    wait_for_claims(scan_ / "job", program);
+    program.send(signal);
+    const Outcome stopped = program.wait();
+    EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+    EXPECT_TRUE(fs::is_empty(scan_ / "job" / "claims"));
+  }
+  ASSERT_NO_FATAL_FAILURE(work());
+  expect_files_of_run();
+}
+
+TEST_F(Jobs, LocalWorkersEndWithAParentThatWasKilled) {
+  ASSERT_NO_FATAL_FAILURE(plan());
+  Program program({"work", job(), "--local", "2"});
+  wait_for_claims(scan_ / "job", program);
+  program.send(SIGKILL);
+  EXPECT_EQ(program.wait().exit_code, 128 + SIGKILL);
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!fs::is_empty(scan_ / "job" / "claims") && std::chrono::steady_clock::now() < patience) {
+    std::this_thread::yield();
+  }
+  EXPECT_TRUE(fs::is_empty(scan_ / "job" / "claims"));
+  ASSERT_NO_FATAL_FAILURE(work());
+  expect_files_of_run();
+}
+
+/// Kills a command after some parts of the time that it takes.
+template <typename AfterKill>
+void kill_at_times(const std::vector<std::string>& arguments, std::chrono::steady_clock::duration takes,
+                   const AfterKill& after) {
+  constexpr int kTimes = 6;
+  for (int i = 1; i <= kTimes; ++i) {
+    Program program(arguments);
+    const auto until = std::chrono::steady_clock::now() + i * takes / kTimes;
+    while (program.is_running() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+    if (program.is_running()) program.send(SIGKILL);
+    (void)program.wait();
+    ASSERT_NO_FATAL_FAILURE(after());
+  }
+}
+
+TEST_F(Jobs, APlanThatIsKilledLeavesAWholeJobOrNone) {
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_NO_FATAL_FAILURE(plan());
+  const auto takes = std::chrono::steady_clock::now() - begin;
+  const std::string whole = read_text(scan_ / "job" / "plan");
+  fs::remove_all(scan_ / "job");
+  std::vector<std::string> arguments = {"plan", scan_.recording().string(), "-o", job()};
+  arguments.insert(arguments.end(), kSettings.begin(), kSettings.end());
+  kill_at_times(arguments, takes, [&] {
+    if (!fs::exists(scan_ / "job")) return;
+    EXPECT_EQ(read_text(scan_ / "job" / "plan"), whole);
+    EXPECT_EQ(command({"status", job()}).exit_code, 0);
+    fs::remove_all(scan_ / "job");
+  });
+  ASSERT_NO_FATAL_FAILURE(plan());
+  EXPECT_EQ(read_text(scan_ / "job" / "plan"), whole);
+}
+
+TEST_F(Jobs, AJoinThatIsKilledLeavesWholeFilesOrNone) {
+  ASSERT_NO_FATAL_FAILURE(plan());
+  ASSERT_NO_FATAL_FAILURE(work());
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(command({"join", job(), "-o", (scan_ / "whole").string()}).exit_code, 0);
+  const auto takes = std::chrono::steady_clock::now() - begin;
+  kill_at_times({"join", job(), "-o", (scan_ / "joined").string()}, takes, [&] {
+    for (const char* name : {"model.ply", "model.glb", "trajectory.txt"}) {
+      if (!fs::exists(scan_ / "joined" / name)) continue;
+      EXPECT_EQ(read_text(scan_ / "joined" / name), read_text(scan_ / "whole" / name)) << name;
+    }
+    fs::remove_all(scan_ / "joined");
+  });
+  expect_files_of_run();
+}
+
 TEST_F(Jobs, ABrickThatALivingWorkerIsAtIsLeftToIt) {
   ASSERT_NO_FATAL_FAILURE(plan());
   const fs::path claim = scan_ / "job" / "claims" / "0.claim";
@@ -146,7 +258,10 @@ TEST_F(Jobs, ATornBrickIsMadeAnew) {
   ASSERT_NO_FATAL_FAILURE(work());
   const std::string whole = read_text(brick(1));
   fs::resize_file(brick(1), whole.size() / 2);
-  EXPECT_EQ(status()["torn"], 1);
+  EXPECT_EQ(status()["done"], status()["bricks"]) << "by the names alone";
+  const Json checked = Json::parse(command({"status", job(), "--check", "--json"}).out);
+  EXPECT_EQ(checked["torn"], 1);
+  EXPECT_EQ(checked["done"].get<int>() + 1, checked["bricks"]);
   ASSERT_NO_FATAL_FAILURE(work());
   EXPECT_EQ(read_text(brick(1)), whole);
 }
@@ -230,9 +345,9 @@ TEST_F(Jobs, WhatIsNoJobIsRefused) {
 }
 
 TEST_F(Jobs, WhatNeedsTheWholeVolumeIsNotPlanned) {
-  const Outcome tracked = command({"plan", scan_.recording().string(), "-o", job(), "--poses", "track"});
-  EXPECT_EQ(tracked.exit_code, 2);
-  EXPECT_NE(tracked.err.find("poses are tracked"), std::string::npos) << tracked.err;
+  const Outcome closed = command({"plan", scan_.recording().string(), "-o", job(), "--set", "finish.watertight=full"});
+  EXPECT_EQ(closed.exit_code, 2);
+  EXPECT_NE(closed.err.find("finish.watertight"), std::string::npos) << closed.err;
   EXPECT_FALSE(fs::exists(job())) << "all or nothing";
 }
 

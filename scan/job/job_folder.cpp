@@ -1,7 +1,9 @@
-#include "scan/bricks/job_folder.h"
+#include "scan/job/job_folder.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <span>
 #include <string_view>
 #include <system_error>
@@ -13,15 +15,15 @@
 #include "core/files/read_file.h"
 #include "core/version.h"
 #include "fusion/bricks/brick_file.h"
-#include "scan/bricks/brick_job.h"
 #include "scan/bricks/plan_bytes.h"
+#include "scan/job/brick_job.h"
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kPlanMagic = "SKPLAN01";
+constexpr std::string_view kPlanMagic = "SKPLAN02";
 constexpr std::size_t kChecksumBytes = sizeof(std::uint32_t);
 constexpr std::uintmax_t kMostPlanBytes = std::uintmax_t{16} << 30;
 constexpr std::uintmax_t kMostConfigBytes = std::uintmax_t{1} << 20;
@@ -56,6 +58,21 @@ void take_rest_of_header(PlanReader& plan, JobHeader& header, std::size_t& brick
 
 Error no_job(const fs::path& folder, const char* what) {
   return {ErrorCode::kInput, std::string(what) + "; scanknit plan RECORDING -o JOB makes a job", folder.string()};
+}
+
+/// The numbers N, less than `end`, of the files "N.ending".
+std::vector<std::size_t> numbers_in(const fs::path& folder, std::string_view ending, std::size_t end) {
+  std::vector<std::size_t> numbers;
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), last; !code && entry != last; entry.increment(code)) {
+    const std::string stem = entry->path().stem().string();
+    std::size_t number = 0;
+    const auto [read, fault] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
+    const bool is_number = fault == std::errc() && read == stem.data() + stem.size() && !stem.empty();
+    if (is_number && number < end && entry->path().extension() == ending) numbers.push_back(number);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
 }
 
 std::uint32_t checksum_of(std::string_view bytes) {
@@ -147,6 +164,14 @@ fs::path JobFolder::brick(std::size_t number) const {
 
 fs::path JobFolder::claim(std::size_t number) const {
   return folder_ / "claims" / fmt::format("{}.claim", number);
+}
+
+std::vector<std::size_t> JobFolder::with_file() const {
+  return numbers_in(folder_ / "bricks", ".brick", bricks_);
+}
+
+std::vector<std::size_t> JobFolder::with_claim() const {
+  return numbers_in(folder_ / "claims", ".claim", bricks_);
 }
 
 bool JobFolder::is_done(std::size_t number) const {

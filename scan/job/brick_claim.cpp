@@ -1,4 +1,4 @@
-#include "scan/bricks/brick_claim.h"
+#include "scan/job/brick_claim.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

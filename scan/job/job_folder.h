@@ -45,6 +45,9 @@ class JobFolder {
   /// plan_id().
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] std::size_t bricks() const { return bricks_; }
+  /// The bricks that have a file, whatever is in it, and those that have a claim: a listing of the folder. Ascending.
+  [[nodiscard]] std::vector<std::size_t> with_file() const;
+  [[nodiscard]] std::vector<std::size_t> with_claim() const;
   /// True if the brick's file is there, ends as it should, and belongs to the plan.
   [[nodiscard]] bool is_done(std::size_t number) const;
 
