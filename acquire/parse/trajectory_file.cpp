@@ -4,11 +4,12 @@
 #include <cmath>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 
-#include "acquire/lidar/kitti.h"
 #include "acquire/parse/json_numbers.h"
 #include "acquire/replay/text_numbers.h"
+#include "core/files/ascii_numbers.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
@@ -30,6 +31,21 @@ Result<Pose> pose_of_rows(const nlohmann::json& json) {
       if (values) numbers.insert(numbers.end(), values->begin(), values->end());
     }
   }
+  return pose_from_numbers(numbers);
+}
+
+/// Of KITTI's odometry format: the upper three rows.
+Result<Pose> pose_of_line(const TextLine& line) {
+  std::vector<double> numbers;
+  for (const std::string_view word : line.words) {
+    const auto number = parse_double(word);
+    if (!number) break;
+    numbers.push_back(*number);
+  }
+  if (numbers.size() != 12 || line.words.size() != 12) {
+    return Error{ErrorCode::kInput, "line " + std::to_string(line.number) + " has not 12 numbers"};
+  }
+  numbers.insert(numbers.end(), {0, 0, 0, 1});
   return pose_from_numbers(numbers);
 }
 
@@ -59,7 +75,7 @@ Result<TrajectoryFile> TrajectoryFile::read(const std::filesystem::path& path, c
   if (path.extension() == ".kitti") {
     const auto text = read_text_file(path, limits.max_text_bytes);
     if (!text) return text.error();
-    file.by_place_ = parse_kitti_poses(*text);
+    for (const TextLine& line : text_lines(*text)) file.by_place_.push_back(pose_of_line(line));
   } else {
     auto poses = path.extension() == ".json" ? read_json_poses(path, limits) : read_tum_poses(path, limits);
     if (!poses) return poses.error();
