@@ -268,7 +268,7 @@ Result<void> ScanPass::write_mesh(IsLastMesh is_last) {
   MeshRequest request{job_, intake_.info().world_up, crop_, EmptyCrop::kIgnored, input_.stop};
   const bool frees_volume = is_last == IsLastMesh::kYes && !session_.observer().needs_volume_after_mesh();
   if (frees_volume) request.on_volume_read = [this] { (void)empty_volume(); };  // its settings have made one before
-  return_freed_memory();  // that of the frames
+  return_freed_memory();
   MeshedScan meshed = mesh_scan(*scan_, request, session_);
   mesh_ = std::move(meshed.result);
   if (meshed.outcome) written_ = std::move(meshed.written);
