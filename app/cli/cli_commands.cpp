@@ -12,6 +12,7 @@
 #include "app/cli/rig_options.h"
 #include "app/cli/sensor_options.h"
 #include "app/commands/commands_module.h"
+#include "app/commands/recording_commands_module.h"
 #include "app/commands/synth_commands_module.h"
 #include "core/files/quantity.h"
 #include "core/system/module.h"
@@ -297,7 +298,7 @@ void add_convert(CLI::App& app, CommandLine& line) {
     }
     const std::string why = why_not_mcap(line.convert.output.string());
     if (is_one_file(line.convert.target) && !why.empty()) throw CLI::ValidationError("--output", why);
-    line.command = from_module(line, &CommandsModule::convert, line.convert);
+    line.command = from_module(line, &RecordingCommandsModule::convert, line.convert);
   });
 }
 
@@ -308,7 +309,7 @@ void add_repair(CLI::App& app, CommandLine& line) {
       ->check(why_not_mcap)
       ->type_name("OUT.mcap");
   add_common(*command, line);
-  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::repair, line.repair); });
+  command->final_callback([&line] { line.command = from_module(line, &RecordingCommandsModule::repair, line.repair); });
 }
 
 void add_info(CLI::App& app, CommandLine& line) {
@@ -317,7 +318,7 @@ void add_info(CLI::App& app, CommandLine& line) {
   add_shorthand(*command, line, "--format", "acquire.format", "Layout of the recording");
   add_volume_options(*command, line, line.info.options);
   add_common(*command, line);
-  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::info, line.info); });
+  command->final_callback([&line] { line.command = from_module(line, &RecordingCommandsModule::info, line.info); });
 }
 
 void add_distance(CLI::App& app, CommandLine& line) {

@@ -1,5 +1,6 @@
 #include "app/commands/commands_module.h"
 
+#include "app/commands/describe_shape.h"
 #include "app/commands/with_threads.h"
 #include "core/system/module.h"
 #include "core/version.h"
@@ -19,12 +20,10 @@ constexpr CommandsModule kCommands = {
     .work = with_threads<work_command>,
     .join = with_threads<join_command>,
     .status = with_threads<status_command>,
-    .convert = with_threads<convert_command>,
-    .repair = with_threads<repair_command>,
-    .info = with_threads<info_command>,
     .devices = with_threads<devices_command>,
     .doctor = with_threads<doctor_command>,
     .udev_rules = with_threads<udev_rules_command>,
+    .describe_shape = describe_shape,
 };
 
 constexpr ModuleEntry kEntry = {kVersion, &kCommands};

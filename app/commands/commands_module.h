@@ -5,6 +5,8 @@
 #include <string>
 
 #include "app/commands.h"
+#include "core/result.h"
+#include "scan/scan_config.h"
 
 namespace scanknit {
 
@@ -23,12 +25,11 @@ struct CommandsModule {
   int (*work)(const WorkArguments&, const CommonArguments&);
   int (*join)(const JoinArguments&, const CommonArguments&);
   int (*status)(const StatusArguments&, const CommonArguments&);
-  int (*convert)(const ConvertArguments&, const CommonArguments&);
-  int (*repair)(const RepairArguments&, const CommonArguments&);
-  int (*info)(const InfoArguments&, const CommonArguments&);
   int (*devices)(const CommonArguments&);
   int (*doctor)(const CommonArguments&);
   int (*udev_rules)(const std::string&, const CommonArguments&);
+
+  Result<std::string> (*describe_shape)(const InfoArguments&, const ScanConfig&);  ///< commands/describe_shape.h
 };
 
 }  // namespace scanknit

@@ -12,10 +12,11 @@
 namespace scanknit {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 int print_summary(const ConvertSummary& summary, const ConvertArguments& arguments, const CommonArguments& common) {
   const std::string output = arguments.output.string();
   if (common.is_json) {
-    using Json = nlohmann::ordered_json;
     const Json json = {{"output", output},           {"frames", summary.frames},
                        {"dropped", summary.dropped}, {"with_colour", summary.colour},
                        {"with_pose", summary.poses}, {"warnings", summary.warnings}};

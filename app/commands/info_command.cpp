@@ -1,28 +1,20 @@
 #include <fmt/format.h>
 
-#include <openvdb/openvdb.h>
-#include <openvdb/tools/Count.h>
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "acquire/frame_source.h"
 #include "acquire/lidar/sweep_source.h"
 #include "acquire/sensor/sensor_profile.h"
 #include "app/commands.h"
+#include "app/commands/commands_module.h"
 #include "app/exit_codes.h"
-#include "core/mesh.h"
-#include "export/measure/mesh_stats.h"
-#include "export/mesh/read_mesh.h"
+#include "core/system/module.h"
 #include "export/mesh/write_mesh.h"
-#include "export/spill/stitch_borders.h"
-#include "fusion/volume/tsdf_volume.h"
-#include "scan/volume/extract_volume.h"
-#include "scan/volume/open_volume_file.h"
-#include "scan/volume/volume_values.h"
 
 namespace scanknit {
 namespace {
@@ -72,80 +64,20 @@ Json sweeps_json(const SweepInfo& info) {
   return recording_json(recording);
 }
 
-Json vector_json(const openvdb::Vec3d& v) {
-  return Json::array({v.x(), v.y(), v.z()});
+/// `ending` in lower case.
+bool has_ending(const std::filesystem::path& path, std::string_view ending) {
+  const std::string own = path.extension().string();
+  return std::equal(own.begin(), own.end(), ending.begin(), ending.end(),
+                    [](unsigned char a, char b) { return std::tolower(a) == b; });
 }
 
-Json volume_json(const LoadedVolume& volume) {
-  const openvdb::FloatGrid& field = *volume.field;
-  const openvdb::CoordBBox box = field.evalActiveVoxelBoundingBox();
-  Json grids = Json::array({field.getName()});
-  if (volume.weight) grids.push_back(volume.weight->getName());
-  if (volume.colour) grids.push_back(volume.colour->getName());
-  Json bounds = nullptr;
-  if (!box.empty()) {
-    bounds = Json::array({vector_json(field.indexToWorld(box.min())), vector_json(field.indexToWorld(box.max()))});
-  }
-  const openvdb::math::MinMax<float> values = openvdb::tools::minMax(field.tree());
-  return {{"kind", "volume"},
-          {"format", "OpenVDB"},
-          {"grids", grids},
-          {"voxel_size_m", field.voxelSize().x()},
-          {"active_voxels", field.activeVoxelCount()},
-          {"bounds_m", bounds},
-          {"is_signed_distance", volume.is_signed_distance},
-          {"value_range", box.empty() ? Json(nullptr) : Json::array({values.min(), values.max()})}};
-}
-
-Json vector_json(const Eigen::Vector3d& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
-
-Result<Json> volume_json(SliceReader& reader) {
-  const auto census = take_census(values_of(reader));
-  if (!census) return census.error();
-  const VolumeHeader& header = reader.header();
-  const Eigen::Matrix3d& columns = header.T_file_index.linear();
-  Json directions = Json::array();
-  for (int axis = 0; axis < 3; ++axis) directions.push_back(vector_json(columns.col(axis).normalized()));
-  const bool has_values = census->count() > 0;
-  return Json{{"kind", "volume"},
-              {"format", header.format},
-              {"dims", Json::array({header.dims.x(), header.dims.y(), header.dims.z()})},
-              {"sample_type", header.sample_type},
-              {"spacing", vector_json(columns.colwise().norm().transpose())},
-              {"origin", vector_json(header.T_file_index.translation())},
-              {"directions", directions},
-              {"metres_per_unit", header.metres_per_unit},
-              {"value_range", has_values ? Json::array({census->min(), census->max()}) : Json(nullptr)},
-              {"known_samples", census->count()},
-              {"warnings", header.warnings}};
-}
-
-/// Describes the topology of the surface: joins the vertices that the seams of a texture have split.
-Json mesh_json(Mesh mesh, const MeshNotes& notes) {
-  const std::size_t vertices = mesh.positions_m.size();
-  const StitchedSeams seams = notes.has_texture_coordinates ? stitch_seams(mesh) : StitchedSeams{};
-  std::vector<std::string> warnings = notes.warnings;
-  if (seams.guesses > 0) {
-    warnings.push_back(
-        fmt::format("{} edges of the texture's seams lie in the same place as others, so the program guesses which "
-                    "belong together. A file that was written without --quantize needs no guess",
-                    seams.guesses));
-  }
-  Json json = {{"kind", "mesh"},
-               {"has_normals", !mesh.normals.empty()},
-               {"has_colours", !mesh.colours.empty()},
-               {"warnings", warnings}};
-  json.update(Json::parse(mesh_check_json(check_mesh(mesh))));
-  json["vertices"] = vertices;
-  json["seam_vertices"] = seams.vertices;
-  return json;
-}
-
-Result<Json> describe_volume(const InfoArguments& arguments, const ScanConfig& config) {
-  const auto reader = open_volume_file(arguments.file, arguments.options, config.extract);
-  return reader ? volume_json(**reader) : reader.error();
+/// What is no recording is described by the rooms that read meshes and volumes.
+Result<Json> describe_other(const InfoArguments& arguments, const ScanConfig& config) {
+  const auto module =
+      load_module<CommandsModule>(CommandsModule::kName, "It comes with ScanKnit: install ScanKnit again");
+  if (!module) return module.error();
+  const auto text = (*module)->describe_shape(arguments, config);
+  return text ? Result<Json>(Json::parse(*text)) : text.error();
 }
 
 /// For a folder without options, which may be a recording or a volume.
@@ -163,7 +95,7 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
   if (std::find(kEndsOfRecordings.begin(), kEndsOfRecordings.end(), extension) != kEndsOfRecordings.end()) {
     return recording.error();
   }
-  const auto volume = describe_volume(arguments, config);
+  const auto volume = describe_other(arguments, config);
   std::error_code ignored;
   if (volume || !std::filesystem::is_directory(arguments.file, ignored)) return volume;
   if (volume.error().code != ErrorCode::kUsage) return recording.error();
@@ -172,21 +104,11 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
 }
 
 Result<Json> describe(const InfoArguments& arguments, const ScanConfig& config) {
-  const std::filesystem::path& file = arguments.file;
   std::error_code ignored;
-  const bool is_folder = std::filesystem::is_directory(file, ignored);
-  if (!is_folder && is_mesh_path(file)) {
-    MeshNotes notes;
-    auto mesh = read_mesh(file, {}, &notes);
-    return mesh ? Result<Json>(mesh_json(*std::move(mesh), notes)) : mesh.error();
-  }
-  if (!is_folder && is_vdb(file)) {
-    if (auto known = refuse_options_for_vdb(file, arguments.options); !known) return known.error();
-    const auto volume = load_volume(file);
-    return volume ? Result<Json>(volume_json(*volume)) : volume.error();
-  }
+  const bool is_folder = std::filesystem::is_directory(arguments.file, ignored);
+  const bool is_shape = !is_folder && (is_mesh_path(arguments.file) || has_ending(arguments.file, ".vdb"));
   const VolumeOptions& options = arguments.options;
-  if (options.dims || options.spacing) return describe_volume(arguments, config);
+  if (is_shape || options.dims || options.spacing) return describe_other(arguments, config);
   return describe_recording_or_volume(arguments, config);
 }
 

@@ -15,6 +15,8 @@
 namespace scanknit {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct Recorded {
   std::size_t frames = 0;  ///< depth pictures received
   RecorderSummary file;
@@ -56,7 +58,6 @@ Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& conf
 int print_summary(const Recorded& recorded, const RecordArguments& arguments, const CommonArguments& common) {
   const std::string output = arguments.output.string();
   if (common.is_json) {
-    using Json = nlohmann::ordered_json;
     const Json json = {{"output", output},
                        {"depth_pictures", recorded.frames},
                        {"pictures", recorded.file.frames},

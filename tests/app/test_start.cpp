@@ -126,7 +126,8 @@ class WithoutItsModule : public ::testing::Test {
 };
 
 TEST_F(WithoutItsModule, ACommandSaysWhatIsMissing) {
-  for (const auto& [arguments, module] : {std::pair("devices", "commands"), {"synth --list", "synth_commands"}}) {
+  for (const auto& [arguments, module] :
+       {std::pair("devices", "commands"), {"info nothing", "recording_commands"}, {"synth --list", "synth_commands"}}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_EQ(outcome.out, "");

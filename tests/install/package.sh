@@ -42,7 +42,7 @@ HoldsWhatItShould() {
     'usr/lib/(.*/)?cmake/ScanKnit/ScanKnitConfig.cmake' 'usr/lib/(.*/)?pkgconfig/scanknit.pc' \
     usr/share/doc/libscanknit-dev/examples/cpp/mesh_a_wall.cpp usr/share/doc/libscanknit-dev/copyright
   local module
-  for module in acquire_pcl align_pcl calibrate_opencv features_opencv finish_pcl glb_reader stereo_opencv synth_commands volume_files; do
+  for module in acquire_pcl align_pcl calibrate_opencv features_opencv finish_pcl glb_reader recording_commands stereo_opencv synth_commands volume_files; do
     expect_files scanknit "usr/lib/(.*/)?scanknit/libscanknit_$module\\.so"
   done
   expect_field scanknit Depends 'libpcl-io'
