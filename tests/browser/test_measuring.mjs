@@ -181,7 +181,10 @@ test('on a phone the tool fits, its buttons can be hit, and a tap picks', async 
     assert.deepEqual(await smallTargets(page), []);
     assert.equal(await isWiderThanScreen(page), false);
     await choose(page, 'distance');
-    for (const p of [[-0.03, 0, 0.02], [0.03, 0, 0.02]]) { await page.touchscreen.tap(...await placeOf(page, p)); }
+    for (const p of [[-0.03, 0, 0.02], [0.03, 0, 0.02]]) {
+      await page.touchscreen.tap(...await placeOf(page, p));
+      await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));  // the panel grows
+    }
     const [distance] = await look(page, 'measures');
     assertWithin1Percent(distance.values[0].value, 0.06, 'distance by taps');
     const stage = await page.locator('#view').boundingBox();
