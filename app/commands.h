@@ -189,6 +189,9 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int info_command(const InfoArguments& arguments, const CommonArguments& common);
+/// What info says of a file or folder that is a mesh, an OpenVDB file or another volume: JSON, its entries in this
+/// order. Errors: those of reading it.
+[[nodiscard]] Result<std::string> describe_shape(const InfoArguments& arguments, const ScanConfig& config);
 [[nodiscard]] int distance_command(const DistanceArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int measure_command(const MeasureArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int devices_command(const CommonArguments& common);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/commands/describe_shape.h"
+#include "app/commands.h"
 #include "core/mesh.h"
 #include "export/measure/mesh_stats.h"
 #include "export/mesh/read_mesh.h"

@@ -11,8 +11,8 @@
 #include "acquire/lidar/sweep_source.h"
 #include "acquire/sensor/sensor_profile.h"
 #include "app/commands.h"
-#include "app/commands/commands_module.h"
 #include "app/exit_codes.h"
+#include "app/modules/commands_module.h"
 #include "core/system/module.h"
 #include "export/mesh/write_mesh.h"
 

@@ -29,7 +29,7 @@ struct CommandsModule {
   int (*doctor)(const CommonArguments&);
   int (*udev_rules)(const std::string&, const CommonArguments&);
 
-  Result<std::string> (*describe_shape)(const InfoArguments&, const ScanConfig&);  ///< commands/describe_shape.h
+  Result<std::string> (*describe_shape)(const InfoArguments&, const ScanConfig&);  ///< for info
 };
 
 }  // namespace scanknit

@@ -1,6 +1,6 @@
-#include "app/commands/synth_commands_module.h"
+#include "app/modules/synth_commands_module.h"
 
-#include "app/commands/with_threads.h"
+#include "app/modules/with_threads.h"
 #include "core/system/module.h"
 #include "core/version.h"
 

@@ -1,7 +1,6 @@
-#include "app/commands/commands_module.h"
+#include "app/modules/commands_module.h"
 
-#include "app/commands/describe_shape.h"
-#include "app/commands/with_threads.h"
+#include "app/modules/with_threads.h"
 #include "core/system/module.h"
 #include "core/version.h"
 
