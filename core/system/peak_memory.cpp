@@ -1,6 +1,7 @@
 #include "core/system/peak_memory.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
-#include <vector>
 
 namespace scanknit {
 namespace {
@@ -19,10 +19,9 @@ constexpr double kKibibytesPerMebibyte = 1024;
 /// A file of the kernel's about this process.
 class ProcessFile {
  public:
-  ProcessFile(const char* path, const char* mode) : file_(std::fopen(path, mode)) {
+  explicit ProcessFile(const char* path) : file_(std::fopen(path, "re")) {
     if (file_) std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   }
-  [[nodiscard]] bool write(char character) const { return file_ && std::fputc(character, file_.get()) == character; }
   /// The text from its begin; as much of it as fits.
   template <std::size_t N>
   [[nodiscard]] bool read(std::array<char, N>& text) const {
@@ -39,47 +38,28 @@ class ProcessFile {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// The kernel keeps one mark for the process, the largest memory since it was taken back last. Whoever reads it does so
-/// for all watches. The files stay open: stages begin and end many times a frame.
-class KernelMark {
+/// What the kernel knows of the process's resident memory. The files stay open: stages begin and end many times a
+/// frame.
+class ResidentMemory {
  public:
-  static KernelMark& get() {
-    static KernelMark mark;
-    return mark;
+  static ResidentMemory& get() {
+    static ResidentMemory memory;
+    return memory;
   }
 
-  void begin(double& peak_mib) {
+  struct Mib {
+    double now, most_so_far;
+  };
+  [[nodiscard]] Mib look() {
     const std::lock_guard lock(mutex_);
-    pass_on();
-    watched_.push_back(&peak_mib);
-  }
-  void end(double& peak_mib) {
-    const std::lock_guard lock(mutex_);
-    pass_on();
-    watched_.erase(std::find(watched_.begin(), watched_.end(), &peak_mib));
-  }
-  [[nodiscard]] double so_far_mib() {
-    const std::lock_guard lock(mutex_);
-    pass_on();
-    return so_far_mib_;
-  }
-
- private:
-  KernelMark() { watched_.push_back(&so_far_mib_); }
-
-  /// Raises all that is watched, and takes the mark back.
-  void pass_on() {
     rusage usage{};
     const bool is_known = ::getrusage(RUSAGE_SELF, &usage) == 0;
     const double at_most_mib = is_known ? static_cast<double>(usage.ru_maxrss) / kKibibytesPerMebibyte : 0;
-    const auto is_below = [&](const double* peak_mib) { return *peak_mib < at_most_mib; };
-    if (std::any_of(watched_.begin(), watched_.end(), is_below)) {
-      const double mib = exact_mib(at_most_mib);
-      for (double* const peak_mib : watched_) *peak_mib = std::max(*peak_mib, mib);
-    }
-    (void)take_back_.write('5');
+    if (most_so_far_mib_ < at_most_mib) most_so_far_mib_ = std::max(most_so_far_mib_, exact_mib(at_most_mib));
+    return {now_mib(), most_so_far_mib_};
   }
 
+ private:
   /// getrusage() takes a twentieth of the time, but counts the memory of the program that started this one, too.
   [[nodiscard]] double exact_mib(double at_most_mib) const {
     std::array<char, 4096> text;
@@ -89,25 +69,35 @@ class KernelMark {
     return line == nullptr ? at_most_mib : std::strtod(line + std::strlen(kName), nullptr) / kKibibytesPerMebibyte;
   }
 
+  [[nodiscard]] double now_mib() const {
+    std::array<char, 128> text;
+    if (!pages_.read(text)) return 0;
+    const char* const resident = std::strchr(text.data(), ' ');  // the first number is the size of the addresses
+    if (resident == nullptr) return 0;
+    static const auto kPageBytes = static_cast<double>(::sysconf(_SC_PAGESIZE));
+    return std::strtod(resident, nullptr) * kPageBytes / (kKibibytesPerMebibyte * kKibibytesPerMebibyte);
+  }
+
   std::mutex mutex_;
-  ProcessFile status_{"/proc/self/status", "re"};
-  ProcessFile take_back_{"/proc/self/clear_refs", "we"};
-  std::vector<double*> watched_;
-  double so_far_mib_ = 0;
+  ProcessFile status_{"/proc/self/status"}, pages_{"/proc/self/statm"};
+  double most_so_far_mib_ = 0;
 };
 
 }  // namespace
 
 double peak_rss_mib() {
-  return KernelMark::get().so_far_mib();
+  return ResidentMemory::get().look().most_so_far;
 }
 
 PeakMemoryWatch::PeakMemoryWatch(double& peak_mib) : peak_mib_(peak_mib) {
-  KernelMark::get().begin(peak_mib_);
+  const auto [now, most_so_far] = ResidentMemory::get().look();
+  peak_mib_ = std::max(peak_mib_, now);
+  most_before_mib_ = most_so_far;
 }
 
 PeakMemoryWatch::~PeakMemoryWatch() {
-  KernelMark::get().end(peak_mib_);
+  const auto [now, most_so_far] = ResidentMemory::get().look();
+  peak_mib_ = std::max(peak_mib_, most_so_far > most_before_mib_ ? most_so_far : now);
 }
 
 }  // namespace scanknit

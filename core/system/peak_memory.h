@@ -6,12 +6,14 @@ namespace scanknit {
 /// The largest resident memory of the process so far, MiB; 0 if the system does not say.
 [[nodiscard]] double peak_rss_mib();
 
-/// Raises a number to the largest resident memory of the whole process, MiB, during the life of this object. That
-/// counts all threads, and what was there before. Watches may nest and overlap, in any threads. Where the kernel does
-/// not let its mark be taken back (/proc/self/clear_refs), the number becomes the largest memory so far.
+/// Raises a number to the largest resident memory of the whole process, MiB, that is known of the life of this object.
+/// That counts all threads, and what was there before. Where the process takes more than ever before, it is the peak;
+/// else the larger of what it has at the begin and at the end: the kernel keeps one mark for the process, and taking it
+/// back (/proc/self/clear_refs) would lower what `time -v` and other programs read. Watches may nest and overlap, in
+/// any threads.
 class PeakMemoryWatch {
  public:
-  /// `peak_mib` outlives it, and is written by it and by other watches' begins and ends.
+  /// `peak_mib` outlives it.
   explicit PeakMemoryWatch(double& peak_mib);
   ~PeakMemoryWatch();
   PeakMemoryWatch(const PeakMemoryWatch&) = delete;
@@ -19,6 +21,7 @@ class PeakMemoryWatch {
 
  private:
   double& peak_mib_;
+  double most_before_mib_;
 };
 
 }  // namespace scanknit
