@@ -20,7 +20,7 @@ class ModuleFolder {
     for (const auto& entry : std::filesystem::directory_iterator(libraries)) {
       const std::string name = entry.path().filename().string();
       const bool is_core = name.starts_with("libscanknit_core.so.");
-      const bool has_commands = name == "libscanknit_commands.so" || name == "libscanknit_synth_commands.so";
+      const bool has_commands = name.starts_with("libscanknit_") && name.ends_with("commands.so");
       if (is_core || has_commands) std::filesystem::create_symlink(entry.path(), folder_ / name);
       is_used_ = is_used_ || is_core;
     }

@@ -82,6 +82,15 @@ TEST(Start, WhatNeedsNoRoomLoadsNone) {
   }
 }
 
+TEST(Start, InfoOfARecordingLoadsNoRoomOfAScan) {
+  const Scan scan;
+  const std::set<std::string> libraries = libraries_of({"info", scan.recording().string()});
+  EXPECT_TRUE(has(libraries, "libscanknit_recording_commands.so"));
+  for (const char* heavy : {"libopenvdb", "libscanknit_commands", "libscanknit_scan", "libscanknit_fusion"}) {
+    EXPECT_FALSE(has(libraries, heavy)) << heavy;
+  }
+}
+
 TEST(Start, ARunOfPicturesAndInfoLoadFewLibraries) {
   const Scan scan;
   const std::string recording = scan.recording().string();
