@@ -165,8 +165,8 @@ openvdb::FloatGrid::Ptr to_grid(const FieldView& view, const CloseRequest& reque
 Error too_large(const VoxelBox& box, double bytes, std::size_t max_bytes) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   return {ErrorCode::kBudget,
-          fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close; {:.0f} are "
-                      "left of fusion.memory_budget: raise it, crop the box (finish.crop), or take larger voxels",
+          fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close, more than "
+                      "fusion.memory_budget ({:.0f} MiB): raise it, crop the box (finish.crop), or take larger voxels",
                       box.dims.x(), box.dims.y(), box.dims.z(), std::ceil(bytes / kMebibyte),
                       static_cast<double>(max_bytes) / kMebibyte),
           "finish.watertight"};

@@ -25,9 +25,6 @@ struct PiecesRemoved {
 /// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of the rest is unchanged.
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
 
-/// The box of the mesh that remove_small_pieces() would leave.
-[[nodiscard]] Eigen::AlignedBox3f box_without_small_pieces(double min_share, double min_size_m, const Mesh& mesh);
-
 /// The vertices of the pieces whose area is less than `max_share` of the largest one's, ascending.
 [[nodiscard]] std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh);
 
@@ -73,10 +70,6 @@ struct MeshSimplified {
   /// Reaching the target would change the topology: at least 1 % more triangles than asked for are left.
   bool is_held_back = false;
 };
-
-/// What simplify_mesh() takes beside the mesh: three edges of a triangle twice in meshoptimizer's lists, and the
-/// vertices' quadrics.
-[[nodiscard]] std::size_t simplify_bytes(const Mesh& mesh);
 
 /// Collapses edges onto existing vertices (meshoptimizer), so that each remaining vertex keeps its position, normal and
 /// colour. A manifold mesh stays manifold, and a closed one stays closed with the same genus, but small pieces may

@@ -52,16 +52,6 @@ class Pieces {
     return piece.area_m2 < min_share * largest_area_m2() ||
            static_cast<double>(piece.box.diagonal().norm()) < min_size_m;
   }
-  /// The box of the pieces that remove() would leave.
-  template <typename Goes>
-  [[nodiscard]] Eigen::AlignedBox3f box_without(Goes&& goes) const {
-    Eigen::AlignedBox3f box;
-    for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      if (pieces_[i].triangles > 0 && (i == largest_ || !goes(i))) box.extend(pieces_[i].box);
-    }
-    return box;
-  }
-
   /// Removes from the mesh the pieces that `goes` says; the largest stays.
   template <typename Goes>
   PiecesRemoved remove(Mesh& mesh, Goes&& goes) {
@@ -93,11 +83,6 @@ class Pieces {
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh) {
   Pieces pieces(mesh);
   return pieces.remove(mesh, [&](std::size_t i) { return pieces.is_small(i, min_share, min_size_m); });
-}
-
-Eigen::AlignedBox3f box_without_small_pieces(double min_share, double min_size_m, const Mesh& mesh) {
-  const Pieces pieces(mesh);
-  return pieces.box_without([&](std::size_t i) { return pieces.is_small(i, min_share, min_size_m); });
 }
 
 std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh) {
