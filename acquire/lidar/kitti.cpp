@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquire/lidar/lidar_return.h"
+#include "acquire/parse/kitti_poses.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/ascii_numbers.h"
 #include "core/files/byte_reader.h"
@@ -25,23 +26,6 @@ constexpr const char* kCalibration = "calib.txt";
 constexpr const char* kTimes = "times.txt";
 constexpr std::size_t kPointBytes = 16;
 constexpr std::uintmax_t kMostSweepBytes = 256U << 20;  // 16 million points; the largest scanners have a million
-
-/// Twelve numbers, row by row.
-Result<Pose> pose_from_words(const std::vector<std::string_view>& words, std::size_t first) {
-  constexpr std::size_t kNumbers = 12;
-  if (words.size() != first + kNumbers) {
-    return Error{ErrorCode::kInput,
-                 fmt::format("expected 12 numbers, a 3x4 matrix; there are {}", words.size() - first)};
-  }
-  std::vector<double> numbers;
-  for (std::size_t i = first; i < words.size(); ++i) {
-    const auto number = parse_double(words[i]);
-    if (!number) return Error{ErrorCode::kInput, "the matrix holds a word that is no number"};
-    numbers.push_back(*number);
-  }
-  numbers.insert(numbers.end(), {0, 0, 0, 1});
-  return pose_from_numbers(numbers);
-}
 
 /// Where the poses of a sequence lie: beside the sweeps, or where the benchmark's own archive unpacks them.
 std::vector<fs::path> pose_places(const fs::path& folder) {
@@ -203,19 +187,9 @@ Result<std::vector<Eigen::Vector3f>> parse_kitti_points(std::span<const std::byt
 Result<Pose> parse_kitti_calibration(std::string_view text) {
   for (const TextLine& line : text_lines(text)) {
     if (line.words[0] != "Tr:" && line.words[0] != "Tr_velo_to_cam:") continue;
-    return pose_from_words(line.words, 1);
+    return kitti_pose(std::span(line.words).subspan(1));
   }
   return Error{ErrorCode::kInput, "no line \"Tr:\": where the LiDAR is in the camera's frame, 12 numbers"};
-}
-
-std::vector<Result<Pose>> parse_kitti_poses(std::string_view text) {
-  std::vector<Result<Pose>> poses;
-  for (const TextLine& line : text_lines(text)) {
-    auto pose = pose_from_words(line.words, 0);
-    if (!pose) pose = Error{ErrorCode::kInput, fmt::format("line {}: {}", line.number, pose.error().message)};
-    poses.push_back(std::move(pose));
-  }
-  return poses;
 }
 
 bool fits_kitti(const Folder& folder, const Limits& limits) {

@@ -23,9 +23,6 @@ namespace scanknit {
 /// none; not a rigid 3x4 matrix.
 [[nodiscard]] Result<Pose> parse_kitti_calibration(std::string_view text);
 
-/// T_world_camera, a 3x4 matrix a line; a line that is no pose is an Error.
-[[nodiscard]] std::vector<Result<Pose>> parse_kitti_poses(std::string_view text);
-
 /// True for a folder of a sequence: it has velodyne/ with .bin files in it.
 [[nodiscard]] bool fits_kitti(const Folder& folder, const Limits& limits);
 

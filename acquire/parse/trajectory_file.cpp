@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "acquire/parse/json_numbers.h"
-#include "acquire/replay/text_numbers.h"
-#include "core/files/ascii_numbers.h"
+#include "acquire/parse/kitti_poses.h"
+#include "acquire/parse/transforms_json.h"
 #include "core/files/read_file.h"
 
 namespace scanknit {
@@ -23,32 +23,6 @@ Error no_trajectory_json(const std::filesystem::path& path) {
           "not a trajectory: expected {\"poses\": [{\"stamp\": ..., \"T_world_camera\": four rows}]}", path.string()};
 }
 
-Result<Pose> pose_of_rows(const nlohmann::json& json) {
-  std::vector<double> numbers;
-  if (json.is_array() && json.size() == 4) {
-    for (const auto& row : json) {
-      const auto values = json_list(row, 4);
-      if (values) numbers.insert(numbers.end(), values->begin(), values->end());
-    }
-  }
-  return pose_from_numbers(numbers);
-}
-
-/// Of KITTI's odometry format: the upper three rows.
-Result<Pose> pose_of_line(const TextLine& line) {
-  std::vector<double> numbers;
-  for (const std::string_view word : line.words) {
-    const auto number = parse_double(word);
-    if (!number) break;
-    numbers.push_back(*number);
-  }
-  if (numbers.size() != 12 || line.words.size() != 12) {
-    return Error{ErrorCode::kInput, "line " + std::to_string(line.number) + " has not 12 numbers"};
-  }
-  numbers.insert(numbers.end(), {0, 0, 0, 1});
-  return pose_from_numbers(numbers);
-}
-
 Result<std::vector<TimedPose>> read_json_poses(const std::filesystem::path& path, const Limits& limits) {
   const auto json = read_json_object(path, limits);
   if (!json) return json.error();
@@ -60,7 +34,9 @@ Result<std::vector<TimedPose>> read_json_poses(const std::filesystem::path& path
     if (!stamp || !(std::abs(*stamp) < kMostStamp_s) || !entry.contains("T_world_camera")) {
       return no_trajectory_json(path);
     }
-    auto pose = pose_of_rows(entry["T_world_camera"]);
+    const auto matrix = matrix_of(entry["T_world_camera"]);
+    if (!matrix) return no_trajectory_json(path);
+    auto pose = pose_from_matrix(*matrix);
     if (!pose) pose = Error{ErrorCode::kInput, pose.error().message, path.string()};
     poses.push_back({std::llround(*stamp * kNsPerSecond), std::move(pose)});
   }
@@ -75,7 +51,7 @@ Result<TrajectoryFile> TrajectoryFile::read(const std::filesystem::path& path, c
   if (path.extension() == ".kitti") {
     const auto text = read_text_file(path, limits.max_text_bytes);
     if (!text) return text.error();
-    for (const TextLine& line : text_lines(*text)) file.by_place_.push_back(pose_of_line(line));
+    file.by_place_ = parse_kitti_poses(*text);
   } else {
     auto poses = path.extension() == ".json" ? read_json_poses(path, limits) : read_tum_poses(path, limits);
     if (!poses) return poses.error();

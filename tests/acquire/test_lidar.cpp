@@ -13,6 +13,7 @@
 #include "acquire/lidar/kitti.h"
 #include "acquire/lidar/sweep_grid.h"
 #include "acquire/lidar/undo_motion.h"
+#include "acquire/parse/kitti_poses.h"
 #include "tests/acquire/lidar_room.h"
 #include "tests/core/temporary_folder.h"
 

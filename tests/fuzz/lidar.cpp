@@ -6,6 +6,7 @@
 
 #include "acquire/lidar/kitti.h"
 #include "acquire/lidar/sweep_grid.h"
+#include "acquire/parse/kitti_poses.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   if (size == 0) return 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquire/lidar/kitti.h"
+#include "acquire/parse/kitti_poses.h"
 #include "acquire/parse/pose_list.h"
 #include "acquire/parse/timed_poses.h"
 #include "export/trajectory.h"
