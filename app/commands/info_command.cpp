@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 
 #include "acquire/frame_source.h"
 #include "acquire/lidar/sweep_source.h"
@@ -13,6 +11,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/modules/commands_module.h"
+#include "core/files/lower_extension.h"
 #include "core/system/module.h"
 #include "export/mesh/write_mesh.h"
 
@@ -64,13 +63,6 @@ Json sweeps_json(const SweepInfo& info) {
   return recording_json(recording);
 }
 
-/// `ending` in lower case.
-bool has_ending(const std::filesystem::path& path, std::string_view ending) {
-  const std::string own = path.extension().string();
-  return std::equal(own.begin(), own.end(), ending.begin(), ending.end(),
-                    [](unsigned char a, char b) { return std::tolower(a) == b; });
-}
-
 /// What is no recording is described by the rooms that read meshes and volumes.
 Result<Json> describe_other(const InfoArguments& arguments, const ScanConfig& config) {
   const auto module =
@@ -106,7 +98,7 @@ Result<Json> describe_recording_or_volume(const InfoArguments& arguments, const 
 Result<Json> describe(const InfoArguments& arguments, const ScanConfig& config) {
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(arguments.file, ignored);
-  const bool is_shape = !is_folder && (is_mesh_path(arguments.file) || has_ending(arguments.file, ".vdb"));
+  const bool is_shape = !is_folder && (is_mesh_path(arguments.file) || lower_extension(arguments.file) == ".vdb");
   const VolumeOptions& options = arguments.options;
   if (is_shape || options.dims || options.spacing) return describe_other(arguments, config);
   return describe_recording_or_volume(arguments, config);

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/files/atomic_file.h"
 #include "core/files/located.h"
+#include "core/files/lower_extension.h"
 #include "export/glb/glb_writer.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_writers.h"
@@ -70,9 +70,7 @@ Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportC
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   if (extension == ".glb") return MeshFormat::kGlb;
   if (extension == ".ply") return MeshFormat::kPly;
   if (extension == ".obj") return MeshFormat::kObj;

@@ -1,7 +1,7 @@
 #include "scan/volume/open_volume_file.h"
+#include "core/files/lower_extension.h"
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 #include <utility>
 
@@ -23,10 +23,7 @@ Result<std::unique_ptr<SliceReader>> open_volume_file(const std::filesystem::pat
 }
 
 bool is_vdb(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".vdb";
+  return lower_extension(path) == ".vdb";
 }
 
 Result<void> refuse_options_for_vdb(const std::filesystem::path& path, const VolumeOptions& options) {
