@@ -31,14 +31,17 @@ void tell_poses(const FramePoses& poses, const TransformTree& tree, Recording& r
   if (!poses.are_known()) {
     if (const auto elsewhere = tree.moves_elsewhere(poses.frame())) {
       recording.warnings.push_back("tf moves (" + *elsewhere + "), but does not lead from there to depth's frame '" +
-                                   poses.frame() + "': the camera is taken to have no poses");
+                                   poses.frame() +
+                                   "': no poses are known. Record /tf_static, too, or name a topic of "
+                                   "the camera's poses (acquire.topics.poses)");
     }
     return;
   }
   const auto& entries = recording.entries;
   if (std::none_of(entries.begin(), entries.end(), [](const FrameEntry& e) { return e.T_world_camera.has_value(); })) {
     recording.warnings.push_back("the bag has poses (" + poses.source() +
-                                 "), but none at the time of a depth picture: the camera is taken to have none");
+                                 "), but none at the time of a depth picture, so that none is known. Do their stamps "
+                                 "come from the same clock, ten times a second?");
     return;
   }
   recording.topics["poses"] = poses.source();

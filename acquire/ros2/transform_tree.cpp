@@ -6,7 +6,7 @@
 namespace scanknit {
 namespace {
 
-/// Told at least twice, and within 0.1 mm and 0.01 degrees of the first.
+/// Told at least twice, and within 0.1 mm and 0.01 degrees of the first: less than depth tells at its nearest.
 bool are_all_the_same(const std::vector<TimedPose>& poses) {
   constexpr double kSame_m = 1e-4, kSame_rad = 1.7e-4;
   if (poses.size() < 2 || !poses.front().pose) return false;
@@ -93,7 +93,8 @@ std::optional<Result<Pose>> TransformTree::pose_in_root(const std::string& frame
 }
 
 std::optional<Result<Pose>> TransformTree::slow_pose_at(const Edge& edge, std::int64_t time_ns) {
-  constexpr std::int64_t kLongestGap_ns = 10'000'000'000, kHolds_ns = 1'000'000'000;
+  constexpr std::int64_t kLongestGap_ns = 10'000'000'000;  // what tf2's buffer keeps
+  constexpr std::int64_t kHolds_ns = 1'000'000'000;        // the usual interval of a map's corrections
   if (auto pose = pose_at(edge.poses, time_ns, kLongestGap_ns)) return pose;
   const TimedPose &first = edge.poses.front(), &last = edge.poses.back();
   if (time_ns < first.time_ns && distance_ns(first.time_ns, time_ns) <= kHolds_ns) return first.pose;
