@@ -11,6 +11,7 @@
 #include "acquire/recording_format.h"
 #include "acquire/replay/folder.h"
 #include "acquire/replay/raw_recording.h"
+
 namespace scanknit {
 namespace {
 
@@ -21,7 +22,8 @@ namespace fs = std::filesystem;
 std::vector<fs::path> kitti_sequences(const fs::path& path, const Limits& limits) {
   const auto fits = [&](const fs::path& at) {
     std::error_code code;
-    const auto folder = fs::is_directory(at, code) ? list_folder(at, limits) : Result<Folder>(Folder{});
+    if (!fs::is_directory(at / "velodyne", code)) return false;
+    const auto folder = list_folder(at, limits);
     return folder && fits_kitti(*folder, limits);
   };
   if (fits(path)) return {path};
