@@ -7,6 +7,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { deflateSync } from 'node:zlib';
 import { after } from 'node:test';
+import { boxOf } from './known_shapes.mjs';
 
 const kProgram = process.env.SCANKNIT_PROGRAM;
 
@@ -60,38 +61,12 @@ export const kRed = [200, 60, 40], kGreen = [60, 180, 75], kBlue = [40, 90, 200]
 
 /// A closed box of 20 cm whose colour goes by x: red below -4 cm, blue above 4 cm, green between. PLY.
 export function writeColouredBox(path) {
-  const steps = 10, half = 0.1;
-  const numbers = new Map();
-  const lines = [];
-  const vertex = (grid) => {
-    const key = grid.join();
-    if (!numbers.has(key)) {
-      numbers.set(key, numbers.size);
-      const [x, y, z] = grid.map((g) => -half + (2 * half * g) / steps);
-      const colour = x < -0.041 ? kRed : x > 0.041 ? kBlue : kGreen;
-      lines.push(`${x} ${y} ${z} ${colour.join(' ')}`);
-    }
-    return numbers.get(key);
-  };
-  const faces = [];
-  for (let axis = 0; axis < 3; ++axis) {
-    for (const end of [0, steps]) {
-      for (let i = 0; i < steps * steps; ++i) {
-        const quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(([du, dv]) => {
-          const grid = [0, 0, 0];
-          grid[axis] = end;
-          grid[(axis + 1) % 3] = (i % steps) + du;
-          grid[(axis + 2) % 3] = Math.floor(i / steps) + dv;
-          return vertex(grid);
-        });
-        if (end === 0) { quad.reverse(); }
-        faces.push(`3 ${quad[0]} ${quad[1]} ${quad[2]}`, `3 ${quad[0]} ${quad[2]} ${quad[3]}`);
-      }
-    }
-  }
-  writeFileSync(path, ['ply', 'format ascii 1.0', `element vertex ${lines.length}`, 'property float x', 'property float y', 'property float z',
-    'property uchar red', 'property uchar green', 'property uchar blue', `element face ${faces.length}`,
-    'property list uchar int vertex_indices', 'end_header', ...lines, ...faces, ''].join('\n'));
+  const { points, triangles } = boxOf([0.2, 0.2, 0.2], 10);
+  const colourOf = (x) => (x < -0.041 ? kRed : x > 0.041 ? kBlue : kGreen);
+  const vertices = points.map(([x, y, z]) => [x, y, z, ...colourOf(x)].join(' '));
+  writeFileSync(path, ['ply', 'format ascii 1.0', `element vertex ${points.length}`, 'property float x', 'property float y', 'property float z',
+    'property uchar red', 'property uchar green', 'property uchar blue', `element face ${triangles.length}`,
+    'property list uchar int vertex_indices', 'end_header', ...vertices, ...triangles.map((t) => `3 ${t.join(' ')}`), ''].join('\n'));
   return path;
 }
 
