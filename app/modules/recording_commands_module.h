@@ -1,5 +1,5 @@
-// What libscanknit_recording_commands.so gives: the commands that read recordings and make no mesh. They do not load
-// what a scan needs: OpenVDB alone takes 27 MB.
+// What libscanknit_recording_commands.so gives: the commands that read recordings and make no mesh. They load no
+// OpenVDB, the largest library of a scan.
 #pragma once
 
 #include "app/commands.h"
