@@ -7,8 +7,8 @@
 
 namespace scanknit {
 
-/// Like std::optional, but as small as two pointers where there is nothing, which is nearly everywhere: a long
-/// recording keeps one for each of its frames. Copies share the value, which does not change.
+/// Like std::optional, but as small as two pointers where there is nothing, as in most recordings: a long one keeps one
+/// for each of its frames. Copies share the value, which does not change.
 template <typename T>
 class Rare {
  public:

@@ -47,8 +47,9 @@ struct FrameEntry {
   SharedPath confidence = {};   ///< empty: every depth pixel is trusted
   std::size_t depth_index = 0;  ///< index of the picture in a file with many pictures
   std::size_t colour_index = 0;
-  Rare<Result<Pose>> T_world_camera = {};  ///< nothing: no pose; an Error: why the recorded pose is invalid
-  Rare<CameraIntrinsics> camera = {};      ///< this frame's own camera, for its decoder
+  /// Nothing: no pose; an Error: why the recorded pose is invalid. Frames may share it, and many have none.
+  Rare<Result<Pose>> T_world_camera = {};
+  Rare<CameraIntrinsics> camera = {};  ///< this frame's own camera, for its decoder
   Rare<CameraIntrinsics> colour_camera = {};
   Rare<double> depth_scale = {};  ///< raw units per metre, if each frame has its own
   Rare<Drop> fault = {};          ///< found while indexing: the frame is dropped without opening it
