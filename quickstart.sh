@@ -31,6 +31,7 @@ tool_packages=(
   chromium fish zsh mandoc man-db lintian mkdocs-material
   python3-rosbag python3-sensor-msgs python3-tf2-msgs python3-scapy
   clang clang-format libclang-rt-14-dev libopenvdb-tools invesalius-examples mricron-data
+  munge slurm-client slurmctld slurmd
   libfreenect-bin libopenni2-dev libuvc-dev qemu-system-x86 busybox-static cpio kmod v4l-utils
 )
 

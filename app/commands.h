@@ -123,6 +123,15 @@ struct StatusArguments {
   bool opens_bricks = false;  ///< find torn ones
 };
 
+struct ClusterArguments {
+  std::filesystem::path job, output;
+  std::vector<std::string> plan;           ///< for scanknit plan: the recording and options; empty: the job is planned
+  std::size_t array_size = 8;              ///< workers
+  std::vector<std::string> slurm_options;  ///< for sbatch, as given
+  bool uses_slurm = false;                 ///< the engine
+  bool is_cancelling = false;
+};
+
 struct InfoArguments {
   std::filesystem::path file;
   VolumeOptions options;
@@ -185,6 +194,7 @@ struct CommandDescription;  // app/cli/command_tree.h
 [[nodiscard]] int work_command(const WorkArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int join_command(const JoinArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int status_command(const StatusArguments& arguments, const CommonArguments& common);
+[[nodiscard]] int cluster_command(const ClusterArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int synth_command(const SynthArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const CommonArguments& common);
 [[nodiscard]] int repair_command(const RepairArguments& arguments, const CommonArguments& common);

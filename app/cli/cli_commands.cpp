@@ -228,6 +228,40 @@ void add_job(CLI::App& app, CommandLine& line) {
   status->final_callback([&line] { line.command = from_module(line, &CommandsModule::status, line.status); });
 }
 
+/// Options of sbatch have their own way of being written: --account=NAME.
+void add_slurm_option(CLI::App& command, ClusterArguments& cluster, const char* name, const char* text) {
+  const auto append = [&cluster, name](const std::string& value) {
+    cluster.slurm_options.push_back(std::string(name) + "=" + value);
+  };
+  command.add_option_function<std::string>(name, append, text)->type_name("NAME");
+}
+
+void add_cluster(CLI::App& app, CommandLine& line) {
+  ClusterArguments& cluster = line.cluster;
+  CLI::App* command =
+      app.add_subcommand("cluster", "Plan, fuse and join a scan on a cluster, and follow it to its end");
+  command->add_option("job", cluster.job, "The job's folder, on storage that all nodes share")
+      ->required()
+      ->type_name("JOB");
+  command->add_option("plan", cluster.plan, "If JOB is not planned yet: RECORDING and options of plan, after --")
+      ->type_name("ARGUMENTS");
+  command->add_flag("--slurm", cluster.uses_slurm, "The engine: Slurm")->required();
+  command->add_option("-o,--output", cluster.output, "What join writes: a folder, or one file")->type_name("OUT");
+  command->add_option("--array-size", cluster.array_size, "Workers, each with --threads threads; default: 8, of one")
+      ->check(CLI::Range(1, 100'000))
+      ->type_name("N");
+  add_slurm_option(*command, cluster, "--account", "Whose account pays");
+  add_slurm_option(*command, cluster, "--partition", "Nodes to use");
+  add_slurm_option(*command, cluster, "--time", "Limit of each batch, as sbatch reads it");
+  command
+      ->add_option("--sbatch", cluster.slurm_options, "One more option of sbatch, may be repeated: --sbatch=--mem=4G")
+      ->allow_extra_args(false)
+      ->type_name("OPTION");
+  command->add_flag("--cancel", cluster.is_cancelling, "Take the job's batches out of the queue");
+  add_common(*command, line);
+  command->final_callback([&line] { line.command = from_module(line, &CommandsModule::cluster, line.cluster); });
+}
+
 void add_synth(CLI::App& app, CommandLine& line) {
   SynthArguments& synth = line.synth;
   CLI::App* command = app.add_subcommand("synth", "Scan a scene that is known exactly, for tests and demonstrations");
@@ -421,6 +455,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_extract(app, line);
   add_align(app, line);
   add_job(app, line);
+  add_cluster(app, line);
   add_synth(app, line);
   add_convert(app, line);
   add_repair(app, line);

@@ -26,6 +26,7 @@ struct CommandLine {
   WorkArguments work;
   JoinArguments join;
   StatusArguments status;
+  ClusterArguments cluster;
   SynthArguments synth;
   ConfigArguments config;
   InfoArguments info;

@@ -19,6 +19,7 @@ constexpr CommandsModule kCommands = {
     .work = with_threads<work_command>,
     .join = with_threads<join_command>,
     .status = with_threads<status_command>,
+    .cluster = with_threads<cluster_command>,
     .devices = with_threads<devices_command>,
     .doctor = with_threads<doctor_command>,
     .udev_rules = with_threads<udev_rules_command>,

@@ -25,6 +25,7 @@ struct CommandsModule {
   int (*work)(const WorkArguments&, const CommonArguments&);
   int (*join)(const JoinArguments&, const CommonArguments&);
   int (*status)(const StatusArguments&, const CommonArguments&);
+  int (*cluster)(const ClusterArguments&, const CommonArguments&);
   int (*devices)(const CommonArguments&);
   int (*doctor)(const CommonArguments&);
   int (*udev_rules)(const std::string&, const CommonArguments&);
