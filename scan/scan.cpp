@@ -168,10 +168,18 @@ class RecordingScan {
   }
 
   [[nodiscard]] Result<void> keep_in_bricks(const PassInput& input) {
-    if (job_.config.fusion.bricks == BrickSize::kAuto) {
-      session_.info("the volume needs more than fusion.memory_budget: it is fused in bricks, which takes longer");
+    if (job_.config.fusion.bricks != BrickSize::kAuto) return keep_in_parts(input);
+    session_.info("the volume needs more than fusion.memory_budget: what the camera does not see is kept on the disk");
+    if (auto paged = scan_in_pages(job_, input, session_)) {
+      result_ = *std::move(paged);
+      return result_.outcome;
     }
-    result_ = scan_in_bricks(job_, input, session_);
+    const auto frames = open_frames(job_);
+    return frames ? keep_in_parts(input_of(**frames)) : frames.error();
+  }
+
+  [[nodiscard]] Result<void> keep_in_parts(const PassInput& input) {
+    result_ = scan_in_parts(job_, input, session_);
     return result_.outcome;
   }
 

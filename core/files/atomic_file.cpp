@@ -134,11 +134,17 @@ Result<void> AtomicFile::commit() {
   const int synced = ::fsync(current) == 0 && ::fsync(descriptor_) == 0 ? 0 : errno;
   ::close(current);
   if (synced != 0) return failure("writing to the disk failed", synced);
+  if (auto renamed = commit_without_sync(); !renamed) return renamed;
+  const int folder_synced = sync_folder(folder_of(destination_));
+  if (folder_synced != 0) return failure("its folder cannot be synced", folder_synced);
+  return {};
+}
+
+Result<void> AtomicFile::commit_without_sync() {
+  if (auto flushed = flush(); !flushed) return flushed;
   if (::close(std::exchange(descriptor_, -1)) != 0) return failure("closing failed", errno);
   if (::rename(temporary_.c_str(), destination_.c_str()) != 0) return failure("cannot be replaced", errno);
   forget_temporary_file(std::exchange(temporary_, {}));
-  const int folder_synced = sync_folder(folder_of(destination_));
-  if (folder_synced != 0) return failure("its folder cannot be synced", folder_synced);
   return {};
 }
 

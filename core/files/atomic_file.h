@@ -33,6 +33,8 @@ class AtomicFile {
 
   /// The object must not be used after this.
   [[nodiscard]] Result<void> commit();
+  /// The same for a file that is of no use after this process: after a power failure it may be anything.
+  [[nodiscard]] Result<void> commit_without_sync();
 
  private:
   AtomicFile(std::filesystem::path destination, std::filesystem::path temporary, int descriptor);

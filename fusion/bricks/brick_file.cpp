@@ -21,8 +21,9 @@ namespace {
 using openvdb::Coord;
 using Mask = TsdfLeaf::NodeMaskType;
 
-constexpr std::string_view kBrickMagic = "SKBRICK1";
+constexpr std::string_view kBrickMagic = "SKBRICK2";
 constexpr std::size_t kMaskWords = 8;
+constexpr unsigned kHasColours = 1, kIsFree = 2;
 constexpr std::size_t kLayerEntryBytes = 4 + 4 + 4 + 8 + 8;
 constexpr std::size_t kTailBytes = 8 + 8 + 4 + kBrickMagic.size();
 
@@ -41,20 +42,11 @@ void append_block(std::string& bytes, const VolumeBlock& block) {
   for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, tsdf[i]);
   for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, weight[i]);
   const bool has_colours = has_own_colours(*block.colour);
-  append_little_endian(bytes, static_cast<std::uint8_t>(has_colours ? 1 : 0));
+  append_little_endian(bytes,
+                       static_cast<std::uint8_t>((has_colours ? kHasColours : 0) | (block.is_free ? kIsFree : 0)));
   if (!has_colours) return;
   const ColourCode* const colour = colours_of(*block.colour);
   for (std::size_t i = 0; i < kBlockVoxels; ++i) append_little_endian(bytes, colour[i].bits);
-}
-
-/// The blocks in the order of the file.
-std::vector<const VolumeBlock*> sorted_blocks(const TsdfVolume& volume, const RegionSet* part) {
-  std::vector<const VolumeBlock*> blocks;
-  for (const VolumeBlock& block : volume.index().blocks()) {
-    if (part == nullptr || part->contains(region_of(block.origin))) blocks.push_back(&block);
-  }
-  std::sort(blocks.begin(), blocks.end(), [](const auto* a, const auto* b) { return a->origin < b->origin; });
-  return blocks;
 }
 
 std::string table_and_tail(const std::vector<BrickLayer>& layers, std::uint64_t job) {
@@ -70,6 +62,29 @@ std::string table_and_tail(const std::vector<BrickLayer>& layers, std::uint64_t 
   append_little_endian(bytes, job);
   append_little_endian(bytes, checksum_of(bytes));
   return bytes.append(kBrickMagic);
+}
+
+/// All but the end, which makes the file one with a name.
+Result<AtomicFile> write_blocks(std::vector<const VolumeBlock*> blocks, std::uint64_t job,
+                                const std::filesystem::path& path) {
+  std::sort(blocks.begin(), blocks.end(), [](const auto* a, const auto* b) { return a->origin < b->origin; });
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  if (auto begun = file->write(kBrickMagic); !begun) return begun.error();
+  std::vector<BrickLayer> layers;
+  std::uint64_t offset = kBrickMagic.size();
+  for (auto begin = blocks.begin(); begin != blocks.end();) {
+    const int x = (*begin)->origin.x();
+    const auto end = std::find_if(begin, blocks.end(), [&](const auto* block) { return block->origin.x() != x; });
+    std::string bytes;
+    std::for_each(begin, end, [&](const auto* block) { append_block(bytes, *block); });
+    if (auto written = file->write(bytes); !written) return written.error();
+    layers.push_back({x, static_cast<std::uint32_t>(end - begin), checksum_of(bytes), offset, bytes.size()});
+    offset += bytes.size();
+    begin = end;
+  }
+  if (auto ended = file->write(table_and_tail(layers, job)); !ended) return ended.error();
+  return file;
 }
 
 /// Reads parts of a file.
@@ -156,9 +171,10 @@ std::optional<NewBlock> read_block(ByteReader& reader, int x, float background_m
   block.tsdf->setValueMask(observed);
   block.weight->setValueMask(observed);
   block.colour->setValueMask(observed);
-  const auto has_colours = reader.little_endian<std::uint8_t>();
-  if (!has_colours || *has_colours > 1) return std::nullopt;
-  if (*has_colours == 1 && !read_colours(reader, *block.colour)) return std::nullopt;
+  const auto flags = reader.little_endian<std::uint8_t>();
+  if (!flags || *flags > (kHasColours | kIsFree)) return std::nullopt;
+  block.block.is_free = (*flags & kIsFree) != 0;
+  if ((*flags & kHasColours) != 0 && !read_colours(reader, *block.colour)) return std::nullopt;
   return block;
 }
 
@@ -166,24 +182,17 @@ std::optional<NewBlock> read_block(ByteReader& reader, int x, float background_m
 
 Result<void> write_brick_file(const TsdfVolume& volume, std::uint64_t job, const std::filesystem::path& path,
                               const RegionSet* part) {
-  auto file = AtomicFile::create(path);
-  if (!file) return file.error();
-  if (auto begun = file->write(kBrickMagic); !begun) return begun;
-  const std::vector<const VolumeBlock*> blocks = sorted_blocks(volume, part);
-  std::vector<BrickLayer> layers;
-  std::uint64_t offset = kBrickMagic.size();
-  for (auto begin = blocks.begin(); begin != blocks.end();) {
-    const int x = (*begin)->origin.x();
-    const auto end = std::find_if(begin, blocks.end(), [&](const auto* block) { return block->origin.x() != x; });
-    std::string bytes;
-    std::for_each(begin, end, [&](const auto* block) { append_block(bytes, *block); });
-    if (auto written = file->write(bytes); !written) return written;
-    layers.push_back({x, static_cast<std::uint32_t>(end - begin), checksum_of(bytes), offset, bytes.size()});
-    offset += bytes.size();
-    begin = end;
+  std::vector<const VolumeBlock*> blocks;
+  for (const VolumeBlock& block : volume.index().blocks()) {
+    if (part == nullptr || part->contains(region_of(block.origin))) blocks.push_back(&block);
   }
-  if (auto ended = file->write(table_and_tail(layers, job)); !ended) return ended;
-  return file->commit();
+  auto file = write_blocks(std::move(blocks), job, path);
+  return file ? file->commit() : file.error();
+}
+
+Result<void> write_page(std::vector<const VolumeBlock*> blocks, std::uint64_t job, const std::filesystem::path& path) {
+  auto file = write_blocks(std::move(blocks), job, path);
+  return file ? file->commit_without_sync() : file.error();
 }
 
 Result<BrickFile> BrickFile::open(const std::filesystem::path& path, std::uint64_t job) {

@@ -23,12 +23,16 @@ struct BrickLayer {
 };
 
 /// Writes all blocks of `volume`, or only those of `part`, unless it is null; all or nothing. `job` says which scan
-/// they belong to: open() must be given the same. Little-endian: "SKBRICK1"; the layers by x, each of them blocks by y
-/// and z (two int32; the observed voxels, 64 bytes; 512 distances, 512 codes of weights; a byte that is 1 if 512 codes
-/// of colours follow); the table of layers; its length, the job and the CRC-32 of the table and both; "SKBRICK1" again.
-/// Errors: kOutput.
+/// they belong to: open() must be given the same. Little-endian: "SKBRICK2"; the layers by x, each of them blocks by y
+/// and z (two int32; the observed voxels, 64 bytes; 512 distances, 512 codes of weights; a byte: 1 if 512 codes of
+/// colours follow, plus 2 if the block is known to be free); the table of layers; its length, the job and the CRC-32 of
+/// the table and both; "SKBRICK2" again. Errors: kOutput.
 [[nodiscard]] Result<void> write_brick_file(const TsdfVolume& volume, std::uint64_t job,
                                             const std::filesystem::path& path, const RegionSet* part = nullptr);
+
+/// The same for these blocks, in a file that is of no use after this process.
+[[nodiscard]] Result<void> write_page(std::vector<const VolumeBlock*> blocks, std::uint64_t job,
+                                      const std::filesystem::path& path);
 
 /// A brick file to read, layer by layer.
 class BrickFile {

@@ -7,6 +7,7 @@
 #include <array>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "fusion/integrate/band_blocks.h"
@@ -175,20 +176,24 @@ std::size_t add_new_blocks(std::vector<BlockTask>& tasks, TsdfVolume& volume) {
   return added;
 }
 
-/// `part`: only its blocks; null: all.
+/// `part`: only its blocks; null: all. `make_room` may be null.
 Result<IntegrateStats> integrate_blocks(const Frame& frame, const Pose& T_world_camera, const RegionSet* part,
-                                        TsdfVolume& volume) {
+                                        const MakeRoom* make_room, TsdfVolume& volume) {
   if (!is_rigid(T_world_camera)) return not_rigid();
   try {
     const Observation observation(frame, volume.config());
     const double voxel_size_m = volume.config().voxel_size_m;
     if (!is_indexable(observation, T_world_camera, voxel_size_m)) return too_far_from_origin();
+    const std::vector<BandBlock> band = find_band_blocks(observation, T_world_camera, voxel_size_m, part);
+    std::optional<SpaceInFront> front;
+    if (volume.config().carve_free_space) front.emplace(observation, T_world_camera, voxel_size_m);
+    if (make_room != nullptr) {
+      if (auto made = (*make_room)(band, front ? &*front : nullptr); !made) return made.error();
+    }
     ++volume.frames;
     IntegrateStats stats;
-    auto tasks = band_tasks(find_band_blocks(observation, T_world_camera, voxel_size_m, part), volume, stats);
-    if (volume.config().carve_free_space) {
-      append_blocks_in_front(SpaceInFront(observation, T_world_camera, voxel_size_m), volume, tasks);
-    }
+    auto tasks = band_tasks(band, volume, stats);
+    if (front) append_blocks_in_front(*front, volume, tasks);
     const BlockUpdate update(observation, T_world_camera, volume);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size()), [&](const auto& range) {
       Spare spare;
@@ -212,13 +217,18 @@ Result<IntegrateStats> integrate_blocks(const Frame& frame, const Pose& T_world_
 }  // namespace
 
 Result<IntegrateStats> integrate(const Frame& frame, const Pose& T_world_camera, TsdfVolume& volume) {
-  return integrate_blocks(frame, T_world_camera, nullptr, volume);
+  return integrate_blocks(frame, T_world_camera, nullptr, nullptr, volume);
+}
+
+Result<IntegrateStats> integrate_with_room(const Frame& frame, const Pose& T_world_camera, const MakeRoom& make_room,
+                                           TsdfVolume& volume) {
+  return integrate_blocks(frame, T_world_camera, nullptr, &make_room, volume);
 }
 
 Result<IntegrateStats> integrate_part(const Frame& frame, const Pose& T_world_camera, std::uint32_t number,
                                       const RegionSet& part, TsdfVolume& volume) {
   volume.frames = number - 1;
-  return integrate_blocks(frame, T_world_camera, &part, volume);
+  return integrate_blocks(frame, T_world_camera, &part, nullptr, volume);
 }
 
 }  // namespace scanknit

@@ -6,6 +6,7 @@
 
 #include "fusion/volume/block_index.h"
 #include "fusion/volume/new_block.h"
+#include "fusion/volume/region_set.h"
 #include "fusion/volume/volume_memory.h"
 
 namespace scanknit {
@@ -103,6 +104,22 @@ void TsdfVolume::add_block(NewBlock added) {
   index_->add(block);
   memory_->add(block.origin);
   if (has_own_colours(*block.colour)) memory_->add_colours();
+}
+
+void TsdfVolume::keep_only(const std::unordered_set<openvdb::Coord>& regions) {
+  TsdfVolume kept = *create(config_);
+  kept.frames = frames;
+  kept.is_budget_reached = is_budget_reached;
+  for (const VolumeBlock& block : index_->blocks()) {
+    if (!regions.contains(region_of(block.origin))) continue;
+    NewBlock moved;
+    moved.tsdf.reset(tsdf_->tree().stealNode<TsdfLeaf>(block.origin, tsdf_->background(), false));
+    moved.weight.reset(weight_->tree().stealNode<WeightLeaf>(block.origin, WeightCode{0}, false));
+    moved.colour.reset(colour_->tree().stealNode<ColourLeaf>(block.origin, ColourCode{0}, false));
+    moved.block = block;
+    kept.add_block(std::move(moved));
+  }
+  *this = std::move(kept);
 }
 
 std::vector<openvdb::Coord> TsdfVolume::take_changed_blocks() {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 #include <vector>
 
 #include "core/field_view.h"
@@ -80,6 +81,8 @@ class TsdfVolume {
   [[nodiscard]] BlockBudget block_budget() const;
   /// Adds a block with leaves at a place without one. The volume takes the leaves.
   void add_block(NewBlock added);
+  /// Removes the blocks of all regions but these (RegionSet). The others keep their leaves.
+  void keep_only(const std::unordered_set<openvdb::Coord>& regions);
   /// Counts the memory for the colours of a block that had none before. Several threads may call this at once.
   void count_colours_of_a_block();
   /// The origins of the blocks that changed since the last call, so that only these are meshed again.

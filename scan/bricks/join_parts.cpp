@@ -39,9 +39,8 @@ Result<void> estimate_uncertainty(const ScanConfig& config, std::optional<Layere
 
 }  // namespace
 
-Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const BrickVolume& bricks,
-                        const DepthSamples& samples, const FrameArchive& archive, ScanSession& session,
-                        ScanResult& result) {
+Result<void> join_parts(const ScanJob& job, UpAxis world_up, const BrickVolume& bricks, const DepthSamples& samples,
+                        const FrameArchive& archive, ScanSession& session, ScanResult& result) {
   constexpr std::size_t kBytesPerBlock = 8192;  // with what extraction keeps of it
   return_freed_memory();                        // that of frames and parts
   const std::size_t blocks_at_once = (job.config.fusion.memory_budget_mib << 20) / kBytesPerBlock;
@@ -53,10 +52,10 @@ Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const Br
   if (!job.config.output.uncertainty) layers.reset();  // its last layers
   return_freed_memory();
   const CropBox no_crop;
-  const MeshRequest request{job, planned.world_up, no_crop, EmptyCrop::kIgnored, session.stop()};
+  const MeshRequest request{job, world_up, no_crop, EmptyCrop::kIgnored, session.stop()};
   ScannedFrames frames{result.trajectory, samples.posed(result.trajectory)};
   FinishedSurface finished =
-      finished_mesh(*std::move(surface), {job.config, planned.world_up, 1, session.stop(), frames.samples}, session);
+      finished_mesh(*std::move(surface), {job.config, world_up, 1, session.stop(), frames.samples}, session);
   const auto estimated =
       session.timed("finish", [&] { return estimate_uncertainty(job.config, layers, frames.samples, finished); });
   if (!estimated) return estimated;

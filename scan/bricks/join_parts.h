@@ -14,7 +14,7 @@ namespace scanknit {
 
 /// Extracts the surface of the bricks, a few layers at a time, finishes it, and writes all files of the job but the
 /// trajectory. Adds to `result`, also after an error. Errors: those of scan_walk(); kInput when a brick is damaged.
-[[nodiscard]] Result<void> join_parts(const ScanJob& job, const PlannedScan& planned, const BrickVolume& bricks,
+[[nodiscard]] Result<void> join_parts(const ScanJob& job, UpAxis world_up, const BrickVolume& bricks,
                                       const DepthSamples& samples, const FrameArchive& archive, ScanSession& session,
                                       ScanResult& result);
 

@@ -280,7 +280,7 @@ Result<void> join(OpenJob& job, const fs::path& folder, ScanSession& session, Sc
     if (!read) return read.error();
     samples = *std::move(read);
   }
-  const auto joined = join_parts(job.job, job.planned, *bricks, samples, archive_of(job.job), session, result);
+  const auto joined = join_parts(job.job, job.planned.world_up, *bricks, samples, archive_of(job.job), session, result);
   return joined ? joined : with_remedy(joined.error(), folder);
 }
 
