@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/register/icp.h"
-
 namespace scanknit {
 namespace {
 
@@ -31,8 +29,8 @@ bool fits(const IcpResult& fit, Determined determined) {
 }
 
 IcpResult register_from_best(const KeyFrame& a, const KeyFrame& b, const std::vector<Pose>& guesses,
-                             const NoiseModel& noise) {
-  IcpConfig coarse{noise};
+                             const IcpConfig& registration) {
+  IcpConfig coarse = registration;
   coarse.last_level = coarse.first_level;
   IcpResult best;
   best.support = -1;
@@ -40,7 +38,7 @@ IcpResult register_from_best(const KeyFrame& a, const KeyFrame& b, const std::ve
     const IcpResult tried = register_frame(b.seen, a.seen, guess, coarse);
     if (tried.support > best.support) best = tried;
   }
-  IcpConfig fine{noise};
+  IcpConfig fine = registration;
   fine.first_level = coarse.last_level - 1;
   return register_frame(b.seen, a.seen, best.T_model_frame, fine);
 }
@@ -68,12 +66,13 @@ double expected_overlap(const KeyFrame& a, const KeyFrame& b, const Pose& T_a_b)
 }
 
 std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
-                                              const std::vector<Pose>& T_a_b_guesses, const NoiseModel& noise,
+                                              const std::vector<Pose>& T_a_b_guesses, const IcpConfig& registration,
                                               Determined determined) {
-  const NoiseModel of_two = noise.scaled(std::sqrt(2.0));  // both frames are noisy
+  IcpConfig of_two = registration;
+  of_two.noise = registration.noise.scaled(std::sqrt(2.0));  // both frames are noisy
   const IcpResult there = register_from_best(a, b, T_a_b_guesses, of_two);
   if (!fits(there, determined)) return std::nullopt;
-  const IcpResult back = register_frame(a.seen, b.seen, there.T_model_frame.inverse(), IcpConfig{of_two});
+  const IcpResult back = register_frame(a.seen, b.seen, there.T_model_frame.inverse(), of_two);
   if (!fits(back, determined)) return std::nullopt;
   const Pose apart = there.T_model_frame * back.T_model_frame;
   if (apart.translation().norm() > kAgree_m + kAgreePerMetre * b.depth_m) return std::nullopt;
@@ -81,7 +80,7 @@ std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame&
 
   KeyFrameMatch match;
   match.T_a_b = interpolate(there.T_model_frame, back.T_model_frame.inverse(), 0.5);
-  const double sigma_m = kSharedNoise * of_two.sigma_m(b.depth_m);
+  const double sigma_m = kSharedNoise * of_two.noise.sigma_m(b.depth_m);
   match.information = there.shape / (sigma_m * sigma_m);
   match.overlap = std::min(there.overlap, back.overlap);
   match.inlier_share = std::min(there.inlier_share, back.inlier_share);

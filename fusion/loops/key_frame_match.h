@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/noise_model.h"
 #include "fusion/loops/key_frames.h"
 #include "fusion/loops/pose_graph.h"
+#include "fusion/register/icp.h"
 
 namespace scanknit {
 
@@ -26,10 +26,10 @@ struct KeyFrameMatch {
 enum class Determined { kAllDirections, kAny };
 
 /// Registers b with a from the best of `T_a_b_guesses`, and a with b from that result. Nothing unless both fit well and
-/// agree, and the scene determines the motion as `determined` requires.
+/// agree, and the scene determines the motion as `determined` requires. `registration` has the noise of one frame.
 [[nodiscard]] std::optional<KeyFrameMatch> match_key_frames(const KeyFrame& a, const KeyFrame& b,
                                                             const std::vector<Pose>& T_a_b_guesses,
-                                                            const NoiseModel& noise,
+                                                            const IcpConfig& registration,
                                                             Determined determined = Determined::kAllDirections);
 
 }  // namespace scanknit

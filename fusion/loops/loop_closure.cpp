@@ -91,7 +91,8 @@ struct Candidate {
 
 class Closer {
  public:
-  Closer(const KeyFrames& frames, const NoiseModel& noise) : keys_(frames.kept()), walk_(frames.walk()), noise_(noise) {
+  Closer(const KeyFrames& frames, const IcpConfig& registration)
+      : keys_(frames.kept()), walk_(frames.walk()), registration_(registration) {
     for (const KeyFrame& key : keys_) poses_.push_back(key.T_world_camera);
   }
 
@@ -127,7 +128,7 @@ class Closer {
   void measure_steps() {
     std::vector<std::optional<KeyFrameMatch>> matches(keys_.size());  // of each key frame with the one before it
     tbb::parallel_for(std::size_t{1}, keys_.size(), [&](std::size_t b) {
-      matches[b] = match_key_frames(keys_[b - 1], keys_[b], {tracked(b - 1, b)}, noise_, Determined::kAny);
+      matches[b] = match_key_frames(keys_[b - 1], keys_[b], {tracked(b - 1, b)}, registration_, Determined::kAny);
     });
     for (std::size_t b = 1; b < keys_.size(); ++b) {
       const std::size_t a = b - 1;
@@ -150,7 +151,7 @@ class Closer {
       std::vector<PoseEdge> edges;
       for (std::size_t a = b - std::min(b, kNeighbours); a < b; ++a) {
         if (keys_[b].path.gaps > keys_[a].path.gaps) continue;
-        const auto match = match_key_frames(keys_[a], keys_[b], {stepped(a, b)}, noise_);
+        const auto match = match_key_frames(keys_[a], keys_[b], {stepped(a, b)}, registration_);
         if (match) edges.push_back({a, b, match->T_a_b, match->information, true});
       }
       return edges;
@@ -243,7 +244,7 @@ class Closer {
     std::vector<Pose> guesses{now(a, b)};
     const auto by_looks = match_features(keys_[a].features, keys_[b].features, keys_[b].seen.levels.front().intrinsics);
     if (by_looks) guesses.push_back(*by_looks);
-    auto match = match_key_frames(keys_[a], keys_[b], guesses, noise_);
+    auto match = match_key_frames(keys_[a], keys_[b], guesses, registration_);
     if (!match) return std::nullopt;
     Candidate candidate{a, b, *std::move(match)};
     if (!could_drift(a, b, candidate.match.T_a_b)) candidate.refused = "farther than the walk can have drifted";
@@ -361,7 +362,7 @@ class Closer {
 
   const std::vector<KeyFrame>& keys_;
   const std::vector<Pose>& walk_;
-  NoiseModel noise_;
+  IcpConfig registration_;
   std::vector<Pose> poses_;    ///< of the key frames, as corrected so far
   std::vector<Pose> stepped_;  ///< as the steps have them
   std::vector<PoseEdge> steps_;
@@ -372,8 +373,10 @@ class Closer {
 
 }  // namespace
 
-LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m) {
-  return Closer(frames, noise).close(tolerance_m);
+LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m, bool colour_is_timely) {
+  IcpConfig registration{noise};
+  registration.colour_is_timely = colour_is_timely;
+  return Closer(frames, registration).close(tolerance_m);
 }
 
 }  // namespace scanknit

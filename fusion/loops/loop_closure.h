@@ -43,8 +43,9 @@ struct LoopClosure {
 /// walk can have drifted so far, and when another loop nearby agrees (a cycle of the two closes): a wrong loop is worse
 /// than none. If there is one, registers key frames with their neighbours as well, and distributes the drift over the
 /// walk by a pose graph (pose_graph.h); does both twice, because more places overlap after the first time. Keeps the
-/// poses if no point that a key frame sees would move by more than `tolerance_m`. The same bits for any number of
-/// threads.
-[[nodiscard]] LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m);
+/// poses if no point that a key frame sees would move by more than `tolerance_m`. `colour_is_timely`: as in IcpConfig,
+/// of all key frames. The same bits for any number of threads.
+[[nodiscard]] LoopClosure close_loops(const KeyFrames& frames, const NoiseModel& noise, double tolerance_m,
+                                      bool colour_is_timely = false);
 
 }  // namespace scanknit

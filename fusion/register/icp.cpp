@@ -28,13 +28,15 @@ struct LevelPlan {
   double min_cosine;
   double intensity_share;  ///< of IcpConfig::intensity_sigma: coarse pictures differ less
   int times_colour_from;   ///< the round with which the search for the time of colour begins: near the pose
+  double alike;            ///< errors of depth are alike over so many pixels; those of intensity are not
 };
 
-// The coarse level begins wide: 3 degrees and 5 cm between frames are 30 sigma at arm's length.
+// The coarse level begins wide: 3 degrees and 5 cm between frames are 30 sigma at arm's length. Sensors match windows
+// of 7 to 13 pixels of 640 (docs/synthetic_scanner.md): 4 x 4 of the finest level.
 constexpr std::array<LevelPlan, kPyramidLevels> kPlans{{
-    {4, 0.02, 0.02, 6, 5, 0.7, 1.0, 0},
-    {6, 0.05, 0.03, 12, 6, 0.6, 1.0, 0},
-    {12, 0.10, 0.06, 40, 12, 0.5, 1.0, 6},
+    {4, 0.02, 0.02, 6, 5, 0.7, 1.0, 0, 16},
+    {6, 0.05, 0.03, 12, 6, 0.6, 1.0, 0, 4},
+    {12, 0.10, 0.06, 40, 12, 0.5, 1.0, 6, 1},
 }};
 
 PairGate gate_of(const LevelPlan& plan, int iteration, const IcpConfig& config, double intensity_offset) {
@@ -176,13 +178,15 @@ void describe(const PairSums& sums, const Step& step, IcpResult& result) {
   result.weak_directions = step.weak_directions;
 }
 
+// Less than this is not seen in a picture.
+constexpr double kLeast_px = 0.25;
+
 /// How the frame's camera moves while it takes rows and colour.
 void take_motion(const MovingCamera& moving, bool times_colour, Registration& registration) {
   const SteadyMotion motion = moving.motion(registration.T_model_frame);
   registration.rows = motion * moving.readout;
   // Colour that cannot be off by so much is compared where it was read; and so is that of frames far apart, between
   // which no hand has moved the camera steadily. In the time that is uncertain, 10 ms, a hand turns it by 2 degrees.
-  constexpr double kLeast_px = 0.25;
   constexpr double kMost_rad = 0.04;
   constexpr double kMost_m = 0.02;
   const SteadyMotion uncertain = motion * moving.colour_sigma;
@@ -190,6 +194,24 @@ void take_motion(const MovingCamera& moving, bool times_colour, Registration& re
                        uncertain.pixels(registration.frame->intrinsics, registration.centre.z()) > kLeast_px &&
                        uncertain.turn_rad.norm() < kMost_rad && uncertain.shift_m.norm() < kMost_m;
   registration.colour_motion = matters ? motion : SteadyMotion{};
+}
+
+/// Whether colour shows what depth shows at the same time, or registration looks for its time.
+bool is_colour_timely(const IcpConfig& config, const Registration& registration) {
+  if (!config.moving || config.moving->colour_sigma == 0) return config.colour_is_timely;
+  if (!registration.colour_motion.is_still()) return true;
+  const SteadyMotion uncertain = config.moving->motion(registration.T_model_frame) * config.moving->colour_sigma;
+  return uncertain.pixels(registration.frame->intrinsics, registration.centre.z()) <= kLeast_px;
+}
+
+/// How much a difference of intensity counts next to a distance. Of distances whose errors are alike, many say no more
+/// than one. Distances that vary by less than their noise have less of that error. `before`: the sums of the round
+/// before.
+double colour_weight(const LevelPlan& plan, const IcpConfig& config, const Registration& registration,
+                     const PairSums& before) {
+  if (!is_colour_timely(config, registration)) return 1;
+  const double variance = before.weights > 0 ? before.squares / before.weights : 1;  // in sigma
+  return std::max(1.0, plan.alike * std::min(1.0, variance));
 }
 
 /// Moves the time of colour by a step, within what its standard deviation allows.
@@ -205,7 +227,8 @@ TimePrior time_prior(const IcpConfig& config, const Registration& registration, 
   constexpr double kIndependent = 100;
   if (registration.colour_motion.is_still()) return {};
   const double sigma = config.moving->colour_sigma;
-  const double information = sums.colour_weights / (kIndependent * sigma * sigma);
+  const double weight = static_cast<double>(registration.gate.colour_weight) * sums.colour_weights;
+  const double information = weight / (kIndependent * sigma * sigma);
   return {information, information * registration.colour_later};
 }
 
@@ -221,6 +244,21 @@ Matrix6d shape_of(const PairSums& sums, const Registration& registration) {
   to_step.topRightCorner<3, 3>() = -R * cross_matrix(arm);
   to_step.bottomRightCorner<3, 3>() = registration.scale_m * R;
   return to_step.transpose() * (information_of(sums) / sums.information) * to_step;
+}
+
+/// IcpResult::colour_seems_later: one step for the pose and the time of colour together, without a prior. Depth holds
+/// the pose meanwhile.
+std::optional<double> colour_seems_later(const MovingCamera& moving, Registration registration) {
+  constexpr double kLeastMotion_px = 1;
+  registration.colour_motion = moving.motion(registration.T_model_frame);
+  if (registration.colour_motion.pixels(registration.frame->intrinsics, registration.centre.z()) < kLeastMotion_px) {
+    return std::nullopt;
+  }
+  registration.gate.colour_weight = 1;
+  const PairSums sums = sum_pairs(registration);
+  if (!(sums.colour_weights > kFewestPairs)) return std::nullopt;
+  const Step step = solve(sums, {});
+  return step.weak_directions == 0 ? std::optional(step.colour_later) : std::nullopt;
 }
 
 /// So small that the next round would change nothing that can be seen.
@@ -249,6 +287,7 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     registration.T_model_frame = result.T_model_frame;
     if (config.moving) take_motion(*config.moving, iteration >= plan.times_colour_from, registration);
     registration.gate = gate_of(plan, iteration, config, intensity_offset);
+    registration.gate.colour_weight = static_cast<float>(colour_weight(plan, config, registration, sums));
     sums = sum_pairs(registration);
     step = solve(sums, time_prior(config, registration, sums));
   };
@@ -275,6 +314,10 @@ IcpResult register_frame(const SurfacePyramid& frame, const SurfacePyramid& mode
     look(last, last.iterations - 1);
   }
   describe(sums, step, result);
+  if (config.asks_if_colour_is_late && config.moving) {
+    registration.T_model_frame = result.T_model_frame;
+    result.colour_seems_later = colour_seems_later(*config.moving, registration);
+  }
   constexpr int kChangeLevel = 1;
   if (config.last_level < kChangeLevel) {
     result.changed_share = changed_share(frame.levels[kChangeLevel], model.levels[kChangeLevel], result.T_model_frame,

@@ -15,7 +15,7 @@ namespace scanknit {
 struct MovingCamera {
   Pose T_model_before;      ///< pose of the frame before
   double readout = 0;       ///< time from the first row to the last (rolling shutter)
-  double colour_sigma = 0;  ///< standard deviation of the time when colour is taken; 0: it is known
+  double colour_sigma = 0;  ///< standard deviation of the time when colour is taken; 0: it is not searched for
 
   /// The motion since the frame before, of a frame at `T_model_frame`.
   [[nodiscard]] SteadyMotion motion(const Pose& T_model_frame) const {
@@ -30,7 +30,11 @@ struct IcpConfig {
   int last_level = 0;             ///< and end at this one
   std::optional<MovingCamera> moving = std::nullopt;  ///< nothing: all of the frame is taken at once
   double colour_later = 0;  ///< where the search for the time of colour begins: IcpResult::colour_later
-  bool keeps_pose = false;  ///< only measure how well the frame fits at the given pose, at `last_level`
+  /// Colour shows what depth shows at the same time. Then, and where its time is searched for, differences of intensity
+  /// count for more than distances: neighbouring pixels share most of the error of depth, and none of that of colour.
+  bool colour_is_timely = false;
+  bool asks_if_colour_is_late = false;  ///< sets IcpResult::colour_seems_later
+  bool keeps_pose = false;              ///< only measure how well the frame fits at the given pose, at `last_level`
 };
 
 struct IcpResult {
@@ -44,6 +48,9 @@ struct IcpResult {
   double colour_agreement = 1;    ///< mean weight of the pairs whose colour is compared; 1 without such pairs
   /// How much later colour was taken than the frame's intensities assume; a share of the time since the frame before.
   double colour_later = 0;
+  /// The same for a time that is not searched for, as the pairs alone have it. Nothing where the camera moves the
+  /// picture by less than a pixel, or the scene does not determine the motion.
+  std::optional<double> colour_seems_later = std::nullopt;
   double support = 0;  ///< weight of the pairs for each point, with colour: to compare starts
   /// How well the pairs determine each direction of motion, ascending: 1 if all points do. Translation in metres and
   /// rotation times the mean depth have the same unit here.

@@ -235,10 +235,11 @@ class RowSummer {
     const VF along_z = hn::Neg(hn::Mul(hn::Add(hn::Mul(along_x, p.x), hn::Mul(along_y, p.y)), seen.per_z));
     const V3 a = times({along_x, along_y, along_z}, per_sigma);
     const V3 b = cross(arm_of(p), a);
-    accumulate(a, b, residual, weight, lane, sums);
     add_to(kColourWeights, weight, lane, sums);
     add_to(kColourOffset, hn::Neg(hn::Mul(weight, offset)), lane, sums);
-    if (moves_colour_) accumulate_time(a, b, p, residual, weight, lane, sums);
+    const VF counted = hn::Mul(weight, hn::Set(f, gate_.colour_weight));
+    accumulate(a, b, residual, counted, lane, sums);
+    if (moves_colour_) accumulate_time(a, b, p, residual, counted, lane, sums);
   }
 
   /// The pixels' points, in the frame's camera.

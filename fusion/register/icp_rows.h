@@ -21,6 +21,7 @@ struct PairGate {
   float inlier_sigmas = 0;         ///< a residual within is an inlier
   float intensity_sigma = 0;       ///< standard deviation of intensity; 0: colour is not used
   float intensity_offset = 0;      ///< brightness of the frame minus that of the model
+  float colour_weight = 1;         ///< a difference of intensity counts so much in the normal equations
 };
 
 /// Sums over pairs. Rows of J: the derivative of a residual in units of its sigma, by the motion of the frame's points

@@ -73,6 +73,15 @@ constexpr double kNearView_rad = 0.1;
 // taken.
 constexpr double kLongest_s = 0.15;
 
+// No hand moves a camera faster: such frames are far apart, and what happened between them is not known.
+constexpr double kQuickest_rad_s = 4;
+constexpr double kQuickest_m_s = 2;
+
+bool is_by_hand(const SteadyMotion& motion, double apart_s) {
+  return motion.turn_rad.norm() < kQuickest_rad_s * std::abs(apart_s) &&
+         motion.shift_m.norm() < kQuickest_m_s * std::abs(apart_s);
+}
+
 double seconds(std::int64_t time, const Frame& frame) {
   constexpr double kUsualRate_hz = 30;  // of recordings without a clock, whose time counts frames
   return static_cast<double>(time) * (frame.has_clock ? 1e-9 : 1 / kUsualRate_hz);
@@ -155,16 +164,16 @@ bool ModelTracker::is_repeated(const Frame& frame) const {
 
 TrackResult ModelTracker::track_new(const Frame& frame) {
   noise_ = volume_->config().noise.scaled(noise_scale_);
-  const double since_last_s = seconds_since_last(frame);
+  apart_s_ = seconds_since_last(frame);
   moving_.reset();
-  if (since_last_s != 0) moving_ = moving_since(last_->T_world_camera, since_last_s, frame);
+  if (apart_s_ != 0) moving_ = moving_since(last_->T_world_camera, apart_s_, frame);
   SurfacePyramid seen = pyramid_of(frame, noise_, expected_to_colour(frame));
   const int unsure_before = unsure_frames_;
   TrackResult result = prior_ == PosePrior::kRefine && frame.T_world_camera ? refine(frame, seen) : follow(frame, seen);
   if (unsure_frames_ == unsure_before) unsure_frames_ = 0;
   result.rms_sigma *= noise_scale_;
   if (!result.is_lost()) forget_views();  // the frame will be fused
-  if (!result.is_lost() && moving_) result.motion = motion_of(*moving_, since_last_s, result);
+  if (!result.is_lost() && moving_) result.motion = motion_of(*moving_, apart_s_, result);
   remember(frame, seen, result);
   const bool has_moved = !last_moved_ || result.T_world_camera.matrix() != last_moved_->T_world_camera.matrix();
   if (!result.is_lost() && has_moved) last_moved_ = {result.T_world_camera, std::move(seen.levels.front())};
@@ -177,10 +186,10 @@ TrackResult ModelTracker::track_later(const Frame& frame, const TsdfVolume& volu
   volume_ = &volume;
   raycast_time_ = {};
   noise_ = volume.config().noise.scaled(noise_scale_);
-  const double apart_s = neighbour ? seconds(frame.timestamp_ns - neighbour->timestamp_ns, frame) : 0;
-  const bool has_motion = apart_s != 0 && std::abs(apart_s) <= kLongest_s;
+  apart_s_ = neighbour ? seconds(frame.timestamp_ns - neighbour->timestamp_ns, frame) : 0;
+  const bool has_motion = apart_s_ != 0 && std::abs(apart_s_) <= kLongest_s;
   std::optional<MovingCamera> moving;
-  if (has_motion) moving = moving_since(neighbour->T_world_camera, apart_s, frame);
+  if (has_motion) moving = moving_since(neighbour->T_world_camera, apart_s_, frame);
   const SurfacePyramid seen = pyramid_of(frame, noise_);
   IcpResult nothing;
   nothing.points = points_of(seen.levels.front());
@@ -192,7 +201,7 @@ TrackResult ModelTracker::track_later(const Frame& frame, const TsdfVolume& volu
   TrackResult result = describe(TrackState::kRecovered, TrackReason::kFoundLater, found->T_world_camera, found->icp);
   result.rms_sigma *= noise_scale_;
   forget_views();  // the frame will be fused
-  if (moving) result.motion = motion_of(*moving, apart_s, result);
+  if (moving) result.motion = motion_of(*moving, apart_s_, result);
   result.raycast_time = raycast_time_;
   return result;
 }
@@ -219,6 +228,7 @@ TrackResult ModelTracker::follow(const Frame& frame, const SurfacePyramid& seen)
   }
   const Fit followed = follow_motion(seen, frame.timestamp_ns);
   if (is_accepted(followed, frame.timestamp_ns)) {
+    learn_lateness(followed, seen);
     if (is_lost_) return describe(TrackState::kRecovered, TrackReason::kNone, followed.T_world_camera, followed.icp);
     const auto weak = why_weak(followed.icp);
     return describe(weak ? TrackState::kWeak : TrackState::kOk, weak.value_or(TrackReason::kNone),
@@ -375,6 +385,10 @@ ModelTracker::Fit ModelTracker::fit(const SurfacePyramid& seen, const Model& mod
   IcpConfig fine{noise_};
   fine.moving = coarse.moving;
   fine.colour_later = best.colour_later;
+  if (moving && moving->colour_sigma == 0 && prior_ == PosePrior::kIgnore) {
+    fine.asks_if_colour_is_late = is_by_hand(fine.moving->motion(best.T_model_frame), apart_s_);
+    fine.colour_is_timely = fine.asks_if_colour_is_late && lateness_.is_none();
+  }
   fine.first_level = coarse.last_level - 1;
   const IcpResult found = register_frame(seen, model.pyramid, best.T_model_frame, fine);
   return {model.T_world_camera * found.T_model_frame, found};
@@ -447,11 +461,8 @@ SteadyMotion ModelTracker::expected_to_colour(const Frame& frame) const {
 
 /// As the camera moved from one pose to the other in `apart_s`, which is negative where the frame came first.
 MovingCamera ModelTracker::moving_since(const Pose& T_world_other, double apart_s, const Frame& frame) const {
-  // The time of colour varies by so much from frame to frame. With a sensor whose timing is unknown it is not searched
-  // for: there it would also explain what a rolling shutter does, and the camera would be lost in quick turns.
-  constexpr double kColourSigma_s = 0.01;
-  const bool is_searched = frame.has_clock && !timing_.is_at_once();
-  const double colour_sigma = is_searched ? kColourSigma_s / std::abs(apart_s) : 0;
+  constexpr double kColourSigma_s = 0.01;  // the time of colour varies by so much from frame to frame
+  const double colour_sigma = searches_colour_time(timing_, frame) ? kColourSigma_s / std::abs(apart_s) : 0;
   return {T_world_other, timing_.readout_s / apart_s, colour_sigma};
 }
 
@@ -469,6 +480,13 @@ Pose ModelTracker::predicted(std::int64_t timestamp_ns) const {
   motion.linear() = Eigen::AngleAxisd(turn.angle() * intervals, turn.axis()).toRotationMatrix();
   motion.translation() = T_before_last_->translation() * intervals;
   return last_->T_world_camera * motion;
+}
+
+void ModelTracker::learn_lateness(const Fit& followed, const SurfacePyramid& seen) {
+  if (!followed.icp.colour_seems_later) return;
+  const SteadyMotion motion = moving_->motion(followed.T_world_camera);
+  const double moved_px = motion.pixels(seen.levels.front().intrinsics, last_->depth_m);
+  lateness_.learn(*followed.icp.colour_seems_later * apart_s_, moved_px);
 }
 
 void ModelTracker::remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result) {

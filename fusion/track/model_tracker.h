@@ -13,6 +13,7 @@
 #include "core/pose.h"
 #include "fusion/register/icp.h"
 #include "fusion/register/surface_pyramid.h"
+#include "fusion/track/colour_lateness.h"
 #include "fusion/track/relocaliser.h"
 #include "fusion/track/tracker.h"
 #include "fusion/volume/tsdf_volume.h"
@@ -111,6 +112,7 @@ class ModelTracker {
   [[nodiscard]] bool is_prompt(std::int64_t timestamp_ns) const;
   [[nodiscard]] double intervals_since_last(std::int64_t timestamp_ns) const;
   [[nodiscard]] Pose predicted(std::int64_t timestamp_ns) const;
+  void learn_lateness(const Fit& followed, const SurfacePyramid& seen);
   void remember(const Frame& frame, const SurfacePyramid& seen, const TrackResult& result);
   void learn_quality(const TrackResult& result);
 
@@ -124,10 +126,11 @@ class ModelTracker {
   bool is_lost_ = false;
   int unsure_frames_ = 0;  ///< last frames whose poses were good enough to continue from, but not to fuse
   std::optional<Recognised> recognised_;
-  Quality last_quality_;    ///< of the frame last_
-  Quality usual_;           ///< slow average over frames that are ok ...
-  int usual_frames_ = 0;    ///< ... the number of them
-  double noise_scale_ = 1;  ///< the camera's noise, as a multiple of the configured one
+  Quality last_quality_;     ///< of the frame last_
+  Quality usual_;            ///< slow average over frames that are ok ...
+  int usual_frames_ = 0;     ///< ... the number of them
+  double noise_scale_ = 1;   ///< the camera's noise, as a multiple of the configured one
+  ColourLateness lateness_;  ///< where the time of colour is not searched for
   Relocaliser places_;
   std::list<View> views_;  ///< from places at which a lost camera was looked for, the newest first
 
@@ -135,6 +138,7 @@ class ModelTracker {
   const TsdfVolume* volume_ = nullptr;
   NoiseModel noise_;
   std::optional<MovingCamera> moving_;  ///< T_model_before is T_world_before
+  double apart_s_ = 0;                  ///< time since the frame from which the motion is counted
   std::chrono::nanoseconds raycast_time_{};
 };
 

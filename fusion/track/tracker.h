@@ -86,6 +86,12 @@ struct TrackerConfig {
   FrameTiming timing = {};  ///< of the sensor
 };
 
+/// Whether the time of colour is one more unknown of registration. With a sensor whose timing is unknown it is not
+/// searched for: there it would also explain what a rolling shutter does, and the camera would be lost in quick turns.
+[[nodiscard]] inline bool searches_colour_time(const FrameTiming& timing, const Frame& frame) {
+  return frame.has_clock && !timing.is_at_once();
+}
+
 /// Finds the poses of frames, one after the other.
 class Tracker {
  public:

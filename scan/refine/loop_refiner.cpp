@@ -42,6 +42,7 @@ LoopRefiner::LoopRefiner(const ScanConfig& config, const FrameArchive& archive, 
 
 void LoopRefiner::note_fused(const Frame& frame, const Pose& T_world_camera, bool follows_gap) {
   fused_.push_back(frame.sequence);
+  colour_is_timely_ = searches_colour_time(config_.acquire.timing(), frame);
   session_.timed("key_frames", [&] { keys_.add(frame, T_world_camera, follows_gap); });
 }
 
@@ -93,7 +94,8 @@ void LoopRefiner::insert(std::size_t at, FoundSide& side, const KeyFrames::Gaps&
 
 LoopClosure LoopRefiner::find_loops() {
   const double tolerance_m = kWorthFusing * config_.fusion.voxel_size_m;
-  return session_.timed("loops", [&] { return close_loops(keys_, config_.fusion.noise, tolerance_m); });
+  return session_.timed("loops",
+                        [&] { return close_loops(keys_, config_.fusion.noise, tolerance_m, colour_is_timely_); });
 }
 
 LoopResult LoopRefiner::described(const LoopClosure& closure) const {

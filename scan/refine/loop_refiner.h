@@ -64,7 +64,8 @@ class LoopRefiner final : public PoseRefiner {
   std::vector<NotedRun> runs_;           ///< frames that were lost, tracked apart from the scan
   std::vector<TrackedFrame> recovered_;  ///< those of them that are joined to the walk
   std::optional<LoopResult> result_;
-  bool is_corrected_ = false;  ///< the drift is worth a correction
+  bool colour_is_timely_ = false;  ///< its time was searched for
+  bool is_corrected_ = false;      ///< the drift is worth a correction
   double largest_correction_m_ = 0;
   std::size_t wanted_ = 0;  ///< number of frames to fuse again
 };

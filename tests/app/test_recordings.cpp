@@ -98,9 +98,9 @@ TEST_P(Tracked, FollowsTheRecordedPoses) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Main, Tracked,
-                         ::testing::Values(TrackedRecording{"box_f200", "rgbd_box_f200", "2mm", 0.006},
+                         ::testing::Values(TrackedRecording{"box_f200", "rgbd_box_f200", "2mm", 0.0025},
                                            TrackedRecording{"redwood", "rgbd_redwood_lr1_211", "1cm", 0.02},
-                                           TrackedRecording{"tum_rpy", "rgbd_tum_fr1_rpy_150", "1cm", 0.03},
+                                           TrackedRecording{"tum_rpy", "rgbd_tum_fr1_rpy_150", "1cm", 0.02},
                                            TrackedRecording{"shelf",
                                                             "rgbd_shelf_masks_15",
                                                             "3mm",

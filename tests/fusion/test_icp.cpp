@@ -96,6 +96,60 @@ TEST(Icp, FindsWhenColourWasTaken) {
   EXPECT_GT(distance_m(as_if_at_once, truth), 2e-3) << "else the time is not seen in this test";
 }
 
+/// Depth that is off by up to a few sigma, alike over squares of 14 pixels, as of a sensor that matches windows.
+void disturb(const NoiseModel& noise, DepthImage& depth_m) {
+  constexpr int kAlike = 14;
+  constexpr float kMostSigmas = 3;
+  for (int y = 0; y < depth_m.height(); ++y) {
+    for (int x = 0; x < depth_m.width(); ++x) {
+      const int square = 7 * (x / kAlike) + 3 * (y / kAlike);
+      const float off = kMostSigmas * (static_cast<float>(square * square % 11) / 5 - 1);  // -1 to 1
+      float& z_m = depth_m.at(x, y);
+      z_m += off * static_cast<float>(noise.sigma_m(static_cast<double>(z_m)));
+    }
+  }
+}
+
+TEST(Icp, IsHeldByTimelyColourWhereErrorsOfDepthAreAlike) {
+  const NoiseModel noise;
+  const Pose eye = on_circle(0);
+  const Pose truth = motion({0.01, 0.02, 0.005}, {0.02, 0.01, 0});
+  Frame frame = look(small_room(), eye * truth);
+  disturb(noise, frame.depth_m);
+  const SurfacePyramid seen = pyramid_of(frame, noise), model = pyramid_of(view_of(small_room(), eye), noise);
+  IcpConfig config{noise};
+  const IcpResult as_one_of_many = register_frame(seen, model, Pose::Identity(), config);
+  config.colour_is_timely = true;
+  const IcpResult held = register_frame(seen, model, Pose::Identity(), config);
+  // Along the line of sight only depth holds it.
+  const auto sideways_m = [&](const IcpResult& found) {
+    return (truth.inverse() * found.T_model_frame).translation().head<2>().norm();
+  };
+  EXPECT_LT(angle_rad(held.T_model_frame, truth), 0.5 * angle_rad(as_one_of_many.T_model_frame, truth));
+  EXPECT_LT(sideways_m(held), 0.5 * sideways_m(as_one_of_many));
+}
+
+TEST(Icp, SaysHowLateColourSeemsToBe) {
+  const NoiseModel noise;
+  const Pose before = on_circle(0);
+  const Pose truth = motion({0.02, 0.06, 0.01}, {0.04, 0.02, 0});  // 100 degrees a second at 30 frames a second
+  const SurfacePyramid model = pyramid_of(view_of(small_room(), before), noise);
+  IcpConfig config{noise};
+  config.moving = MovingCamera{Pose::Identity()};
+  config.asks_if_colour_is_late = true;
+  for (const double later : {0.0, 0.1, -0.2}) {
+    Frame frame = look(small_room(), before * truth);
+    frame.colour = look(small_room(), before * truth * config.moving->motion(truth).after(later)).colour;
+    const IcpResult found = register_frame(pyramid_of(frame, noise), model, Pose::Identity(), config);
+    ASSERT_TRUE(found.colour_seems_later);
+    EXPECT_NEAR(*found.colour_seems_later, later, 0.03);  // 1 ms
+    EXPECT_EQ(found.colour_later, 0) << "it is not searched for";
+  }
+  config.moving = MovingCamera{truth};  // the camera stands still
+  EXPECT_FALSE(
+      register_frame(pyramid_of(look(small_room(), before * truth), noise), model, truth, config).colour_seems_later);
+}
+
 TEST(Icp, FindsThreeWeakDirectionsBeforeABareWallAndDoesNotMoveAlongThem) {
   const Pose truth = motion({0, 0, 0}, {0.03, 0.01, 0.02});
   const IcpResult result = register_views(bare_wall(), Pose::Identity(), truth, /*has_colour=*/false);
