@@ -13,6 +13,7 @@
 #include "scan/bricks/layered_bricks.h"
 #include "scan/mesh/mesh_scan.h"
 #include "scan/mesh/vertex_uncertainty.h"
+#include "scan/mesh/view_spread.h"
 #include "scan/mesh/write_texture.h"
 
 namespace scanknit {
@@ -24,16 +25,16 @@ Result<void> estimate_uncertainty(const ScanConfig& config, std::optional<Layere
                                   std::span<const PosedDepth> samples, FinishedSurface& finished) {
   if (!config.output.uncertainty || !layers || !finished.outcome) return {};
   const Mesh& mesh = finished.surface.mesh;
-  std::vector<float> weights(mesh.positions_m.size(), 0.0f);
-  NoiseShare share(samples, config.fusion.noise);
+  VertexEvidence evidence(mesh.positions_m.size());
+  ViewSpread spread(samples, config.fusion.noise);
   for (const BlockLayer& layer : layers->layers()) {
     const auto view = layers->read(layer.x - kBlockEdgeVoxels, layer.x + 3 * kBlockEdgeVoxels);
     if (!view) return view.error();
-    raise_weights(mesh, finished.T_mesh_world().inverse(), *view, weights);
-    share.add(*view, layer.x, layer.x + kBlockEdgeVoxels);
+    const int end_x = layer.x + kBlockEdgeVoxels;
+    add_evidence(mesh, finished.T_mesh_world().inverse(), *view, evidence, layer.x, end_x);
+    spread.add(*view, layer.x, end_x);
   }
-  const double view_sigma_m = config.fusion.noise.floor_m * share.value();
-  finished.uncertainty_m = uncertainties_m(weights, {view_sigma_m, config.fusion.voxel_size_m});
+  finished.uncertainty_m = uncertainties_m(evidence, {spread.view_sigma_m(), config.fusion.voxel_size_m});
   return {};
 }
 

@@ -140,9 +140,9 @@ class SurfaceFinisher {
     if (!config_.output.uncertainty || !view_sigma_m_ || (view.weight == nullptr && view.weight_codes == nullptr))
       return;
     const Mesh& mesh = made_.surface.mesh;
-    std::vector<float> weights(mesh.positions_m.size(), 0.0f);
-    raise_weights(mesh, made_.T_mesh_world().inverse(), view, weights);
-    made_.uncertainty_m = uncertainties_m(weights, {*view_sigma_m_, view.field->voxelSize().x()});
+    VertexEvidence evidence(mesh.positions_m.size());
+    add_evidence(mesh, made_.T_mesh_world().inverse(), view, evidence);
+    made_.uncertainty_m = uncertainties_m(evidence, {*view_sigma_m_, view.field->voxelSize().x()});
   }
 
   void note(FinishStep step, Figures figures) {

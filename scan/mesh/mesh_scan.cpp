@@ -10,7 +10,7 @@
 #include "core/system/beside.h"
 #include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
-#include "scan/mesh/vertex_uncertainty.h"
+#include "scan/mesh/view_spread.h"
 #include "scan/mesh/write_surface.h"
 
 namespace scanknit {
@@ -108,10 +108,9 @@ MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const M
 std::optional<double> view_sigma_m(const TsdfVolume& volume, std::span<const PosedDepth> samples,
                                    const ScanConfig& config) {
   if (!config.output.uncertainty) return std::nullopt;
-  const NoiseModel& noise = config.fusion.noise;
-  NoiseShare share(samples, noise);
-  share.add(volume.field_view());
-  return noise.floor_m * share.value();
+  ViewSpread spread(samples, config.fusion.noise);
+  spread.add(volume.field_view());
+  return spread.view_sigma_m();
 }
 
 MeshedScan mesh_scan(const Reconstruction& scan, const MeshRequest& request, ScanSession& session) {
