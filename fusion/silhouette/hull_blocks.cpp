@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "fusion/volume/block_index.h"
@@ -100,36 +102,71 @@ std::vector<Coord> HullBlocks::those_in_the_band(const std::vector<Coord>& cubes
 }
 
 std::array<HullBlocks::Look, kBlockVoxels> HullBlocks::look_at(const Coord& origin) const {
-  const Vector3d first = position(origin);
-  const double half_m = kBlockEdgeVoxels * voxel_size_m_ / 2;
-  std::vector<ViewOfBlock> views;
-  for (std::size_t i = 0; i < views_.size(); ++i) {
-    views.push_back({cubes_.greatest_m(i, first + Vector3d::Constant(half_m), half_m), i});
-  }
-  // Those that may say most come first: soon they leave nothing to be said by the others, which see the whole block.
-  std::sort(views.begin(), views.end(), std::greater<>());
   std::array<Look, kBlockVoxels> looks;
   looks.fill({-band_m_, 0});
-  double least_m = -band_m_;
-  constexpr double kRounding = 1e-5;
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    const auto [greatest_m, i] = views[k];
-    if (greatest_m + kRounding * band_m_ <= least_m) {
-      for (Look& look : looks) look.seen_by += static_cast<int>(views.size() - k);
-      break;
-    }
-    look_from(i, first, looks);
-    least_m = std::min_element(looks.begin(), looks.end(), [](const Look& a, const Look& b) {
-                return a.distance_m < b.distance_m;
-              })->distance_m;
+  std::vector<ViewOfPart> views(views_.size());
+  for (unsigned part = 0; part < kBlockVoxels / kPartVoxels; ++part) {
+    look_at_part(origin, {(part >> 2 & 1) * kPartEdge, (part >> 1 & 1) * kPartEdge, (part & 1) * kPartEdge}, views,
+                 looks);
   }
   return looks;
 }
 
-void HullBlocks::look_from(std::size_t i, const Vector3d& first, std::array<Look, kBlockVoxels>& looks) const {
+void HullBlocks::look_at_part(const Coord& origin, const std::array<unsigned, 3>& low, std::vector<ViewOfPart>& views,
+                              std::array<Look, kBlockVoxels>& looks) const {
+  constexpr double kMiddle = (kPartEdge - 1) / 2.0;
+  const Vector3d first = position(origin);
+  const Vector3d middle = first + (Vector3d(low[0], low[1], low[2]) + Vector3d::Constant(kMiddle)) * voxel_size_m_;
+  const double radius_m = std::numbers::sqrt3 * kMiddle * voxel_size_m_;
+  for (std::size_t i = 0; i < views_.size(); ++i) views[i] = {greatest_m(i, middle, radius_m), i};
+  // Those that may say most come first: soon they leave nothing to be said by the others, which see the whole part.
+  std::sort(views.begin(), views.end(), std::greater<>());
+  constexpr double kRounding = 1e-5;
+  std::array<unsigned, kPartVoxels> voxels;
+  for (unsigned n = 0; n < kPartVoxels; ++n) {
+    voxels[n] = (low[0] + n / (kPartEdge * kPartEdge)) << 6 | (low[1] + n / kPartEdge % kPartEdge) << 3 |
+                (low[2] + n % kPartEdge);
+  }
+  float least_m = -band_m_;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const auto [greatest_m, i] = views[k];
+    if (std::isfinite(greatest_m) && (greatest_m + kRounding * band_m_ <= least_m || least_m >= band_m_)) {
+      for (const unsigned n : voxels) looks[n].seen_by += static_cast<int>(views.size() - k);
+      break;
+    }
+    look_from(i, first, voxels, looks);
+    least_m = band_m_;
+    for (const unsigned n : voxels) least_m = std::min(least_m, looks[n].distance_m);
+  }
+}
+
+/// Distances to an outline change by at most a pixel a pixel. Between four pixels' centres, of which the mean square
+/// distance from a point between them is half a pixel squared at most, the same holds for their means.
+double HullBlocks::greatest_m(std::size_t i, const Vector3d& middle, double radius_m) const {
+  constexpr double kNotSeen = std::numeric_limits<double>::infinity();
+  constexpr double kSquaredCell = 0.5, kRounding_px = 0.02;  // distances are kept in 1/128 of a pixel
+  const auto& [camera, pose, silhouette] = views_[i];
+  const Vector3d p = T_camera_world_[i] * middle;
+  if (!(p.z() > 1.01 * radius_m)) return kNotSeen;
+  const Eigen::Vector2d pixel = camera.project(p);
+  const double slant = std::hypot(p.x(), p.y()) / p.z();
+  const double radius_px = std::max(std::abs(camera.fx), std::abs(camera.fy)) * radius_m *
+                               std::sqrt(1 + slant * slant) / (p.z() - radius_m) +
+                           kRounding_px;
+  if (!silhouette.sees(pixel.x() - radius_px, pixel.y() - radius_px) ||
+      !silhouette.sees(pixel.x() + radius_px, pixel.y() + radius_px)) {
+    return kNotSeen;
+  }
+  const double greatest_px = static_cast<double>(silhouette.distance_px(pixel.x(), pixel.y())) +
+                             std::sqrt(kSquaredCell) + std::sqrt(radius_px * radius_px + kSquaredCell) + kRounding_px;
+  return greatest_px * (greatest_px > 0 ? p.z() + radius_m : p.z() - radius_m) / focal_length(camera);
+}
+
+void HullBlocks::look_from(std::size_t i, const Vector3d& first, const std::array<unsigned, kPartVoxels>& voxels,
+                           std::array<Look, kBlockVoxels>& looks) const {
   const auto& [camera, pose, silhouette] = views_[i];
   const double metres_per_pixel_and_metre = 1 / focal_length(camera);
-  for (unsigned n = 0; n < kBlockVoxels; ++n) {
+  for (const unsigned n : voxels) {
     const Vector3d p = first + Vector3d(n >> 6, n >> 3 & 7, n & 7) * voxel_size_m_;
     const Vector3d in_camera = T_camera_world_[i] * p;
     if (!(in_camera.z() > 0)) continue;

@@ -40,13 +40,21 @@ class HullBlocks {
   [[nodiscard]] std::array<Look, kBlockVoxels> look_at(const openvdb::Coord& origin) const;
 
  private:
-  using ViewOfBlock = std::pair<double, std::size_t>;  ///< the greatest distance that it may see there, and its number
+  using ViewOfPart = std::pair<double, std::size_t>;  ///< greatest_m(), and its number
+  static constexpr unsigned kPartEdge = 4;            ///< voxels: an eighth of a block
+  static constexpr unsigned kPartVoxels = kPartEdge * kPartEdge * kPartEdge;
   [[nodiscard]] Eigen::Vector3d position(const openvdb::Coord& index) const;
   [[nodiscard]] std::optional<std::vector<openvdb::Coord>> in_band(const Eigen::AlignedBox3d& box,
                                                                    std::size_t most) const;
   [[nodiscard]] std::vector<openvdb::Coord> those_in_the_band(const std::vector<openvdb::Coord>& cubes, int edge) const;
-  /// Adds what view `i` says of the block's voxels, the first of which is at `first`.
-  void look_from(std::size_t i, const Eigen::Vector3d& first, std::array<Look, kBlockVoxels>& looks) const;
+  /// look_at() for the part whose first voxel is at `low` in the block. `views`: room for one of each view.
+  void look_at_part(const openvdb::Coord& origin, const std::array<unsigned, 3>& low, std::vector<ViewOfPart>& views,
+                    std::array<Look, kBlockVoxels>& looks) const;
+  /// What view `i` may say at most within a ball; infinite unless it sees all of it.
+  [[nodiscard]] double greatest_m(std::size_t i, const Eigen::Vector3d& middle, double radius_m) const;
+  /// Adds what view `i` says of some voxels of the block whose first voxel is at `first`.
+  void look_from(std::size_t i, const Eigen::Vector3d& first, const std::array<unsigned, kPartVoxels>& voxels,
+                 std::array<Look, kBlockVoxels>& looks) const;
 
   std::span<const SilhouetteView> views_;
   HullCubes cubes_;

@@ -77,11 +77,6 @@ bool HullCubes::may_hold_hull(const Vector3d& middle, double half_m) const {
   return true;
 }
 
-double HullCubes::greatest_m(std::size_t i, const Vector3d& middle, double half_m) const {
-  const auto range = range_of(i, middle, half_m);
-  return range ? range->greatest_m : std::numeric_limits<double>::infinity();
-}
-
 bool HullCubes::may_hold_surface(const Vector3d& middle, double half_m, double band_m) const {
   bool is_inside_of_all = true;
   for (std::size_t i = 0; i < views_.size(); ++i) {

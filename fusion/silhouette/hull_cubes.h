@@ -27,10 +27,6 @@ class HullCubes {
   /// False if some view sees no part of the cube within its silhouette, but some outside of it.
   [[nodiscard]] bool may_hold_hull(const Eigen::Vector3d& middle, double half_m) const;
 
-  /// No point of the cube is farther outside of view `i`'s outline, metres; infinite unless the view sees the whole
-  /// cube.
-  [[nodiscard]] double greatest_m(std::size_t i, const Eigen::Vector3d& middle, double half_m) const;
-
   /// False if the cube is no nearer than `band_m` to the hull's surface, as far as whole cubes tell.
   [[nodiscard]] bool may_hold_surface(const Eigen::Vector3d& middle, double half_m, double band_m) const;
 

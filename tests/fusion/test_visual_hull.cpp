@@ -213,6 +213,42 @@ TEST(VisualHull, OfACylinderIsWithinHalfAPixel) {
   expect_hull_within_half_a_pixel(cylinder_thing());
 }
 
+/// What HullBlocks leaves out, because views that see a place say no more, changes nothing.
+TEST(VisualHull, EveryVoxelHasTheGreatestOfAllViews) {
+  const Polytope thing = box_thing();
+  CameraIntrinsics cut = kHullCamera;  // the thing reaches beyond the picture's border
+  cut.cx = 40;
+  std::vector<SilhouetteView> views = views_of(thing, circle(12));
+  for (const Pose& pose : circle(5)) views.push_back({cut, pose, Silhouette(mask_of(thing, cut, pose), 16)});
+  TsdfVolume volume = hull_volume(3 * kFootprint_m);
+  ASSERT_TRUE(carve_hull(views, *hull_box(views), volume));
+  const double size = volume.config().voxel_size_m;
+  const float band_m = volume.tsdf().background();
+  std::size_t voxels = 0;
+  for (const VolumeBlock& block : volume.index().blocks()) {
+    for (unsigned n = 0; n < kBlockVoxels; ++n) {
+      const openvdb::Coord at = block.tsdf->offsetToGlobalCoord(n);
+      float greatest_m = -band_m;
+      int seen_by = 0;
+      for (const SilhouetteView& view : views) {
+        const Vector3d p = view.T_world_camera.inverse() * (Vector3d(at.x(), at.y(), at.z()) * size);
+        const Eigen::Vector2d pixel = view.camera.project(p);
+        if (!view.silhouette.sees(pixel.x(), pixel.y())) continue;
+        ++seen_by;
+        const double distance_m =
+            static_cast<double>(view.silhouette.distance_px(pixel.x(), pixel.y())) * p.z() / focal_length(view.camera);
+        greatest_m = std::max(greatest_m, std::min(static_cast<float>(distance_m), band_m));
+      }
+      ASSERT_EQ(block.tsdf->isValueOn(n), seen_by >= kFewestSilhouettes);
+      if (!block.tsdf->isValueOn(n)) continue;
+      ASSERT_EQ(block.weight->getValue(n), encode_weight(static_cast<float>(seen_by)));
+      ASSERT_NEAR(block.tsdf->buffer().data()[n], greatest_m, 2e-5f * band_m);
+      ++voxels;
+    }
+  }
+  EXPECT_GT(voxels, 10'000u);
+}
+
 TEST(VisualHull, HoldsTheWholeThing) {
   const Ball ball(0.1);
   const std::vector<SilhouetteView> views = views_of(ball, circle(6));
