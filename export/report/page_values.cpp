@@ -82,7 +82,7 @@ std::optional<Eigen::Vector3d> vector_of(const ReportJson& numbers) {
   return vector;
 }
 
-/// The mesh's box; an empty one when it is not known.
+/// The box of the report's or a class' mesh; an empty one when it is not known.
 Eigen::AlignedBox3d mesh_box(const ReportJson& report) {
   Eigen::AlignedBox3d box;
   const ReportJson& bounds_m = list_at(report, "/mesh/bounds_m");
@@ -149,11 +149,14 @@ void add_head(const ReportJson& report, object& page) {
   page["total_time"] = time_words(number_at(report, "/total_ms").value_or(0));
 }
 
+std::string size_words(const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return "not known";
+  const Eigen::Vector3d mm = 1000 * box.sizes();
+  return fmt::format("{:.1f} × {:.1f} × {:.1f} mm", mm.x(), mm.y(), mm.z());
+}
+
 void add_facts(const ReportJson& report, object& page) {
-  if (const Eigen::AlignedBox3d box = mesh_box(report); !box.isEmpty()) {
-    const Eigen::Vector3d mm = 1000 * box.sizes();
-    page["size"] = fmt::format("{:.1f} × {:.1f} × {:.1f} mm", mm.x(), mm.y(), mm.z());
-  }
+  if (const Eigen::AlignedBox3d box = mesh_box(report); !box.isEmpty()) page["size"] = size_words(box);
   if (number_at(report, "/mesh/triangles")) page["triangles"] = count_at(report, "/mesh/triangles");
   if (number_at(report, "/frames/read").value_or(0) > 0) {
     page["frames"] = counts_at(value_at(report, "/frames"), {"fused", "read"});
@@ -341,6 +344,21 @@ data alignment_of(const ReportJson& report, const PageUris& pictures) {
   return object{{"pairs", rows}, {"pair_pictures", shown}};
 }
 
+data classes_of(const ReportJson& report, const PageUris& pictures) {
+  list rows, shown;
+  for (const ReportJson& one : list_at(report, "/classes")) {
+    if (rows.size() == kMostRows) break;
+    object row = counts_at(value_at(one, "/mesh"), {"components", "triangles"});
+    row["class"] = count_at(one, "/class");
+    row["size"] = size_words(mesh_box(one));
+    row["is_closed"] = yes_or_no(one, "/mesh/is_closed");
+    rows.push_back(row);
+    const auto found = pictures.find("class " + count_at(one, "/class"));
+    if (found != pictures.end()) shown.push_back(object{{"kind", found->first}, {"uri", found->second}});
+  }
+  return rows.empty() ? data(kLeftOut) : object{{"rows", rows}, {"class_pictures", shown}};
+}
+
 data holes_of(const ReportJson& report) {
   constexpr std::size_t kMostRims = 20;
   const ReportJson& holes = value_at(report, "/holes");
@@ -385,7 +403,7 @@ data finishing_of(const ReportJson& report) {
 void add_topology(const ReportJson& report, object& page) {
   const ReportJson& mesh = value_at(report, "/mesh");
   if (!mesh.is_object()) {
-    page["no_mesh"] = true;
+    page["no_mesh"] = list_at(report, "/classes").empty();
     return;
   }
   object counts =
@@ -466,6 +484,7 @@ std::string filled_page(const ReportJson& report, std::string_view trajectory, c
   page["turntable"] = turntable_of(report);
   page["silhouettes"] = silhouettes_of(report);
   page["alignment"] = alignment_of(report, pictures);
+  page["classes"] = classes_of(report, pictures);
   page["holes"] = holes_of(report);
   page["finishing"] = finishing_of(report);
   add_topology(report, page);

@@ -10,7 +10,7 @@
 
 namespace scanknit {
 
-inline constexpr std::size_t kMostPairPictures = 12;
+inline constexpr std::size_t kMostPairPictures = 12, kMostClassPictures = 32;
 
 /// The pictures of a page as data URIs, by kind (PagePicture::kind); empty for pictures that cannot be shown.
 using PageUris = std::map<std::string, std::string>;

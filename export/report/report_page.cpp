@@ -22,8 +22,8 @@ constexpr std::uintmax_t kMostPictureBytes = 32u << 20;
 PageUris uris_of(std::span<const PagePicture> pictures) {
   PageUris uris;
   for (const PagePicture& picture : pictures) {
-    const bool is_pair = picture.kind.starts_with("pair ");
-    uris[picture.kind] = picture_uri(picture.png, is_pair ? kPairColumns : kPictureColumns);
+    const bool is_one_of_many = picture.kind.starts_with("pair ") || picture.kind.starts_with("class ");
+    uris[picture.kind] = picture_uri(picture.png, is_one_of_many ? kPairColumns : kPictureColumns);
   }
   return uris;
 }
@@ -48,6 +48,11 @@ std::vector<PagePicture> pictures_beside(const std::filesystem::path& folder, co
   for (std::size_t i = 0; i < std::min(pairs.size(), kMostPairPictures); ++i) {
     const auto scan = [&](const char* pointer) { return grouped_digits(number_at(pairs[i], pointer).value_or(0)); };
     add("pair " + scan("/from") + " " + scan("/to"), text_at(pairs[i], "/picture"));
+  }
+  const ReportJson& classes = list_at(report, "/classes");
+  for (std::size_t i = 0; i < std::min(classes.size(), kMostClassPictures); ++i) {
+    const double label = number_at(classes[i], "/class").value_or(0);
+    add("class " + grouped_digits(label), text_at(classes[i], fmt::format("/files/preview_class{:.0f}", label)));
   }
   return pictures;
 }

@@ -15,7 +15,7 @@ namespace scanknit {
 
 /// A picture for the page, as the bytes of a PNG file.
 struct PagePicture {
-  std::string kind;  ///< "preview", "error", "coverage", or "pair 1 2" of aligned scans
+  std::string kind;  ///< "preview", "error", "coverage", "pair 1 2" of aligned scans, or "class 3"
   std::vector<std::byte> png;
 };
 
