@@ -1,6 +1,7 @@
 // The uncertainty of a mesh's vertices, from the volume that it was extracted from.
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <vector>
 

@@ -1,6 +1,8 @@
 // How far the mean of a place's views is from the truth, measured by how far the views are from each other.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <vector>

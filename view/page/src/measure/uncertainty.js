@@ -3,7 +3,7 @@
 /// What the page states is so many standard deviations: 95 % of a normal distribution.
 export const kStated = 2;
 
-// Without uncertainties of the vertices, those of docs/formats.md#uncertainty, with what the page knows.
+// Without uncertainties of the vertices: a rule of thumb with what the page knows (docs/measuring.md).
 const kViewsAlike = 1.7;      // neighbouring views err alike
 const kVoxelShare = 0.05;     // of the voxel: what no number of views removes
 const kViewNoiseVoxels = 0.5;  // one view's noise: voxels are chosen so
