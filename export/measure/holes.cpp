@@ -15,48 +15,46 @@ struct DirectedEdge {
   [[nodiscard]] std::uint32_t high() const { return std::max(from, to); }
 };
 
-/// All edges of the triangles, sorted by the lower of their vertices, then by the higher one.
-class SortedEdges {
- public:
-  explicit SortedEdges(const Mesh& mesh) : first_(mesh.positions_m.size() + 1, 0), edges_(3 * mesh.triangles.size()) {
-    for_each_edge(mesh, [&](const DirectedEdge& edge) { ++first_[edge.low() + 1]; });
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-    for_each_edge(mesh, [&](const DirectedEdge& edge) { edges_[next[edge.low()]++] = edge; });
-    for (std::size_t vertex = 0; vertex + 1 < first_.size(); ++vertex) {
-      std::sort(edges_.begin() + static_cast<std::ptrdiff_t>(first_[vertex]),
-                edges_.begin() + static_cast<std::ptrdiff_t>(first_[vertex + 1]),
-                [](const DirectedEdge& a, const DirectedEdge& b) { return a.high() < b.high(); });
-    }
-  }
-
-  [[nodiscard]] const std::vector<DirectedEdge>& edges() const { return edges_; }
-
- private:
-  template <typename Visit>
-  static void for_each_edge(const Mesh& mesh, const Visit& visit) {
+/// The edges whose lower vertex is one of first ... last - 1, sorted by that vertex, then by the other one.
+std::vector<DirectedEdge> sorted_edges(const Mesh& mesh, std::size_t first, std::size_t last) {
+  const auto for_each_edge = [&](const auto& visit) {
     for (const Triangle& t : mesh.triangles) {
-      for (std::size_t i = 0; i < 3; ++i) visit(DirectedEdge{t[i], t[(i + 1) % 3]});
+      for (std::size_t i = 0; i < 3; ++i) {
+        const DirectedEdge edge{t[i], t[(i + 1) % 3]};
+        if (edge.low() >= first && edge.low() < last) visit(edge);
+      }
     }
+  };
+  std::vector<std::size_t> next(last - first + 1, 0);
+  for_each_edge([&](const DirectedEdge& edge) { ++next[edge.low() - first + 1]; });
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<DirectedEdge> edges(next.back());
+  for_each_edge([&](const DirectedEdge& edge) { edges[next[edge.low() - first]++] = edge; });
+  std::size_t begin = 0;
+  for (std::size_t vertex = 0; vertex + 1 < next.size(); ++vertex) {
+    const std::size_t end = next[vertex];
+    std::sort(edges.begin() + static_cast<std::ptrdiff_t>(begin), edges.begin() + static_cast<std::ptrdiff_t>(end),
+              [](const DirectedEdge& a, const DirectedEdge& b) { return a.high() < b.high(); });
+    begin = end;
   }
-
-  std::vector<std::size_t> first_;
-  std::vector<DirectedEdge> edges_;
-};
+  return edges;
+}
 
 /// Those of one triangle only, sorted by where they begin.
 std::vector<DirectedEdge> boundary_edges(const Mesh& mesh) {
-  const SortedEdges all(mesh);
-  const std::vector<DirectedEdge>& edges = all.edges();
+  constexpr std::size_t kVerticesAtOnce = 1 << 18;  // 14 MiB
   const auto is_same = [](const DirectedEdge& a, const DirectedEdge& b) {
     return a.low() == b.low() && a.high() == b.high();
   };
   std::vector<DirectedEdge> lonely;
-  for (std::size_t i = 0; i < edges.size();) {
-    std::size_t next = i + 1;
-    while (next < edges.size() && is_same(edges[next], edges[i])) ++next;
-    if (next == i + 1) lonely.push_back(edges[i]);
-    i = next;
+  for (std::size_t first = 0; first < mesh.positions_m.size(); first += kVerticesAtOnce) {
+    const auto edges = sorted_edges(mesh, first, std::min(first + kVerticesAtOnce, mesh.positions_m.size()));
+    for (std::size_t i = 0; i < edges.size();) {
+      std::size_t next = i + 1;
+      while (next < edges.size() && is_same(edges[next], edges[i])) ++next;
+      if (next == i + 1) lonely.push_back(edges[i]);
+      i = next;
+    }
   }
   std::sort(lonely.begin(), lonely.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);

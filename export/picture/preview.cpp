@@ -24,7 +24,7 @@ void copy_into(const ColourImage& part, int left, int top, ColourImage& whole) {
 
 /// The first `count` views, in rows of two.
 ColourImage render_views(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int count,
-                         int width, int height) {
+                         int width, int height, std::span<const Rgb8> colours = {}) {
   ColourImage picture(width, height, kBackground);
   if (mesh.empty()) return picture;
   std::array<View, 4> views = choose_views(mesh, world_up);
@@ -35,13 +35,20 @@ ColourImage render_views(const Mesh& mesh, UpAxis world_up, const std::optional<
     views[3].in_colour = false;
     frames[0] = frames[3] = framing_seen_from(mesh, *T_world_scanner);
   }
+  for (View& view : views) view.colours = colours;
   const int part_width = width / 2, part_height = height / (count / 2);
   std::array<ColourImage, 4> parts;
-  // A view belongs to one thread: the same picture for every number of threads.
-  tbb::parallel_for(0, count, [&](int i) {
+  const auto render = [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     parts[k] = render_view(mesh, frames[k], views[k], part_width, part_height);
-  });
+  };
+  // A view belongs to one thread: the same picture for every number of threads. It takes 16 bytes for each vertex.
+  constexpr std::size_t kMostVerticesBeside = 4'000'000;
+  if (mesh.positions_m.size() <= kMostVerticesBeside) {
+    tbb::parallel_for(0, count, render);
+  } else {
+    for (int i = 0; i < count; ++i) render(i);
+  }
   for (int i = 0; i < count; ++i) {
     copy_into(parts[static_cast<std::size_t>(i)], (i % 2) * part_width, (i / 2) * part_height, picture);
   }
@@ -55,9 +62,10 @@ ColourImage render_preview(const Mesh& mesh, UpAxis world_up, const std::optiona
   return render_views(mesh, world_up, T_world_scanner, 4, width, height);
 }
 
-ColourImage render_two_views(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner, int width,
-                             int height) {
-  return render_views(mesh, world_up, T_world_scanner, 2, width, height);
+ColourImage render_two_views(const Mesh& mesh, UpAxis world_up, const std::optional<Pose>& T_world_scanner,
+                             std::span<const Rgb8> colours) {
+  constexpr int kWidth = 1280, kHeight = 480;
+  return render_views(mesh, world_up, T_world_scanner, 2, kWidth, kHeight, colours);
 }
 
 Result<void> write_png(const ColourImage& image, const std::filesystem::path& path) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 
 #include "core/axes.h"
 #include "core/image.h"
@@ -19,10 +20,10 @@ namespace scanknit {
                                          const std::optional<Pose>& T_world_scanner = std::nullopt, int width = 1280,
                                          int height = 960);
 
-/// The first two of those views side by side.
+/// The first two of those views side by side. `colours`: of the vertices, instead of the mesh's.
 [[nodiscard]] ColourImage render_two_views(const Mesh& mesh, UpAxis world_up,
-                                           const std::optional<Pose>& T_world_scanner, int width = 1280,
-                                           int height = 480);
+                                           const std::optional<Pose>& T_world_scanner,
+                                           std::span<const Rgb8> colours = {});
 
 /// Encodes as PNG and writes all or nothing.
 [[nodiscard]] Result<void> write_png(const ColourImage& image, const std::filesystem::path& path);

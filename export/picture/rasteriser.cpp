@@ -99,7 +99,8 @@ class Canvas {
  public:
   Canvas(const Mesh& mesh, const View& view, int width, int height)
       : mesh_(mesh),
-        in_colour_(view.in_colour && !mesh.colours.empty()),
+        colours_(!view.colours.empty() ? view.colours : std::span(mesh.colours)),
+        in_colour_(view.in_colour && !colours_.empty()),
         colour_(width, height, kBackground),
         inverse_z_(width, height, 0) {}
 
@@ -162,7 +163,7 @@ class Canvas {
       return static_cast<std::uint8_t>(std::clamp(light * value + 0.5f, 0.0f, 255.0f));
     };
     if (!in_colour_) return {channel(kClay.r), channel(kClay.g), channel(kClay.b)};
-    const Rgb8 a = mesh_.colours[triangle[0]], b = mesh_.colours[triangle[1]], c = mesh_.colours[triangle[2]];
+    const Rgb8 a = colours_[triangle[0]], b = colours_[triangle[1]], c = colours_[triangle[2]];
     const auto mix = [&](std::uint8_t va, std::uint8_t vb, std::uint8_t vc) {
       return channel(w0 * static_cast<float>(va) + w1 * static_cast<float>(vb) + w2 * static_cast<float>(vc));
     };
@@ -170,6 +171,7 @@ class Canvas {
   }
 
   const Mesh& mesh_;
+  std::span<const Rgb8> colours_;
   bool in_colour_;
   ColourImage colour_;
   Image<float> inverse_z_;  // 0: nothing drawn yet

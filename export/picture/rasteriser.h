@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 #include "core/image.h"
 #include "core/mesh.h"
@@ -14,9 +15,10 @@ inline constexpr Rgb8 kClay{190, 190, 190};
 /// A perspective camera that looks along `forward` at the mesh and stands just far enough away to see all of its
 /// framing.
 struct View {
-  Eigen::Vector3d forward{0, 0, 1};  ///< unit
-  Eigen::Vector3d up{0, -1, 0};      ///< unit, not parallel to `forward`; upright in the picture
-  bool in_colour = true;             ///< false, or a mesh without colours: grey clay
+  Eigen::Vector3d forward{0, 0, 1};    ///< unit
+  Eigen::Vector3d up{0, -1, 0};        ///< unit, not parallel to `forward`; upright in the picture
+  bool in_colour = true;               ///< false, or a mesh without colours: grey clay
+  std::span<const Rgb8> colours = {};  ///< of the vertices, instead of the mesh's; empty: the mesh's
 };
 
 /// Where the mesh is: its bounding box, or the box between the first and the 99th percentile of each coordinate where

@@ -41,12 +41,11 @@ template <std::size_t N, typename Share>
 ColourImage draw_map(const Mesh& mesh, const SurfaceFit& fit, const Rgb8 (&ramp)[N], UpAxis world_up,
                      const std::optional<Pose>& T_world_scanner, Share&& share) {
   SCANKNIT_CHECK(fit.seen_by.size() == mesh.positions_m.size());
-  Mesh painted = mesh;
-  painted.colours.resize(mesh.positions_m.size());
-  for (std::size_t i = 0; i < painted.colours.size(); ++i) {
-    painted.colours[i] = fit.seen_by[i] == 0 ? kUnseenColour : colour_on(ramp, share(i));
+  std::vector<Rgb8> painted(mesh.positions_m.size());
+  for (std::size_t i = 0; i < painted.size(); ++i) {
+    painted[i] = fit.seen_by[i] == 0 ? kUnseenColour : colour_on(ramp, share(i));
   }
-  return render_two_views(painted, world_up, T_world_scanner);
+  return render_two_views(mesh, world_up, T_world_scanner, painted);
 }
 
 }  // namespace

@@ -39,11 +39,10 @@ ColourImage draw_uncertainty_map(const Mesh& mesh, std::span<const float> uncert
                                  const std::optional<Pose>& T_world_scanner) {
   SCANKNIT_CHECK(uncertainty_m.size() == mesh.positions_m.size());
   const double end_m = uncertainty_map_end_m(uncertainty_m);
-  Mesh painted = mesh;
-  painted.colours.resize(mesh.positions_m.size());
-  for (std::size_t i = 0; i < painted.colours.size(); ++i) {
+  std::vector<Rgb8> painted(mesh.positions_m.size());
+  for (std::size_t i = 0; i < painted.size(); ++i) {
     const auto sigma_m = static_cast<double>(uncertainty_m[i]);
-    painted.colours[i] = std::isnan(sigma_m) ? kUnseenColour : colour_on(kErrorRamp, sigma_m / end_m);
+    painted[i] = std::isnan(sigma_m) ? kUnseenColour : colour_on(kErrorRamp, sigma_m / end_m);
   }
   constexpr int kSteps = 512;
   std::vector<Rgb8> colours;
@@ -59,7 +58,7 @@ ColourImage draw_uncertainty_map(const Mesh& mesh, std::span<const float> uncert
   if (unknown > 0) {
     title += fmt::format("; unknown {:.3g} % (grey)", 100 * unknown / static_cast<double>(uncertainty_m.size()));
   }
-  return with_colour_scale(render_two_views(painted, world_up, T_world_scanner), colours, labels, title);
+  return with_colour_scale(render_two_views(mesh, world_up, T_world_scanner, painted), colours, labels, title);
 }
 
 }  // namespace scanknit
