@@ -12,8 +12,15 @@
 namespace scanknit {
 namespace {
 
+/// `share`: of the blocks, those of `all` with `part`. A vector that grows is in memory twice; room for what is still
+/// to come takes none before it is used.
 template <typename T>
-void append_part(std::vector<T>& all, const std::vector<T>& part) {
+void append_part(std::vector<T>& all, const std::vector<T>& part, double share) {
+  constexpr double kSpare = 1.25;
+  const std::size_t size = all.size() + part.size();
+  if (size > all.capacity()) {
+    all.reserve(std::max(size, static_cast<std::size_t>(kSpare * static_cast<double>(size) / share)));
+  }
   all.insert(all.end(), part.begin(), part.end());
 }
 
@@ -29,7 +36,9 @@ BlockRange blocks_between(std::span<const Eigen::Vector3i> origins, int begin_x,
 
 class LayerMarch {
  public:
-  LayerMarch(LayeredField& field, const ExtractConfig& config) : field_(field), config_(config) {}
+  LayerMarch(LayeredField& field, const ExtractConfig& config) : field_(field), config_(config) {
+    for (const BlockLayer& layer : field.layers()) blocks_ += layer.blocks;
+  }
 
   /// Meshes the blocks with begin_x <= x < end_x, which follow those of the last step.
   [[nodiscard]] Result<void> step(int begin_x, int end_x) {
@@ -48,10 +57,12 @@ class LayerMarch {
       return too_many_vertices();
     }
     marching.write(own, part_);
-    append_part(surface_.mesh.positions_m, part_.positions_m);
-    append_part(surface_.mesh.normals, part_.normals);
-    append_part(surface_.mesh.colours, part_.colours);
-    append_part(surface_.mesh.triangles, part_.triangles);
+    blocks_done_ += own.size();
+    const double share = static_cast<double>(blocks_done_) / static_cast<double>(blocks_);
+    append_part(surface_.mesh.positions_m, part_.positions_m, share);
+    append_part(surface_.mesh.normals, part_.normals, share);
+    append_part(surface_.mesh.colours, part_.colours, share);
+    append_part(surface_.mesh.triangles, part_.triangles, share);
     return {};
   }
 
@@ -61,6 +72,11 @@ class LayerMarch {
     if (config_.normals) fill_missing_normals(surface_.mesh);
     if (config_.min_component_triangles > 1) {
       surface_.cases.components_removed = remove_small_components(surface_.mesh, config_.min_component_triangles);
+      Mesh& mesh = surface_.mesh;  // what was removed has taken memory
+      mesh.positions_m.shrink_to_fit();
+      mesh.normals.shrink_to_fit();
+      mesh.colours.shrink_to_fit();
+      mesh.triangles.shrink_to_fit();
     }
     return std::move(surface_);
   }
@@ -68,6 +84,7 @@ class LayerMarch {
  private:
   LayeredField& field_;
   const ExtractConfig& config_;
+  std::size_t blocks_ = 0, blocks_done_ = 0;
   CaseHistogram histogram_;
   bool is_mirrored_ = false;
   Surface surface_;
