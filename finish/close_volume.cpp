@@ -6,44 +6,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
+#include "finish/seen_leaves.h"
 #include "finish/smallest_surface.h"
 
 namespace scanknit {
 namespace {
 
 using openvdb::Coord;
-using FieldLeaf = openvdb::FloatTree::LeafNodeType;
+using FieldLeaf = SeenLeaves::FieldLeaf;
 
 constexpr int kSide = 8;                                   // voxels along the side of a leaf
 constexpr std::size_t kBytesPerVoxel = sizeof(float) + 2;  // of a Box
-
-/// Visits leaves, and tells for each voxel whether it was seen.
-class SeenLeaves {
- public:
-  SeenLeaves(const FieldView& view, double min_weight) : min_weight_(min_weight), fields_(view.field->tree()) {
-    if (view.weight != nullptr) weights_.emplace(view.weight->tree());
-    if (view.weight_codes != nullptr) codes_.emplace(view.weight_codes->tree());
-  }
-
-  [[nodiscard]] const FieldLeaf* leaf(const Coord& origin) const { return fields_.probeConstLeaf(origin); }
-
-  [[nodiscard]] bool is_seen(const FieldLeaf& leaf, openvdb::Index offset) const {
-    if (!std::isfinite(leaf.getValue(offset))) return false;
-    const Coord at = leaf.offsetToGlobalCoord(offset);
-    if (!weights_ && !codes_) return leaf.isValueOn(offset);
-    const auto weight = static_cast<double>(weights_ ? weights_->getValue(at) : decode_weight(codes_->getValue(at)));
-    return weight > 0 && weight >= min_weight_;
-  }
-
- private:
-  double min_weight_;
-  openvdb::FloatGrid::ConstAccessor fields_;
-  std::optional<openvdb::FloatGrid::ConstAccessor> weights_;
-  std::optional<WeightCodeGrid::ConstAccessor> codes_;
-};
 
 struct Box {
   VoxelBox voxels;
@@ -165,8 +140,8 @@ openvdb::FloatGrid::Ptr to_grid(const FieldView& view, const CloseRequest& reque
 Error too_large(const VoxelBox& box, double bytes, std::size_t max_bytes) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   return {ErrorCode::kBudget,
-          fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close, more than "
-                      "fusion.memory_budget ({:.0f} MiB): raise it, crop the box (finish.crop), or take larger voxels",
+          fmt::format("the box round the surface has {} x {} x {} voxels, which takes {:.0f} MiB to close; {:.0f} are "
+                      "left of fusion.memory_budget: raise it, crop the box (finish.crop), or take larger voxels",
                       box.dims.x(), box.dims.y(), box.dims.z(), std::ceil(bytes / kMebibyte),
                       static_cast<double>(max_bytes) / kMebibyte),
           "finish.watertight"};

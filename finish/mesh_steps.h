@@ -71,6 +71,9 @@ struct MeshSimplified {
   bool is_held_back = false;
 };
 
+/// What simplify_mesh() takes beside the mesh: lists of three edges of a triangle, and the vertices' quadrics.
+[[nodiscard]] std::size_t simplify_bytes(const Mesh& mesh);
+
 /// Collapses edges onto existing vertices (meshoptimizer), so that each remaining vertex keeps its position, normal and
 /// colour. A manifold mesh stays manifold, and a closed one stays closed with the same genus, but small pieces may
 /// vanish. Keeps the triangles whose collapse would break this; if these are too many, simplifies in steps as far as

@@ -258,6 +258,13 @@ Simplified simplify_in_steps(MeshCheck check, std::size_t target, double max_err
 
 }  // namespace
 
+std::size_t simplify_bytes(const Mesh& mesh) {
+  constexpr std::size_t kOfATriangle =
+      84;                                 // neighbours 24, collapses 18 and their order 6, copies 24 and the result 12
+  constexpr std::size_t kOfAVertex = 86;  // quadric 44, position 12, the rest numbers
+  return kOfATriangle * mesh.triangles.size() + kOfAVertex * mesh.positions_m.size();
+}
+
 MeshSimplified simplify_mesh(const SimplifyTarget& target, Mesh& mesh) {
   MeshSimplified result;
   result.triangles_before = result.triangles = mesh.triangles.size();

@@ -11,6 +11,7 @@
 #include "fusion/track/feature_match.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/lost_frames.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 
@@ -19,7 +20,7 @@ Result<Reconstruction> Reconstruction::create(const ScanConfig& config, const Op
   if (is_tracked(options.poses)) {
     if (auto found = check_features(); !found) return found.error();
   }
-  auto volume = TsdfVolume::create(config.fusion);
+  auto volume = TsdfVolume::create(volume_config(config.fusion));
   if (!volume) return volume.error();
   return Reconstruction(config, options, refiner, session, *std::move(volume));
 }
@@ -123,7 +124,7 @@ Result<void> Reconstruction::fuse_later(Frame& frame, const TrackResult& found) 
 }
 
 Result<void> Reconstruction::start_over() {
-  auto volume = TsdfVolume::create(config_.fusion);
+  auto volume = TsdfVolume::create(volume_config(config_.fusion));
   if (!volume) return volume.error();
   volume_ = *std::move(volume);
   poses_ = PoseFinder(options_.poses, config_.acquire.timing());

@@ -115,8 +115,8 @@ class RecordingScan {
     if (!makes_mesh_) return {};  // its poses are tracked: the volume may stop growing
     const PoseMode poses = source_->info().poses;
     const BrickSize asked = job_.config.fusion.bricks;
-    const Result<void> possible = check_bricks(job_, poses);
     const bool is_asked = asked != BrickSize::kOff && asked != BrickSize::kAuto;
+    const Result<void> possible = is_asked ? check_bricks(job_, poses) : check_coarse_bricks(job_, poses);
     if (is_asked && !possible) {
       session_.warn(WarningCode::kNoEffect, "fusion.bricks has no effect: " + possible.error().message);
     }

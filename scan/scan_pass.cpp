@@ -8,6 +8,7 @@
 #include "fusion/register/motion_vector.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
+#include "scan/memory_share.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/pose_finder.h"
 #include "scan/silhouettes/carve_gaps.h"
@@ -188,7 +189,8 @@ Error ScanPass::after_tracked_mesh(Error error) {
 /// Makes room for a second volume: writes the first one's mesh and empties it, unless both fit into the budget.
 Result<void> ScanPass::make_room() {
   constexpr std::size_t kMebibyte = 1024 * 1024;
-  const bool fit_both = 2 * scan_->volume().memory_bytes() <= job_.config.fusion.memory_budget_mib * kMebibyte;
+  const std::size_t both_mib = 2 * scan_->volume().memory_bytes() / kMebibyte + kProgramMib;
+  const bool fit_both = both_mib <= job_.config.fusion.memory_budget_mib;
   const bool may_write = input_.writes_tracked_mesh && tracking_verdict_;
   if (!written_) {
     if (fit_both || !may_write) return {};
@@ -198,7 +200,7 @@ Result<void> ScanPass::make_room() {
 }
 
 Result<void> ScanPass::empty_volume() {
-  auto empty = TsdfVolume::create(job_.config.fusion);
+  auto empty = TsdfVolume::create(volume_config(job_.config.fusion));
   if (!empty) return empty.error();
   scan_->volume() = *std::move(empty);
   return_freed_memory();
@@ -209,7 +211,7 @@ Result<void> ScanPass::empty_volume() {
 Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
   const auto source = input_.archive.open();
   if (!source) return source.error();
-  auto volume = TsdfVolume::create(job_.config.fusion);
+  auto volume = TsdfVolume::create(volume_config(job_.config.fusion));
   if (!volume) return volume.error();
   if (auto made = make_room(); !made) return made.error();
   const FramesToFuse frames{trajectory, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};

@@ -221,8 +221,10 @@ std::vector<ConfigKey> volume_keys() {
           [](auto& c) -> auto& { return c.fusion.silhouettes; }),
       memory(
           {"fusion.memory_budget", "",
-           "Memory that the volume may take. A run that would need more is fused in parts (fusion.bricks), or, where "
-           "that cannot be, refused before it starts, with the voxel size that would fit."},
+           "Memory that the program may take. The volume gets five sevenths of what is left beside 96 MiB for the "
+           "program, and at least a quarter. A run whose volume would need more is fused in parts (fusion.bricks), or, "
+           "where that cannot be, refused before it starts, with the budget and the voxel size that would fit. A mesh "
+           "that is too large to be closed or simplified is made of larger voxels, with a warning."},
           {kLeastMemoryBudgetMib, kMostMemoryBudgetMib}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
       choice<BrickSize>(
           {"fusion.bricks", "",

@@ -18,7 +18,9 @@ class BlockCounter {
   BlockCounter(const FusionConfig& config, std::size_t max_bytes);
   void add(const Frame& frame, const Pose& T_world_camera);
   [[nodiscard]] std::size_t blocks() const;
-  [[nodiscard]] bool is_full() const { return memory_.most_bytes() > max_bytes_; }
+  /// Of the memory that these blocks may need.
+  [[nodiscard]] std::size_t most_bytes() const { return memory_.most_bytes(); }
+  [[nodiscard]] bool is_full() const { return most_bytes() > max_bytes_; }
 
  private:
   FusionConfig config_;

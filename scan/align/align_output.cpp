@@ -11,6 +11,7 @@
 #include "export/trajectory.h"
 #include "fusion/range/range_integrate.h"
 #include "scan/frames/fuse_again.h"
+#include "scan/memory_share.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/reconstruction.h"
@@ -110,7 +111,7 @@ FusedScans AlignedFusion::run() {
 
 Result<void> AlignedFusion::fuse_and_write() {
   if (auto written = write_poses(); !written) return written;
-  auto volume = TsdfVolume::create(job_.config.fusion);
+  auto volume = TsdfVolume::create(volume_config(job_.config.fusion));
   if (!volume) return volume.error();
   for (std::size_t i = 0; i < inputs_.inputs.size(); ++i) {
     if (!inputs_.inputs[i].is_fusable() || session_.is_stopped()) continue;

@@ -28,4 +28,10 @@ Result<void> check_bricks(const ScanJob& job, PoseMode poses) {
   return Error{ErrorCode::kUsage, std::string("it cannot be fused in bricks because ") + reason};
 }
 
+Result<void> check_coarse_bricks(const ScanJob& job, PoseMode poses) {
+  ScanJob open = job;
+  open.config.finish.watertight = Watertight::kOff;
+  return check_bricks(open, poses);
+}
+
 }  // namespace scanknit

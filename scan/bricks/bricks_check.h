@@ -11,4 +11,7 @@ namespace scanknit {
 /// open recording.
 [[nodiscard]] Result<void> check_bricks(const ScanJob& job, PoseMode poses);
 
+/// The same where the mesh may be made of voxels of twice the size if it is closed: holes can be closed then.
+[[nodiscard]] Result<void> check_coarse_bricks(const ScanJob& job, PoseMode poses);
+
 }  // namespace scanknit

@@ -5,6 +5,7 @@
 #include "fusion/bricks/brick_file.h"
 #include "fusion/integrate/integrate_part.h"
 #include "scan/bricks/planned_frames.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {
@@ -24,7 +25,7 @@ BrickPart joined_part(const PlannedScan& planned, const PartGroup& group) {
 }  // namespace
 
 PartGroup first_group(const PlannedScan& planned, const std::vector<std::size_t>& numbers, std::size_t most) {
-  const std::size_t max_bytes = planned.fusion.memory_budget_mib << 20;
+  const std::size_t max_bytes = volume_budget_mib(planned.fusion.memory_budget_mib) << 20;
   PartGroup group;
   std::size_t bytes = 0;
   for (const std::size_t number : numbers) {
@@ -38,7 +39,7 @@ PartGroup first_group(const PlannedScan& planned, const std::vector<std::size_t>
 Result<bool> fuse_parts(const ScanJob& job, const PlannedScan& planned, const PartGroup& group, std::uint64_t id,
                         const std::function<std::filesystem::path(std::size_t number)>& path_of, ScanSession& session) {
   const BrickPart part = joined_part(planned, group);
-  auto volume = TsdfVolume::create(job.config.fusion);
+  auto volume = TsdfVolume::create(volume_config(job.config.fusion));
   if (!volume) return volume.error();
   const auto fused = for_each_planned(job, planned, part.frames, session, [&](Frame& frame, std::uint32_t n) {
     const Pose& T_world_camera = planned.trajectory[n - 1].T_world_camera;

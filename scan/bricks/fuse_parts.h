@@ -18,7 +18,8 @@ namespace scanknit {
 /// Parts that are fused at once, by their numbers (from 0).
 using PartGroup = std::vector<std::size_t>;
 
-/// The first parts of `numbers`, at most `most` (> 0) of them, which need no more than fusion.memory_budget together;
+/// The first parts of `numbers`, at most `most` (> 0) of them, which need no more than the volume's part of
+/// fusion.memory_budget together;
 /// at least one. Each frame is then decoded once for all of them.
 [[nodiscard]] PartGroup first_group(const PlannedScan& planned, const std::vector<std::size_t>& numbers,
                                     std::size_t most);

@@ -33,6 +33,9 @@ class LayeredBricks final : public LayeredField {
     return window_->field_view();
   }
 
+  /// Frees what was read last.
+  void let_go() { window_.reset(); }
+
   /// What was read so far, as if it were in memory as a whole.
   [[nodiscard]] VolumeResult described() const {
     constexpr double kBytesPerMebibyte = 1024.0 * 1024.0;

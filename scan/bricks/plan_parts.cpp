@@ -12,6 +12,7 @@
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/bricks/planned_frames.h"
 #include "scan/frames/frame_intake.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {
@@ -118,7 +119,7 @@ class PartPlanner {
 
   [[nodiscard]] Result<std::vector<BrickPart>> parts() const {
     const FusionConfig& fusion = job_.config.fusion;
-    const std::size_t max_bytes = fusion.memory_budget_mib << 20;
+    const std::size_t max_bytes = volume_budget_mib(fusion.memory_budget_mib) << 20;
     if (fusion.bricks == BrickSize::kAuto || fusion.bricks == BrickSize::kOff) return parts_within(plan_, max_bytes);
     return parts_of_bricks(plan_, static_cast<int>(fusion.bricks), max_bytes);
   }

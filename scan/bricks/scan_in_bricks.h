@@ -11,10 +11,12 @@
 namespace scanknit {
 
 /// Makes of frames with known poses what scan_walk() makes of them with enough memory, byte for byte. The volume stays
-/// within fusion.memory_budget: regions that the camera does not see go to files beside the first mesh (PagedVolume),
-/// and the surface is extracted from these files, a few layers at a time. The mesh is in memory as a whole. The job
-/// must pass check_bricks(). Nothing: a few frames alone exceed the budget, and nothing was written; use
-/// scan_in_parts(). Outcomes: those of scan_walk(); kOutput for a full disk.
+/// within its part of fusion.memory_budget: regions that the camera does not see go to files beside the first mesh
+/// (PagedVolume), and the surface is extracted from these files, a few layers at a time. The mesh is in memory as a
+/// whole. The job must pass check_bricks(), or check_coarse_bricks(): a mesh that is closed, or too large to be
+/// simplified, is made of voxels of twice the size or more (finish/coarse_volume.h), with a warning. Nothing: a few
+/// frames alone exceed the budget, and nothing was written; use scan_in_parts(). Outcomes: those of scan_walk();
+/// kOutput for a full disk.
 [[nodiscard]] std::optional<ScanResult> scan_in_pages(const ScanJob& job, const PassInput& input, ScanSession& session);
 
 /// The same for any budget, in the parts that fusion.bricks asks for: plans which part of space each frame changes, and

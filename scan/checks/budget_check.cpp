@@ -18,6 +18,7 @@
 #include "fusion/volume/volume_memory.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/frame_count.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {
@@ -55,7 +56,7 @@ Selection visit_samples(const std::filesystem::path& recording, const ScanConfig
 
 /// Reads one frame at a time: most recordings fit, and twenty frames with their normals take 100 MB.
 bool fits_by_count(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
-  BlockCounter counter(config.fusion, config.fusion.memory_budget_mib << 20);
+  BlockCounter counter(config.fusion, volume_budget_mib(config.fusion.memory_budget_mib) << 20);
   visit_samples(recording, config, stop, [&](const Frame& frame) {
     counter.add(frame, *frame.T_world_camera);
     return !counter.is_full();
@@ -90,7 +91,7 @@ bool fits_by_count(const std::vector<Frame>& frames, const FusionConfig& fusion,
 
 /// Fuses the frames and sees whether they stay within the budget.
 bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t max_bytes) {
-  auto volume = TsdfVolume::create(fusion);
+  auto volume = TsdfVolume::create(volume_config(fusion));
   if (!volume) return false;
   for (const Frame& frame : frames) {
     const auto fused = integrate(frame, *frame.T_world_camera, *volume);
@@ -103,9 +104,21 @@ bool fits_by_trial(const std::vector<Frame>& frames, const FusionConfig& fusion,
 /// wide bands touch distant blocks, whose inner nodes are counted but never kept.
 bool fits(const std::vector<Frame>& frames, const FusionConfig& fusion, std::size_t spare_mib) {
   constexpr double kLarge_m = 0.01;
-  const std::size_t max_bytes = (fusion.memory_budget_mib - spare_mib) << 20;
+  const std::size_t max_bytes = (volume_budget_mib(fusion.memory_budget_mib) - spare_mib) << 20;
   return fits_by_count(frames, fusion, max_bytes) ||
          (fusion.voxel_size_m >= kLarge_m && fits_by_trial(frames, fusion, max_bytes));
+}
+
+/// The memory budget that the frames need: "about 1300 MiB"; "more than 8 GiB" of so many voxels that counting ends.
+std::string budget_text(const std::vector<Frame>& frames, const FusionConfig& fusion) {
+  constexpr std::size_t kMostBudgets = 16;
+  const std::size_t most_mib = kMostBudgets * volume_budget_mib(fusion.memory_budget_mib);
+  BlockCounter counter(fusion, most_mib << 20);
+  for (const Frame& frame : frames) counter.add(frame, *frame.T_world_camera);
+  const bool is_more = counter.is_full();
+  const std::size_t volume_mib = is_more ? most_mib : (counter.most_bytes() >> 20) + 1;
+  return (is_more ? "more than " : "about ") +
+         format_memory_mib(static_cast<std::int64_t>(budget_for_volume_mib(volume_mib)));
 }
 
 /// Voxel sizes from 0.5 mm to 10 cm, each at most a fifth above the one before.
@@ -145,8 +158,8 @@ std::optional<double> finest_fitting_size_mm(const std::vector<Frame>& frames, c
 /// The advice of the error message: a size that fits with an eighth of the budget to spare for frames that were not
 /// sampled; else one that just fits.
 std::string advice(const Sample& sample, const FusionConfig& fusion) {
-  auto size_mm =
-      finest_fitting_size_mm(sample.frames, fusion, sample.selection.is_whole ? 0 : fusion.memory_budget_mib / 8);
+  auto size_mm = finest_fitting_size_mm(
+      sample.frames, fusion, sample.selection.is_whole ? 0 : volume_budget_mib(fusion.memory_budget_mib) / 8);
   const bool is_tight = !size_mm && !sample.selection.is_whole;
   if (is_tight) size_mm = finest_fitting_size_mm(sample.frames, fusion, 0);
   if (!size_mm) return "no voxel size up to 10 cm would fit: raise fusion.memory_budget, or lower acquire.max_depth";
@@ -172,9 +185,10 @@ Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses
   const Sample sample = sample_of(recording, config, stop);  // kept, because several sizes are tried on it
   if (fits(sample.frames, config.fusion, 0)) return {};
   return Error{ErrorCode::kBudget,
-               fmt::format("this recording needs more than {} at {} voxels (fusion.memory_budget); {}",
+               fmt::format("this recording needs {} at {} voxels, more than fusion.memory_budget ({}); {}",
+                           budget_text(sample.frames, config.fusion), format_length(config.fusion.voxel_size_m),
                            format_memory_mib(static_cast<std::int64_t>(config.fusion.memory_budget_mib)),
-                           format_length(config.fusion.voxel_size_m), advice(sample, config.fusion))};
+                           advice(sample, config.fusion))};
 }
 
 }  // namespace scanknit

@@ -6,6 +6,7 @@
 #include "acquire/masks/frame_mask.h"
 #include "fusion/integrate/integrate.h"
 #include "scan/classes/scan_classes.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 
@@ -17,7 +18,7 @@ Result<void> ClassVolumes::integrate(const Frame& frame, const Pose& T_world_cam
     if (!labels[label] && !looks_outside) continue;
     const Frame part = frame_of_class(frame, label, config_.acquire.mask_means);
     const std::size_t others_mib = (memory_bytes() - one.volume.memory_bytes()) >> 20;
-    const std::size_t budget_mib = config_.fusion.memory_budget_mib;
+    const std::size_t budget_mib = volume_budget_mib(config_.fusion.memory_budget_mib);
     one.volume.set_memory_budget_mib(budget_mib - std::min(budget_mib, others_mib));
     if (auto fused = scanknit::integrate(part, T_world_camera, one.volume); !fused) return fused.error();
     if (labels[label] && keeps_samples_) one.samples.add(part);
@@ -39,7 +40,7 @@ Result<void> ClassVolumes::add_new(const Labels& labels) {
       has_left_out_ = true;
       return {};
     }
-    auto volume = TsdfVolume::create(config_.fusion);
+    auto volume = TsdfVolume::create(volume_config(config_.fusion));
     if (!volume) return volume.error();
     classes_.emplace(label, ClassVolume{*std::move(volume), {}});
   }

@@ -17,6 +17,7 @@
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/checks/settings_check.h"
 #include "scan/frames/frame_intake.h"
+#include "scan/memory_share.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/reconstruction.h"
@@ -140,7 +141,7 @@ class SweepScan {
     }
     if (!volume_) {
       choose_voxel_size(surface.spacing_m);
-      auto created = TsdfVolume::create(job_.config.fusion);
+      auto created = TsdfVolume::create(volume_config(job_.config.fusion));
       if (!created) return created.error();
       volume_ = std::make_unique<TsdfVolume>(*std::move(created));
     }

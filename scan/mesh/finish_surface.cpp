@@ -8,13 +8,16 @@
 #include <numbers>
 #include <utility>
 
+#include "core/files/quantity.h"
 #include "core/mesh/mesh_area.h"
 #include "export/mesh/up_rotation.h"
 #include "finish/close_volume.h"
+#include "finish/coarse_volume.h"
 #include "finish/invented.h"
 #include "finish/mesh_steps.h"
 #include "scan/mesh/drop_crumbs.h"
 #include "scan/mesh/fit_band.h"
+#include "scan/mesh/memory_left.h"
 #include "scan/mesh/vertex_uncertainty.h"
 #include "scan/stage_times.h"
 
@@ -82,16 +85,21 @@ class SurfaceFinisher {
         session_(session),
         frames_(request.frames),
         on_volume_read_(request.on_volume_read),
-        view_sigma_m_(request.view_sigma_m) {
+        view_sigma_m_(request.view_sigma_m),
+        coarseness_(request.coarseness) {
     if (!request.stop.stop_requested()) stop_ = request.stop;
     if (settings_.is_anything()) made_.steps.emplace();
   }
 
   /// To be called once, as from_mesh().
   [[nodiscard]] FinishedSurface from_volume(const FieldView& whole) {
+    held_bytes_ = bytes_of(whole);
     made_.outcome = extract_and_close(whole);
+    if (made_.outcome && needs_coarser_ > 1) finish_coarser(whole);
     if (!made_.outcome) return std::move(made_);
-    if (!view_sigma_m_) let_go_of_volume();
+    coarse_.reset();
+    held_bytes_ -= std::exchange(coarse_bytes_, 0);
+    if (!view_sigma_m_ && !made_.surface.mesh.empty()) let_go_of_volume();
     finish(made_.surface.mesh);
     if (view_sigma_m_) session_.timed("finish", [&] { estimate_uncertainty(whole); });
     return std::move(made_);
@@ -113,14 +121,67 @@ class SurfaceFinisher {
     if (surface.mesh.empty() || !settings_.is_anything()) return {};
     find_ground_of(surface.mesh, view.field->voxelSize().x());
     if (auto cut = cut_ground(view, surface); !cut) return cut;
-    return close(view, surface);
+    if (auto closed = close(view, surface); !closed || needs_coarser_ > 1) return closed;
+    choose_coarser_to_simplify(view, surface.mesh);
+    return {};
+  }
+
+  [[nodiscard]] bool frees_volume() const { return on_volume_read_ != nullptr && !view_sigma_m_; }
+
+  /// Whether volume and meshes leave `bytes_at(n)` for a step that works on n times larger voxels, or on their mesh;
+  /// the least n for which they do, if the band of known distances allows any.
+  template <typename BytesAt>
+  [[nodiscard]] std::optional<int> fitting_coarseness(const Mesh& mesh, const BytesAt& bytes_at) const {
+    for (int n = 2; n * coarseness_ <= config_.fusion.truncation_voxels; ++n) {
+      const auto of = [n](std::size_t bytes, int power) { return static_cast<double>(bytes) / std::pow(n, power); };
+      const double held = (frees_volume() ? 0 : static_cast<double>(held_bytes_)) + of(held_bytes_, 3);
+      const double left = static_cast<double>(memory_left_bytes(config_.fusion.memory_budget_mib, 0));
+      if (held + 2 * of(bytes_of(mesh), 2) + bytes_at(n) <= left) return n;
+    }
+    return std::nullopt;
+  }
+
+  /// The mesh is made again of n times larger voxels, for a step that the memory does not allow otherwise.
+  void take_coarser(FinishStep step, const std::string& reason, int n, const FieldView& view) {
+    needs_coarser_ = n;
+    warn(step, fmt::format("finish: {}. The mesh is made of voxels of {} instead", reason,
+                           format_length(n * view.field->voxelSize().x())));
+  }
+
+  void choose_coarser_to_simplify(const FieldView& view, const Mesh& mesh) {
+    constexpr double kLeastToSimplify = 2;  // times the triangles that are asked for
+    const auto refused = too_large_to_simplify(mesh, config_, frees_volume() ? 0 : held_bytes_);
+    if (!refused || coarseness_ > 1) return;
+    const auto n = fitting_coarseness(
+        mesh, [&](int step) { return static_cast<double>(simplify_bytes(mesh)) / std::pow(step, 2); });
+    const double least = kLeastToSimplify * static_cast<double>(settings_.triangles.value_or(0));
+    if (n && static_cast<double>(mesh.triangles.size()) / std::pow(*n, 2) >= least) {
+      take_coarser(FinishStep::kSimplify, *refused, *n, view);
+    }
+  }
+
+  /// Begins again with a volume of larger voxels.
+  void finish_coarser(const FieldView& whole) {
+    coarse_.emplace(whole, needs_coarser_);
+    coarse_->add(whole, config_.extract.min_weight);
+    coarseness_ *= std::exchange(needs_coarser_, 1);
+    made_.surface = {};
+    made_.steps.emplace();
+    ground_.reset();
+    if (!view_sigma_m_) let_go_of_volume();
+    const FieldView view = coarse_->finish();
+    held_bytes_ += coarse_bytes_ = bytes_of(view);
+    made_.outcome = extract_and_close(view);
   }
 
   /// The steps that follow take memory of their own.
   void let_go_of_volume() {
     seen_.reset();
     without_ground_.reset();
-    if (on_volume_read_ && !made_.surface.mesh.empty()) on_volume_read_();
+    const auto on_volume_read = std::exchange(on_volume_read_, nullptr);
+    if (!on_volume_read) return;
+    on_volume_read();
+    held_bytes_ = 0;
   }
 
   void finish(Mesh& mesh) {
@@ -270,9 +331,9 @@ class SurfaceFinisher {
     CloseRequest request;
     request.min_weight = config_.extract.min_weight;
     request.isovalue_m = config_.extract.isovalue;
-    request.band_voxels = config_.fusion.truncation_voxels;
+    request.band_voxels = config_.fusion.truncation_voxels / coarseness_;
     request.is_outside_free = settings_.watertight == Watertight::kFull;
-    request.memory_bytes = static_cast<std::size_t>(config_.fusion.memory_budget_mib) << 20;
+    request.memory_bytes = memory_left_bytes(config_.fusion.memory_budget_mib, held_bytes_ + bytes_of(open));
     Mesh pieces = open;  // the box need not hold pieces that will be removed
     (void)remove_small_pieces(settings_.min_piece_share, settings_.min_piece_size_m, pieces);
     request.surface = bounds_of(pieces);
@@ -290,6 +351,14 @@ class SurfaceFinisher {
     return request;
   }
 
+  /// Of n times larger voxels: about what close_volume() takes.
+  [[nodiscard]] static double bytes_to_close(const FieldView& view, const CloseRequest& request, int n) {
+    constexpr double kBytesPerVoxel = 30;  // all of them near the surface
+    const double rim = request.band_voxels / n + 8;
+    const Eigen::Array3d voxels = request.surface.sizes().array() / (n * view.field->voxelSize().x()) + 2 * rim;
+    return kBytesPerVoxel * voxels.prod();
+  }
+
   [[nodiscard]] Result<void> close(const FieldView& view, Surface& surface) {
     if (settings_.watertight == Watertight::kOff || is_stopped(FinishStep::kWatertight)) return {};
     const bool is_full = settings_.watertight == Watertight::kFull;
@@ -297,7 +366,13 @@ class SurfaceFinisher {
     const FieldView& source = is_full && seen_ ? *seen_ : view;
     const CloseRequest request = close_request(view, surface.mesh);
     const auto closed = session_.timed("finish", [&] { return close_volume(source, request); });
-    if (!closed) return refuse(FinishStep::kWatertight, closed.error().message), Result<void>();
+    if (!closed) {
+      const auto n = fitting_coarseness(surface.mesh, [&](int step) { return bytes_to_close(view, request, step); });
+      const bool is_too_large = closed.error().code == ErrorCode::kBudget;
+      if (is_too_large && n)
+        return take_coarser(FinishStep::kWatertight, closed.error().message, *n, view), Result<void>();
+      return refuse(FinishStep::kWatertight, closed.error().message), Result<void>();
+    }
     FieldView closed_view = view.with_field(*closed->field);
     if (is_full) closed_view.region.reset();
     auto meshed = extract(closed_view);
@@ -366,6 +441,9 @@ class SurfaceFinisher {
 
   void simplify(Mesh& mesh) {
     if ((!settings_.triangles && !settings_.simplify_error_m) || is_stopped(FinishStep::kSimplify)) return;
+    if (const auto refused = too_large_to_simplify(mesh, config_, held_bytes_)) {
+      return refuse(FinishStep::kSimplify, *refused);
+    }
     SimplifyTarget target{settings_.triangles, settings_.simplify_error_m};
     if (target.max_error_m) *target.max_error_m /= metres_per_unit_;
     const MeshSimplified done = simplify_mesh(target, mesh);
@@ -407,7 +485,12 @@ class SurfaceFinisher {
   std::span<const PosedDepth> frames_;
   std::function<void()> on_volume_read_;
   std::optional<double> view_sigma_m_;
-  std::stop_token stop_;  ///< empty when the stop was requested before the finishing
+  std::stop_token stop_;        ///< empty when the stop was requested before the finishing
+  std::size_t held_bytes_ = 0;  ///< of the volume
+  int coarseness_ = 1;          ///< of the view: FinishRequest::coarseness
+  int needs_coarser_ = 1;       ///< a step needs so many times larger voxels
+  std::optional<CoarseVolume> coarse_;
+  std::size_t coarse_bytes_ = 0;  ///< of held_bytes_
   std::optional<GroundPlane> ground_;
   double clearance_m_ = 0;
   openvdb::FloatGrid::Ptr without_ground_;  ///< the view refers to it

@@ -33,6 +33,7 @@ struct FinishRequest {
   /// Called when a mesh that is not empty has been made and the volume is not read again: it may be freed here, before
   /// the steps that take the mesh alone. Not called when vertices get their uncertainty, which is read after these.
   std::function<void()> on_volume_read = {};
+  int coarseness = 1;  ///< voxels of the scan (fusion.voxel_size) in one of the view, along an axis
 };
 
 /// The surface to be written. After an error, what was made before it.
@@ -49,8 +50,10 @@ struct FinishedSurface {
 };
 
 /// Extracts the surface of a volume and finishes it; without `finish:` the same as extract_surface(). Skips a step that
-/// cannot be done, and gives the reason in `steps` and as a warning, so that a scan is never lost. `outcome`: errors of
-/// extract_surface(); kConfig for steps that exclude each other or do not apply to this volume.
+/// cannot be done, and gives the reason in `steps` and as a warning, so that a scan is never lost. Where the volume is
+/// too large to be closed, or its mesh to be simplified, in the memory that volume and mesh leave of
+/// fusion.memory_budget, finishes a volume of larger voxels (finish/coarse_volume.h), with a warning. `outcome`: errors
+/// of extract_surface(); kConfig for steps that exclude each other or do not apply to this volume.
 [[nodiscard]] FinishedSurface finished_surface(const FieldView& view, const FinishRequest& request,
                                                ScanSession& session);
 

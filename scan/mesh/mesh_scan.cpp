@@ -10,6 +10,7 @@
 #include "core/system/beside.h"
 #include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
+#include "scan/mesh/memory_left.h"
 #include "scan/mesh/view_spread.h"
 #include "scan/mesh/write_surface.h"
 
@@ -94,7 +95,7 @@ MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const M
   if (!finished.outcome) return meshed;
   const Mesh& mesh = finished.surface.mesh;
   const Trajectory& trajectory = frames.trajectory;
-  auto doubled = beside([&] { return doubled_surface(mesh, config); });
+  auto doubled = beside([&] { return doubled_surface(mesh, config); }, has_room_to_check_beside(mesh, config));
   MeshFrame frame = frame_of(std::move(frames), request, finished.T_mesh_world());
   frame.uncertainty_m = std::move(finished.uncertainty_m);
   WrittenSurface written = write_surface(mesh, frame, request.job, session);

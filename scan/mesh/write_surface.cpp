@@ -12,6 +12,7 @@
 #include "export/picture/preview.h"
 #include "export/picture/uncertainty_map.h"
 #include "scan/mesh/fit_band.h"
+#include "scan/mesh/memory_left.h"
 
 namespace scanknit {
 namespace {
@@ -52,7 +53,7 @@ class SurfaceWriter {
       check();
       return empty_mesh_error(job_);
     }
-    auto checked = beside([this] { check(); });
+    auto checked = beside([this] { check(); }, has_room_to_check_beside(mesh_, job_.config));
     auto written = write_meshes();
     if (written) written = write_pictures();
     session_.timed("export", [&] { checked.get(); });

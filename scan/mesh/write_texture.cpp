@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -16,6 +18,7 @@
 #include "export/texture/texture_atlas.h"
 #include "export/texture/texture_baker.h"
 #include "scan/frames/steady_frames.h"
+#include "scan/mesh/memory_left.h"
 
 namespace scanknit {
 namespace {
@@ -65,19 +68,34 @@ class TextureMaker {
     request.may_be_coarser = !config_.output.texel_size_m;
     request.texel = config_.output.texel_size_m ? *config_.output.texel_size_m : fitting_texel(info);
     request.max_side = config_.output.texture_size / 4 * 4;
-    auto atlas = build_atlas(written_.mesh, request);
-    if (!atlas) return atlas.error();
-    atlas_ = *std::move(atlas);
+    if (auto built = build(request); !built) return built;
+    const std::size_t left_bytes = memory_left_bytes(config_.fusion.memory_budget_mib, bytes_of(written_.mesh));
+    const double share = static_cast<double>(left_bytes) / static_cast<double>(TextureBaker::memory_bytes(atlas_));
+    constexpr int kLeastSide = 64;  // of export.texture_size
+    const int side = static_cast<int>(std::sqrt(share) * std::min(atlas_.width, atlas_.height)) / 4 * 4;
+    if (share < 1 && request.may_be_coarser && side >= kLeastSide) {
+      request.max_side = side;
+      if (auto built = build(request); !built) return built;
+    }
     result_.width = atlas_.width;
     result_.height = atlas_.height;
     result_.texel_m = atlas_.texel;
     result_.charts = atlas_.charts;
     const std::uint64_t needed_mib = TextureBaker::memory_bytes(atlas_) >> 20;
-    if (needed_mib <= static_cast<std::uint64_t>(config_.fusion.memory_budget_mib)) return {};
+    const std::size_t left_mib = left_bytes >> 20;
+    if (needed_mib <= left_mib) return {};
     return Error{ErrorCode::kBudget,
-                 fmt::format("a texture of {} x {} takes {} MiB, more than fusion.memory_budget: take a smaller "
-                             "export.texture_size, larger texels (export.texel_size), or a larger budget",
-                             atlas_.width, atlas_.height, needed_mib)};
+                 fmt::format("a texture of {} x {} takes {} MiB, more than the {} that are left of "
+                             "fusion.memory_budget: take a smaller export.texture_size, larger texels "
+                             "(export.texel_size), or a larger budget",
+                             atlas_.width, atlas_.height, needed_mib, left_mib)};
+  }
+
+  [[nodiscard]] Result<void> build(const AtlasRequest& request) {
+    auto atlas = build_atlas(written_.mesh, request);
+    if (!atlas) return atlas.error();
+    atlas_ = *std::move(atlas);
+    return {};
   }
 
   [[nodiscard]] Result<BakedTexture> bake(FrameSource& source) {

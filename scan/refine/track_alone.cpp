@@ -8,11 +8,12 @@
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
 #include "scan/frames/frame_archive.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 
 Result<LoneTracker> LoneTracker::create(const ScanConfig& config, const FrameMotion& first) {
-  auto volume = TsdfVolume::create(config.fusion);
+  auto volume = TsdfVolume::create(volume_config(config.fusion));
   if (!volume) return volume.error();
   return LoneTracker(config, first, *std::move(volume));
 }

@@ -9,6 +9,7 @@
 
 #include "core/files/quantity.h"
 #include "scan/checks/settings_check.h"
+#include "scan/memory_share.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/reconstruction.h"
@@ -40,7 +41,7 @@ class SilhouetteScan {
     const auto box = session_.timed("prepare", [&] { return hull_box(read_.views); });
     if (!box) return located_in_input(box.error());
     choose_voxel_size(*box);
-    auto volume = TsdfVolume::create(job_.config.fusion);
+    auto volume = TsdfVolume::create(volume_config(job_.config.fusion));
     if (!volume) return volume.error();
     if (auto carved = carve(*box, *volume); !carved) return carved;
     if (session_.is_stopped()) return Error{ErrorCode::kTooLittle, "interrupted before the mesh was made"};

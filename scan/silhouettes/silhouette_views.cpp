@@ -8,16 +8,18 @@
 #include <utility>
 
 #include "core/median.h"
+#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {
 
 constexpr double kFirstReach_px = 16;  // enough to find the box; the band may ask for more
 
-/// So many pixels of a picture that all of them take half of the memory budget, with what is kept of each pixel.
+/// So many pixels of a picture that all of them take half of the volume's memory budget, with what is kept of each
+/// pixel.
 std::size_t most_pixels(const PictureSet& set, const ScanConfig& config) {
   constexpr std::size_t kBytes = 8;  // colour, mask, distance, tiles
-  const std::size_t bytes = (config.fusion.memory_budget_mib << 20) / 2;
+  const std::size_t bytes = (volume_budget_mib(config.fusion.memory_budget_mib) << 20) / 2;
   return std::max<std::size_t>(1, bytes / kBytes / std::max<std::size_t>(1, set.pictures.size()));
 }
 

@@ -175,7 +175,7 @@ bool holds_all(const Scan& scan, const std::string& budget, double size_mm) {
 
 TEST(Budget, AVolumeThatWouldNotFitIsRefusedWithTheFinestRoundSizeThatWould) {
   const Scan scan;
-  for (const char* budget : {"9MiB", "12MiB", "16MiB", "24MiB", "40MiB"}) {
+  for (const char* budget : {"36MiB", "48MiB", "64MiB", "96MiB", "152MiB"}) {
     const double size_mm = advised_size_mm(scan, budget);
     ASSERT_GT(size_mm, 0) << budget;
     EXPECT_TRUE(holds_all(scan, budget, size_mm)) << budget << ' ' << size_mm;
@@ -186,9 +186,9 @@ TEST(Budget, AVolumeThatWouldNotFitIsRefusedWithTheFinestRoundSizeThatWould) {
 TEST(Budget, SaysWhenItHasNotLookedAtAllFrames) {
   const Scan scan({.frames = 60});
   std::string message;
-  const double size_mm = advised_size_mm(scan, "24MiB", &message);
+  const double size_mm = advised_size_mm(scan, "96MiB", &message);
   EXPECT_NE(message.find("would fit, judging by 20 of its 60 frames"), std::string::npos) << message;
-  EXPECT_TRUE(holds_all(scan, "24MiB", size_mm)) << size_mm;
+  EXPECT_TRUE(holds_all(scan, "96MiB", size_mm)) << size_mm;
 }
 
 TEST(Budget, ThatHoldsNothingIsRefusedAndTheLeastIsNamedAndTaken) {

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "scan/memory_share.h"
 #include "tests/app/suite_folder.h"
 
 namespace scanknit {
@@ -173,6 +174,15 @@ TEST_F(Finish, WarnsOfAStepThatCannotBeDoneAndWritesTheMesh) {
   EXPECT_EQ(reason.find("finish.watertight"), std::string::npos) << reason;  // the line begins with the step's name
   EXPECT_NE(outcome.out.find("not done"), std::string::npos) << outcome.out;
   EXPECT_TRUE(fs::exists(fs::path(place("refused")) / "model.ply"));
+}
+
+TEST_F(Finish, DoesNotSimplifyBeyondTheMemoryBudget) {
+  const std::string program = std::to_string(kProgramMib) + "MiB";  // nothing is left for the step
+  ASSERT_EQ(
+      run("unsimplified", {"--set", "finish.triangles=100", "--set", "fusion.memory_budget=" + program}).exit_code, 0);
+  const Json simplify = step(report("unsimplified"), "simplify");
+  EXPECT_NE(simplify["refused"].get<std::string>().find("fusion.memory_budget"), std::string::npos) << simplify;
+  EXPECT_GT(report("unsimplified")["mesh"]["triangles"], 100);
 }
 
 TEST_F(Finish, PiecesThatAreNotClosedSinceTheyGoAreCounted) {

@@ -208,8 +208,8 @@ TEST_F(Classes, NeedMasks) {
 TEST_F(Classes, ShareTheMemoryBudget) {
   ASSERT_NO_FATAL_FAILURE(record(0));
   ScanJob small = job();
-  small.config.fusion.memory_budget_mib = 64;
-  small.config.fusion.voxel_size_m = 0.0006;  // each alone would fit
+  small.config.fusion.memory_budget_mib = 183;  // of which the volumes get 60
+  small.config.fusion.voxel_size_m = 0.0006;    // each alone would fit
   const ScanResult result = scan(small);
   ASSERT_TRUE(result.outcome) << result.outcome.error().text();
   EXPECT_TRUE(result.volume.is_budget_reached);

@@ -13,6 +13,7 @@
 
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/align/align.h"
+#include "scan/memory_share.h"
 #include "scan/scan.h"
 #include "synth/scene/scene.h"
 #include "synth/write_recording.h"
@@ -204,7 +205,7 @@ TEST_F(WholeScan, WritesTheMeshOfAClosedWalkTwiceOnlyIfTwoVolumesDoNotFitIntoThe
   EXPECT_EQ(roomy.tracked_meshes, 0u);
   const std::string mesh_of_once = bytes_of_mesh();
 
-  walk.config.fusion.memory_budget_mib = static_cast<std::size_t>(1.5 * once.volume.memory_mib);
+  walk.config.fusion.memory_budget_mib = kProgramMib + static_cast<std::size_t>(1.5 * once.volume.memory_mib);
   const ScanResult twice = scan_recording(walk, tight);
   ASSERT_TRUE(twice.outcome) << twice.outcome.error().text();
   EXPECT_EQ(tight.refined, 1u);
@@ -245,8 +246,9 @@ TEST_F(WholeScan, LargerThanItsBudgetIsFusedInBricks) {
   fs::remove(mesh());
 
   ScanJob tight = roomy;
-  tight.config.fusion.memory_budget_mib = static_cast<std::size_t>(0.7 * whole.volume.memory_mib);
-  ASSERT_GE(tight.config.fusion.memory_budget_mib, kLeastMemoryBudgetMib);
+  const auto volume_mib = static_cast<std::size_t>(0.7 * whole.volume.memory_mib);
+  ASSERT_GE(volume_mib, kLeastMemoryBudgetMib);
+  while (volume_budget_mib(tight.config.fusion.memory_budget_mib) > volume_mib) --tight.config.fusion.memory_budget_mib;
   tight.config.fusion.bricks = BrickSize::kOff;
   const ScanResult refused = scan_recording(tight, witness);
   ASSERT_FALSE(refused.outcome);
