@@ -9,9 +9,9 @@
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
 #include "fusion/track/feature_match.h"
+#include "scan/checks/memory_share.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/lost_frames.h"
-#include "scan/memory_share.h"
 
 namespace scanknit {
 

@@ -6,9 +6,9 @@
 
 #include "core/system/freed_memory.h"
 #include "fusion/register/motion_vector.h"
+#include "scan/checks/memory_share.h"
 #include "scan/checks/tracking_verdict.h"
 #include "scan/frames/fuse_again.h"
-#include "scan/memory_share.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/pose_finder.h"
 #include "scan/silhouettes/carve_gaps.h"

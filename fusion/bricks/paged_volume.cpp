@@ -89,7 +89,7 @@ Result<void> PagedVolume::make_room(std::span<const BandBlock> band, const Space
     const std::size_t needed_bytes = bytes_with(band, wanted);
     tight_ += needed_bytes > budget / 8 * 7 ? 1 : 0;  // it is full again a few frames later
     if (needed_bytes > budget || tight_ > kMostTightFrames) {
-      return Error{ErrorCode::kBudget, fmt::format("frame {} alone needs {} of the {} MiB of fusion.memory_budget",
+      return Error{ErrorCode::kBudget, fmt::format("frame {} alone needs {} of the {} MiB that the volume may take",
                                                    volume_.frames + 1, needed_bytes >> 20, budget >> 20)};
     }
   }

@@ -5,7 +5,7 @@
 #include "fusion/bricks/brick_file.h"
 #include "fusion/integrate/integrate_part.h"
 #include "scan/bricks/planned_frames.h"
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 
 namespace scanknit {
 namespace {

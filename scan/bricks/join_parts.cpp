@@ -15,7 +15,7 @@
 #include "finish/coarse_volume.h"
 #include "fusion/volume/block_size.h"
 #include "scan/bricks/layered_bricks.h"
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 #include "scan/mesh/memory_left.h"
 #include "scan/mesh/mesh_scan.h"
 #include "scan/mesh/vertex_uncertainty.h"

@@ -11,8 +11,8 @@
 #include "fusion/bricks/brick_plan.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/bricks/planned_frames.h"
+#include "scan/checks/memory_share.h"
 #include "scan/frames/frame_intake.h"
-#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {

@@ -16,6 +16,7 @@
 #include "scan/bricks/part_folder.h"
 #include "scan/bricks/plan_parts.h"
 #include "scan/bricks/planned_frames.h"
+#include "scan/checks/memory_share.h"
 #include "scan/frames/frame_intake.h"
 
 namespace scanknit {
@@ -74,7 +75,7 @@ Result<void> scan(const ScanJob& job, const PassInput& input, ScanSession& sessi
 /// Nothing: it cannot be done within the budget.
 Result<std::optional<BrickVolume>> fuse_in_pages(const ScanJob& job, const PassInput& input, const fs::path& folder,
                                                  ScanSession& session, DepthSamples* samples, ScanResult& result) {
-  auto volume = PagedVolume::create(job.config.fusion, folder);
+  auto volume = PagedVolume::create(volume_config(job.config.fusion), folder);
   if (!volume) return volume.error();
   FrameIntake intake(input.source, job.config.acquire, session, {input.stop, input.counted});
   while (!intake.is_over()) {

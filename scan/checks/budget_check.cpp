@@ -16,9 +16,9 @@
 #include "fusion/integrate/integrate.h"
 #include "fusion/volume/tsdf_volume.h"
 #include "fusion/volume/volume_memory.h"
+#include "scan/checks/memory_share.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/frame_count.h"
-#include "scan/memory_share.h"
 
 namespace scanknit {
 namespace {

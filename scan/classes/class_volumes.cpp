@@ -5,8 +5,8 @@
 
 #include "acquire/masks/frame_mask.h"
 #include "fusion/integrate/integrate.h"
+#include "scan/checks/memory_share.h"
 #include "scan/classes/scan_classes.h"
-#include "scan/memory_share.h"
 
 namespace scanknit {
 

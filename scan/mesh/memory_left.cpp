@@ -6,7 +6,7 @@
 
 #include "core/field_view.h"
 #include "finish/mesh_steps.h"
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 
 namespace scanknit {
 

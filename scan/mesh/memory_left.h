@@ -16,8 +16,8 @@ struct FieldView;
 /// Of the grids of the view, with their trees.
 [[nodiscard]] std::size_t bytes_of(const FieldView& view);
 
-/// Of fusion.memory_budget, without what the program takes (scan/memory_share.h) and `taken_bytes`; 0 if nothing is
-/// left.
+/// Of fusion.memory_budget, without what the program takes (scan/checks/memory_share.h) and `taken_bytes`; 0 if nothing
+/// is left.
 [[nodiscard]] std::size_t memory_left_bytes(std::size_t memory_budget_mib, std::size_t taken_bytes);
 
 /// Whether there is memory to check the mesh while its files are written.

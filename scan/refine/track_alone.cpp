@@ -7,8 +7,8 @@
 #include "acquire/filter/depth_filter.h"
 #include "fusion/integrate/integrate.h"
 #include "fusion/shutter/deskew.h"
+#include "scan/checks/memory_share.h"
 #include "scan/frames/frame_archive.h"
-#include "scan/memory_share.h"
 
 namespace scanknit {
 

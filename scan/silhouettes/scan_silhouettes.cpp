@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/files/quantity.h"
+#include "scan/checks/memory_share.h"
 #include "scan/checks/settings_check.h"
-#include "scan/memory_share.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/write_surface.h"
 #include "scan/reconstruction.h"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/median.h"
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 
 namespace scanknit {
 namespace {

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 #include "tests/app/suite_folder.h"
 
 namespace scanknit {

@@ -1,7 +1,7 @@
 // The budget is the process's: the volume gets a part of it, and the steps after it what is left.
 #include <gtest/gtest.h>
 
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 #include "scan/mesh/memory_left.h"
 
 namespace scanknit {

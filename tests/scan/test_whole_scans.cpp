@@ -13,7 +13,7 @@
 
 #include "fusion/volume/tsdf_volume.h"
 #include "scan/align/align.h"
-#include "scan/memory_share.h"
+#include "scan/checks/memory_share.h"
 #include "scan/scan.h"
 #include "synth/scene/scene.h"
 #include "synth/write_recording.h"
