@@ -32,9 +32,10 @@ int cluster_command(const ClusterArguments& arguments, const CommonArguments& co
   Console console(common.verbosity);
   ClusterScan scan(arguments, common);
   const auto joined = scan.run(console, stop);
+  if (joined && common.verbosity == Verbosity::kQuiet && !common.is_json) return kExitOk;
   if (joined) return print_result(*joined, common);
   const int code = fail(joined.error(), common);
-  return stop.stop_requested() || scan.is_cancelled() ? kExitInterrupted : code;
+  return stop.stop_requested() || scan.was_cancelled() ? kExitInterrupted : code;
 }
 
 }  // namespace scanknit

@@ -1,8 +1,13 @@
 #include "app/cluster/cluster_folder.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <span>
 #include <system_error>
@@ -46,6 +51,10 @@ std::string last_lines(std::string text) {
 
 }  // namespace
 
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
 ClusterFolder::ClusterFolder(const fs::path& job) {
   std::error_code code;
   job_ = fs::weakly_canonical(fs::absolute(job), code);
@@ -72,13 +81,18 @@ std::string ClusterFolder::script(ClusterStep step, const std::vector<std::strin
   std::error_code code;
   std::string command = quoted(fs::read_symlink("/proc/self/exe", code).string());
   for (const std::string& argument : arguments) command += " " + quoted(argument);
-  return fmt::format("#!/bin/sh\n{}\ncode=$?\necho $code >> {}\nexit $code\n", command,
-                     quoted(file(step, ".ends").string()));
+  return fmt::format("#!/bin/sh\ncd {} || exit 4\n{}\ncode=$?\necho $code >> {}\nexit $code\n",
+                     quoted(fs::current_path(code).string()), command, quoted(file(step, ".ends").string()));
 }
 
 bool ClusterFolder::has_script(ClusterStep step, const std::vector<std::string>& arguments) const {
   const auto text = read_text_file(file(step, ".sh"), kMaxText);
   return text && *text == script(step, arguments);
+}
+
+bool ClusterFolder::has_script(ClusterStep step) const {
+  std::error_code code;
+  return fs::exists(file(step, ".sh"), code);
 }
 
 std::vector<fs::path> ClusterFolder::files_of(ClusterStep step) const {
@@ -95,8 +109,6 @@ std::vector<fs::path> ClusterFolder::files_of(ClusterStep step) const {
 
 Result<SlurmBatch> ClusterFolder::prepare(ClusterStep step, const std::vector<std::string>& arguments) const {
   std::error_code code;
-  fs::create_directories(folder_, code);
-  if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), folder_.string()};
   for (const fs::path& old : files_of(step)) fs::remove(old, code);
   const fs::path path = file(step, ".sh");
   if (const auto written = write_file_atomically(path, script(step, arguments)); !written) return written.error();
@@ -123,6 +135,19 @@ std::string ClusterFolder::errors_of(ClusterStep step) const {
     if (const auto text = read_text_file(path, kMaxText); text && !text->empty()) return last_lines(*text);
   }
   return "";
+}
+
+Result<FileLock> ClusterFolder::lock() const {
+  std::error_code code;
+  fs::create_directories(folder_, code);
+  if (code) return Error{ErrorCode::kOutput, "cannot be made: " + code.message(), folder_.string()};
+  const fs::path path = folder_ / "lock";
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0)
+    return Error{ErrorCode::kOutput, std::string("cannot be made: ") + std::strerror(errno), path.string()};
+  while (::flock(descriptor, LOCK_EX) != 0 && errno == EINTR) {
+  }
+  return FileLock(descriptor);
 }
 
 bool ClusterFolder::is_cancelled() const {

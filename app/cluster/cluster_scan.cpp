@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -21,6 +23,11 @@ using namespace std::chrono_literals;
 constexpr std::size_t kMaxFruitlessRounds = 3;
 constexpr auto kLook = 1s;            // at the job's folder
 constexpr std::size_t kAskSlurm = 5;  // every so many looks
+
+/// What it needs of sbatch.
+constexpr std::array<std::string_view, 13> kOwnOptions = {
+    "--array",    "-a",       "--cpus-per-task", "-c",          "--dependency", "-d",    "--error",
+    "--job-name", "--output", "--parsable",      "--test-only", "--wait",       "--wrap"};
 
 ErrorCode error_code_of(int exit_code) {
   for (const ErrorCode code : {ErrorCode::kUsage, ErrorCode::kConfig, ErrorCode::kInput, ErrorCode::kDevice,
@@ -59,6 +66,11 @@ bool ClusterScan::is_planned() const {
 }
 
 Result<void> ClusterScan::check_arguments() const {
+  for (const std::string& option : arguments_.slurm_options) {
+    if (std::find(kOwnOptions.begin(), kOwnOptions.end(), option.substr(0, option.find('='))) == kOwnOptions.end())
+      continue;
+    return Error{ErrorCode::kUsage, "scanknit cluster decides that itself, and reads it", "--sbatch=" + option};
+  }
   const std::string job = folder_.job().string();
   if (!is_planned() && arguments_.plan.empty()) {
     return Error{ErrorCode::kInput, "is no job: give the recording and the options of scanknit plan after --", job};
@@ -84,6 +96,11 @@ Result<std::string> ClusterScan::submit_step(ClusterStep step, const std::vector
 Result<void> ClusterScan::submit(Console& console) {
   const std::string job = folder_.job().string();
   const std::string threads = std::to_string(std::max<std::size_t>(1, common_.threads));
+  const auto lock = folder_.lock();
+  if (!lock) return lock.error();
+  const auto queue = slurm_queue(folder_.names());
+  if (!queue) return queue.error();
+  if (!queue->empty()) return {};
   if (const auto begun = folder_.set_cancelled(false); !begun) return begun.error();
   std::string after;
   std::string said;
@@ -184,6 +201,7 @@ Result<std::string> ClusterScan::run(Console& console, const std::stop_token& st
   for (std::size_t looks = 1; true; ++looks) {
     const bool is_over = queue && queue->empty();
     if (is_over && is_submitted && folder_.is_cancelled()) {
+      was_cancelled_ = true;
       return Error{ErrorCode::kInternal, "was cancelled; bricks that are done stay", folder_.job().string()};
     }
     const auto next = !is_over ? Next::kWait : is_submitted ? after_queue() : Next::kSubmit;
@@ -204,6 +222,9 @@ Result<std::size_t> ClusterScan::cancel() const {
   if (!queue) return queue.error();
   std::set<std::string> ids;
   for (const SlurmTask& task : *queue) ids.insert(task.id);
+  if (ids.empty() && !is_planned() && !folder_.has_script(ClusterStep::kJoin)) {
+    return Error{ErrorCode::kInput, "is no job, and was given to no cluster", folder_.job().string()};
+  }
   if (ids.empty()) return std::size_t{0};
   if (const auto noted = folder_.set_cancelled(true); !noted) return noted.error();
   if (const auto cancelled = cancel_in_slurm({ids.begin(), ids.end()}); !cancelled) return cancelled.error();

@@ -27,16 +27,17 @@ class ClusterScan {
   /// batches are killed again and again without anything done between.
   [[nodiscard]] Result<std::string> run(Console& console, const std::stop_token& stop);
 
-  /// Takes the batches out of the queue. Returns how many.
+  /// Takes the batches out of the queue. Returns how many. Errors: kInput for a job that does not exist.
   [[nodiscard]] Result<std::size_t> cancel() const;
 
-  /// True when somebody did so, in this process or another.
-  [[nodiscard]] bool is_cancelled() const { return folder_.is_cancelled(); }
+  /// True when run() ended because somebody did so.
+  [[nodiscard]] bool was_cancelled() const { return was_cancelled_; }
 
  private:
   enum class Next { kSubmit, kWait, kEnd };
   [[nodiscard]] Result<void> check_arguments() const;
   [[nodiscard]] bool is_planned() const;
+  /// Unless another process has done so meanwhile.
   [[nodiscard]] Result<void> submit(Console& console);
   [[nodiscard]] Result<std::string> submit_step(ClusterStep step, const std::vector<std::string>& arguments,
                                                 std::size_t tasks, const std::string& after) const;
@@ -53,6 +54,7 @@ class ClusterScan {
   std::size_t shown_ = 0;             ///< bricks
   std::size_t fruitless_rounds_ = 0;  ///< in a row
   bool is_waiting_told_ = false;
+  bool was_cancelled_ = false;
 };
 
 }  // namespace scanknit

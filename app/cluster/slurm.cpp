@@ -22,7 +22,7 @@ Result<std::string> ask(const std::vector<std::string>& words) {
   if (end->code != 0) {
     std::string said = end->err.empty() ? fmt::format("exit code {}", end->code) : end->err;
     while (said.ends_with('\n')) said.pop_back();
-    return Error{ErrorCode::kUsage, "Slurm refused: " + said, words[0]};
+    return Error{ErrorCode::kUsage, "Slurm says: " + said, words[0]};
   }
   return std::move(end->out);
 }

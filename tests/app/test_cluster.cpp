@@ -110,6 +110,16 @@ TEST_F(Cluster, GoesOnWithoutTheProcessThatSubmitted) {
   expect_files_of_run("alone");
 }
 
+TEST_F(Cluster, IsSubmittedOnceByTwoProcesses) {
+  Program one(cluster("twice", planned())), two(cluster("twice", planned()));
+  const Outcome first = one.wait(), second = two.wait();
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  const auto submits = [](const Outcome& outcome) { return outcome.err.find("submitted") != std::string::npos; };
+  EXPECT_NE(submits(first), submits(second)) << first.err << second.err;
+  expect_files_of_run("twice");
+}
+
 TEST_F(Cluster, LeavesOnCtrlC) {
   Program follower(cluster("left", joined({"--sbatch=--hold"}, planned())));
   ASSERT_TRUE(comes_true([&] { return slurm_->queued() == 6; })) << "plan, four workers, join";
@@ -119,6 +129,7 @@ TEST_F(Cluster, LeavesOnCtrlC) {
   EXPECT_NE(outcome.err.find("--cancel"), std::string::npos) << outcome.err;
   EXPECT_EQ(slurm_->queued(), 6);
   EXPECT_EQ(scanknit_command({"cluster", place("left.job"), "--slurm", "--cancel"}).exit_code, 0);
+  EXPECT_EQ(scanknit_command({"cluster", place("never.job"), "--slurm", "--cancel"}).exit_code, 4);
   EXPECT_TRUE(comes_true([&] { return slurm_->queued() == 0; }));
 }
 
@@ -188,6 +199,10 @@ TEST(ClusterWithoutSlurm, IsRefused) {
 
 TEST(ClusterWithoutSlurm, NeedsItsArguments) {
   const TempFolder folder;
+  const Outcome named = scanknit_command({"cluster", folder / "job", "-o", folder / "out", "--slurm",
+                                          "--sbatch=--job-name=mine", "--", folder / "recording"});
+  EXPECT_EQ(named.exit_code, 2);
+  EXPECT_NE(named.err.find("--job-name=mine"), std::string::npos) << named.err;
   EXPECT_EQ(scanknit_command({"cluster", folder / "job", "-o", folder / "out"}).exit_code, 2) << "no engine";
   EXPECT_EQ(scanknit_command({"cluster", folder / "job", "--slurm"}).exit_code, 2) << "no output";
   EXPECT_EQ(scanknit_command({"cluster", folder / "job", "-o", folder / "out", "--slurm"}).exit_code, 4) << "no plan";
