@@ -80,9 +80,9 @@ TEST(Loops, TheDriftOfARoundIsDistributed) {
   const Json closed = walk.run("closed");
   const Json& loops = closed["tracking"]["loops"];
   ASSERT_TRUE(loops["is_corrected"]);
-  EXPECT_GT(loops["drift_m"], 0.1);  // bare walls: some 20 cm in 28 m
+  EXPECT_GT(loops["drift_m"], 0.02);  // bare walls: 3 cm in 28 m
   EXPECT_EQ(walk.error("closed").pairs, 500u);
-  EXPECT_GT(walk.error("open").rmse_m, 0.03);
+  EXPECT_GT(walk.error("open").rmse_m, 0.01) << "there is nothing to distribute";
   EXPECT_LT(walk.error("closed").rmse_m, 0.5 * walk.error("open").rmse_m);
   EXPECT_LT(walk.mean_distance_m("closed"), walk.mean_distance_m("open"));
 
