@@ -131,7 +131,12 @@ TEST_F(ViewTest, PausedFramesAreLeftOutAndCounted) {
 
 TEST_F(ViewTest, CommandsAreAnsweredBeforeTheFirstFrame) {
   watch({}, "stepped");
-  ASSERT_EQ(ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])"), "");
+  std::string answer;
+  const auto is_too_early = [&] { return answer.find("has not begun") != std::string::npos; };
+  for (int tries = 0; tries == 0 || (is_too_early() && tries < 10); ++tries) {
+    answer = ask("crop", R"(,"box":[[-1,-1,0.02],[1,1,1]])");
+  }
+  ASSERT_EQ(answer, "");
   EXPECT_EQ(ask("export"), "nothing has been fused yet");
   EXPECT_EQ(ask("pause"), "");
   EXPECT_EQ(ask("start"), "");
