@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
 
 #include "acquire/frame_source.h"
 #include "acquire/layouts/oni_file.h"
@@ -115,9 +116,21 @@ TEST(OniRecording, KnowsItsCamera) {
   EXPECT_EQ(info.intrinsics->cy, kEmulatedCamera.cy);
 }
 
+/// False: on a busy machine the recorder missed the first picture of depth or colour, and took the next ones for pairs.
+bool begins_with_a_pair(const OniFile& file) {
+  return number_of(file.read(StreamKind::kDepth, 0).value()) == number_of(file.read(StreamKind::kColour, 0).value());
+}
+
 TEST(OniRecording, BecomesAMesh) {
+  constexpr int kMostTries = 5;
   const TempFolder folder;
-  ASSERT_TRUE(record_oni(folder / "desk.oni", {.pictures = 14}));
+  bool is_paired = false;
+  for (int tries = 0; tries < kMostTries && !is_paired; ++tries) {
+    std::filesystem::remove((folder / "desk.oni").string());
+    ASSERT_TRUE(record_oni(folder / "desk.oni", {.pictures = 14}));
+    is_paired = begins_with_a_pair(open_oni(folder / "desk.oni"));
+  }
+  ASSERT_TRUE(is_paired);
   const Outcome run = scanknit_command(
       {"run", (folder / "desk.oni").string(), "-o", (folder / "desk.ply").string(), "--set", "fusion.voxel_size=8mm"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
