@@ -28,6 +28,15 @@ inline constexpr int kExitInterrupted = 130;  ///< 128 + SIGINT, as shells count
   return 1;
 }
 
+/// The error that another process of this program reported by its exit code; kInternal for all other codes.
+[[nodiscard]] constexpr ErrorCode error_code_of(int exit_code) {
+  for (const ErrorCode code : {ErrorCode::kUsage, ErrorCode::kConfig, ErrorCode::kInput, ErrorCode::kDevice,
+                               ErrorCode::kTooLittle, ErrorCode::kMesh, ErrorCode::kOutput, ErrorCode::kBudget}) {
+    if (exit_code_of(code) == exit_code) return code;
+  }
+  return ErrorCode::kInternal;
+}
+
 struct ExitCode {
   int code;
   std::string_view text;

@@ -29,14 +29,6 @@ constexpr std::array<std::string_view, 13> kOwnOptions = {
     "--array",    "-a",       "--cpus-per-task", "-c",          "--dependency", "-d",    "--error",
     "--job-name", "--output", "--parsable",      "--test-only", "--wait",       "--wrap"};
 
-ErrorCode error_code_of(int exit_code) {
-  for (const ErrorCode code : {ErrorCode::kUsage, ErrorCode::kConfig, ErrorCode::kInput, ErrorCode::kDevice,
-                               ErrorCode::kTooLittle, ErrorCode::kMesh, ErrorCode::kOutput, ErrorCode::kBudget}) {
-    if (exit_code_of(code) == exit_code) return code;
-  }
-  return ErrorCode::kInternal;
-}
-
 const char* words_of(ClusterStep step) {
   switch (step) {
     case ClusterStep::kPlan: return "planning";
