@@ -19,8 +19,7 @@ Result<void> BrickPlan::add(const Frame& frame, const Pose& T_world_camera) {
     ++frames_;
     for (const BandBlock& block : find_band_blocks(observation, T_world_camera, config_.voxel_size_m)) {
       Region& region = region_at(region_of(block.origin));
-      const Coord at = (block.origin - region.origin) >> 3;
-      region.blocks.set(static_cast<std::size_t>(64 * at.x() + 8 * at.y() + at.z()));
+      region.blocks.set(number_in_region(block.origin));
       note_frame(region);
     }
     if (!config_.carve_free_space) return {};

@@ -31,7 +31,7 @@ class BrickPlan {
   /// A cube of kRegionVoxels^3 voxels in which some frame may observe something.
   struct Region {
     openvdb::Coord origin;         ///< its lowest voxel
-    std::bitset<512> blocks;       ///< the blocks that frames may observe, block (x, y, z) at 64 x + 8 y + z
+    BlocksOfRegion blocks;         ///< that frames may observe
     std::vector<FrameRun> frames;  ///< that may change a block of the region, ascending
 
     /// Calls visit(origin) for each of the blocks.
@@ -62,8 +62,8 @@ class BrickPlan {
 
 template <typename Visit>
 void BrickPlan::Region::for_each_block(const Visit& visit) const {
-  for (int i = 0; i < 512; ++i) {
-    if (blocks[static_cast<std::size_t>(i)]) visit(origin + openvdb::Coord(i / 64 * 8, i / 8 % 8 * 8, i % 8 * 8));
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (blocks[i]) visit(block_of(origin, i));
   }
 }
 

@@ -21,17 +21,7 @@ constexpr std::size_t kMostBlocksOfAFrame = 700;
 constexpr std::uint32_t kFramesBeforeGivingUp = 16;
 constexpr std::size_t kMostTightFrames = 3;
 
-std::size_t number_in_region(const Coord& block) {
-  const Coord at = (block - region_of(block)) >> 3;
-  return static_cast<std::size_t>(64 * at.x() + 8 * at.y() + at.z());
-}
-
-Coord block_of(const Coord& region, std::size_t number) {
-  const int n = static_cast<int>(number);
-  return region + Coord(n / 64 * 8, n / 8 % 8 * 8, n % 8 * 8);
-}
-
-bool meets_any(const SpaceInFront& front, const Coord& region, const std::bitset<512>& blocks) {
+bool meets_any(const SpaceInFront& front, const Coord& region, const BlocksOfRegion& blocks) {
   if (blocks.none() || !front.meets(region, kRegionVoxels)) return false;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (blocks[i] && front.meets(block_of(region, i), kBlockEdgeVoxels)) return true;
@@ -40,8 +30,8 @@ bool meets_any(const SpaceInFront& front, const Coord& region, const std::bitset
 }
 
 /// The blocks that are not known to be free.
-std::bitset<512> blocks_to_carve(const BlockIndex::Region& region, const TsdfVolume& volume) {
-  std::bitset<512> blocks;
+BlocksOfRegion blocks_to_carve(const BlockIndex::Region& region, const TsdfVolume& volume) {
+  BlocksOfRegion blocks;
   for (const BlockIndex::Number number : region.blocks) {
     const VolumeBlock& block = volume.index().blocks()[number];
     if (!block.is_free) blocks.set(number_in_region(block.origin));
@@ -107,7 +97,7 @@ std::size_t PagedVolume::bytes_with(std::span<const BandBlock> band, std::span<c
   VolumeMemory memory = volume_.memory();
   RegionSet to_come(pages.begin(), pages.end());
   for (const Coord& region : pages) {
-    const Blocks& blocks = pages_.at(region).blocks;
+    const BlocksOfRegion& blocks = pages_.at(region).blocks;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i]) memory.add(block_of(region, i));
     }

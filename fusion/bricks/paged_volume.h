@@ -3,7 +3,6 @@
 
 #include <openvdb/math/Coord.h>
 
-#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -39,10 +38,9 @@ class PagedVolume {
   [[nodiscard]] Result<BrickVolume> finish();
 
  private:
-  using Blocks = std::bitset<512>;  ///< of a region: block (x, y, z) at 64 x + 8 y + z
   struct Page {
-    Blocks blocks;              ///< of the file
-    Blocks to_carve;            ///< those of them that are not known to be free
+    BlocksOfRegion blocks;      ///< of the file
+    BlocksOfRegion to_carve;    ///< those of them that are not known to be free
     bool is_in_memory = false;  ///< too, perhaps changed
   };
   PagedVolume(TsdfVolume volume, std::filesystem::path folder)
