@@ -74,15 +74,16 @@ class Walk {
 };
 
 TEST(Loops, TheDriftOfARoundIsDistributed) {
-  const Walk walk("gallery", 500, 4);  // of the seeds 1 to 4 the one that drifts most: see docs/loop_closure.md
+  // Of the seeds 1 to 4 the one that drifts most. It runs: below 2 m/s colour would hold it (docs/loop_closure.md).
+  const Walk walk("gallery", 400, 3);
   const Json open = walk.run("open", {"--set", "fusion.loop_closure=false"});
   EXPECT_TRUE(open["tracking"]["loops"].is_null());
   const Json closed = walk.run("closed");
   const Json& loops = closed["tracking"]["loops"];
   ASSERT_TRUE(loops["is_corrected"]);
-  EXPECT_GT(loops["drift_m"], 0.02);  // bare walls: 3 cm in 28 m
-  EXPECT_EQ(walk.error("closed").pairs, 500u);
-  EXPECT_GT(walk.error("open").rmse_m, 0.01) << "there is nothing to distribute";
+  EXPECT_GT(loops["drift_m"], 0.1);  // bare walls: 38 cm in 28 m
+  EXPECT_EQ(walk.error("closed").pairs, 400u);
+  EXPECT_GT(walk.error("open").rmse_m, 0.03);
   EXPECT_LT(walk.error("closed").rmse_m, 0.5 * walk.error("open").rmse_m);
   EXPECT_LT(walk.mean_distance_m("closed"), walk.mean_distance_m("open"));
 
