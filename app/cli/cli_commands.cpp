@@ -229,11 +229,12 @@ void add_job(CLI::App& app, CommandLine& line) {
 }
 
 /// Options of sbatch have their own way of being written: --account=NAME.
-void add_slurm_option(CLI::App& command, ClusterArguments& cluster, const char* name, const char* text) {
+void add_slurm_option(CLI::App& command, ClusterArguments& cluster, const char* name, const char* text,
+                      const char* type = "NAME") {
   const auto append = [&cluster, name](const std::string& value) {
     cluster.slurm_options.push_back(std::string(name) + "=" + value);
   };
-  command.add_option_function<std::string>(name, append, text)->type_name("NAME");
+  command.add_option_function<std::string>(name, append, text)->type_name(type);
 }
 
 void add_cluster(CLI::App& app, CommandLine& line) {
@@ -252,7 +253,7 @@ void add_cluster(CLI::App& app, CommandLine& line) {
       ->type_name("N");
   add_slurm_option(*command, cluster, "--account", "Whose account pays");
   add_slurm_option(*command, cluster, "--partition", "Nodes to use");
-  add_slurm_option(*command, cluster, "--time", "Limit of each batch, as sbatch reads it");
+  add_slurm_option(*command, cluster, "--time", "Limit of each batch, as sbatch reads it", "TIME");
   command
       ->add_option("--sbatch", cluster.slurm_options, "One more option of sbatch, may be repeated: --sbatch=--mem=4G")
       ->allow_extra_args(false)

@@ -228,8 +228,8 @@ std::vector<ConfigKey> volume_keys() {
           {kLeastMemoryBudgetMib, kMostMemoryBudgetMib}, [](auto& c) -> auto& { return c.fusion.memory_budget_mib; }),
       choice<BrickSize>(
           {"fusion.bricks", "",
-           "Poses that are known: fuse the volume in parts, on disk beside the mesh, which is the same. auto: if it "
-           "exceeds fusion.memory_budget, in parts as large as that allows; 64 to 512: always, in cubes of so many "
+           "Poses that are known: keep the volume on disk beside the mesh, which is the same. auto: if it exceeds its "
+           "part of fusion.memory_budget, what the camera does not see; 64 to 512: always, fused in cubes of so many "
            "voxels; off: never."},
           {{"auto", BrickSize::kAuto},
            {"off", BrickSize::kOff},
