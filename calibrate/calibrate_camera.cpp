@@ -63,9 +63,9 @@ LensVector rough_lens(const std::vector<BundleView>& views, PictureSize size) {
   return bundle.lens;
 }
 
-Estimate first_estimate(const std::vector<BoardView>& views, const CalibrationTarget& target, PictureSize size) {
+Estimate first_estimate(const std::vector<BoardView>& views, const std::vector<std::size_t>& sharp,
+                        const CalibrationTarget& target, PictureSize size) {
   const std::vector<Eigen::Vector2d> corners_m = target_corners(target);
-  const std::vector<std::size_t> sharp = sharp_views(views);
   std::vector<BundleView> all;
   for (const std::size_t view : sharp) all.push_back(bundle_view(views[view], corners_m));
   Estimate estimate;
@@ -234,7 +234,8 @@ void describe(const Estimate& estimate, const std::vector<BoardView>& views, Cam
 Result<CameraCalibration> calibrate_camera(const std::vector<BoardView>& views, const CalibrationTarget& target,
                                            PictureSize size) {
   CameraCalibration result;
-  const std::size_t sharp = views.empty() ? 0 : sharp_views(views).size();
+  if (!views.empty()) result.sharp = sharp_views(views);
+  const std::size_t sharp = result.sharp.size();
   if (sharp < kFewestViews) {
     return too_little(
         fmt::format("{} views of the board, {} of them sharp; expected at least {} sharp ones from "
@@ -242,7 +243,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<BoardView>& views, 
                     views.size(), sharp, kFewestViews));
   }
   result.blurred = views.size() - sharp;
-  Estimate estimate = first_estimate(views, target, size);
+  Estimate estimate = first_estimate(views, result.sharp, target, size);
   result.redundant = sharp - estimate.views.size();
   for (int round = 0; round < 2; ++round) {
     drop_outliers(estimate, result);

@@ -39,6 +39,7 @@ struct CameraCalibration {
   double noise_px = 0;  ///< standard deviation of a corner's coordinate: from the residuals, less what was estimated
   std::size_t corners = 0;
   std::vector<UsedView> views;
+  std::vector<std::size_t> sharp;  ///< places in the caller's list, of all views that are sharp
   std::size_t blurred = 0, outlying = 0, redundant = 0;  ///< views that were left out
   std::size_t outlying_corners = 0;
   double covered = 0;  ///< share of the picture's 8 x 6 parts in which a corner was seen

@@ -1,20 +1,17 @@
-// CAMERA.yaml: calibrated cameras, for acquire.intrinsics.
+// CAMERA.yaml: calibrated cameras, for acquire.camera.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "acquire/acquire_config.h"
 #include "calibrate/calibrate_camera.h"
+#include "calibrate/depth/depth_fit.h"
 
 namespace scanknit {
 
-/// The two cameras of a scanner, as far as they were calibrated; at least one.
-struct ScannerCameras {
-  std::optional<CameraModel> colour, depth;
-};
-
-/// The text that read_intrinsics() (config_intrinsics.h) reads; standard deviations and errors are in comments.
-[[nodiscard]] std::string camera_file_text(const ScannerCameras& cameras, const CameraCalibration& calibration);
+/// The text that read_scanner_camera() (config_camera.h) reads; standard deviations and errors are in comments.
+/// `cameras` has colour or depth. `depth` is null if depth was not measured.
+[[nodiscard]] std::string camera_file_text(const ScannerCamera& cameras, const CameraCalibration& calibration,
+                                           const DepthCalibration* depth);
 
 }  // namespace scanknit

@@ -54,7 +54,7 @@ void add_calibrate_camera_options(CLI::App& command, CalibrateCameraArguments& c
   command.add_option("--target", camera.target, "The board, as `calibrate target` described it")
       ->required()
       ->type_name("TARGET.yaml");
-  command.add_option("-o,--output", camera.output, "The cameras, for acquire.intrinsics")
+  command.add_option("-o,--output", camera.output, "The cameras, for acquire.camera")
       ->required()
       ->type_name("CAMERA.yaml");
   command.add_flag("--depth", camera.is_depth,

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -13,7 +14,9 @@
 #include "app/terminal/signals.h"
 #include "calibrate/board/board_pictures.h"
 #include "calibrate/calibrate_camera.h"
+#include "calibrate/depth/measure_depth.h"
 #include "core/files/atomic_file.h"
+#include "core/rotation.h"
 
 namespace scanknit {
 namespace {
@@ -80,10 +83,10 @@ std::optional<Error> why_unseen(const FoundViews& found, std::size_t pictures, c
                             pictures));
 }
 
-ScannerCameras cameras_of(const CameraCalibration& calibration, const BoardPictures& pictures, bool is_depth) {
-  if (is_depth) return {.colour = std::nullopt, .depth = calibration.camera};
-  ScannerCameras cameras{.colour = calibration.camera, .depth = std::nullopt};
-  if (const auto& depth = pictures.registered_depth) {
+ScannerCamera cameras_of(const CameraCalibration& calibration, const BoardPictures& pictures, bool is_depth) {
+  ScannerCamera cameras;
+  (is_depth ? cameras.depth : cameras.colour) = calibration.camera;
+  if (const auto& depth = pictures.registered_depth; depth && !is_depth) {
     cameras.depth =
         CameraModel{calibration.camera.intrinsics.resized(depth->width, depth->height), calibration.camera.distortion};
   }
@@ -101,7 +104,63 @@ Json model_json(const CameraModel& model) {
           {"distortion", model.distortion}};
 }
 
-Json summary_json(const CameraCalibration& calibration, const ScannerCameras& cameras, const FoundViews& found,
+/// What was measured and is in the file; null for what is not.
+Json depth_json(const MeasuredDepth& measured, const ScannerCamera& cameras) {
+  const DepthCalibration& fit = measured.fit;
+  Json deviations = Json::array();
+  for (const DepthDeviation& at : fit.deviations) {
+    deviations.push_back({{"distance_m", at.distance_m}, {"deviation_m", at.deviation_m}});
+  }
+  Json json = {{"views", fit.views},
+               {"nearest_m", fit.nearest_m},
+               {"farthest_m", fit.farthest_m},
+               {"error_before_m", fit.before_m},
+               {"error_after_m", fit.after_m},
+               {"depth_bias", nullptr},
+               {"time_offset_ms", nullptr},
+               {"T_colour_depth", nullptr},
+               {"not_measured", measured.unknown}};
+  if (cameras.depth_bias) json["depth_bias"] = {{"standard_deviations", deviations}};
+  if (cameras.colour_later_s) {
+    json["time_offset_ms"] = {{"value", 1000 * *cameras.colour_later_s},
+                              {"standard_deviation", 1000 * fit.colour_later_deviation_s}};
+  }
+  if (cameras.T_colour_depth) {
+    const Eigen::Vector3d& t = cameras.T_colour_depth->translation();
+    const Eigen::Quaterniond q(cameras.T_colour_depth->linear());
+    json["T_colour_depth"] = {{"value", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}},
+                              {"standard_deviation_m", fit.correction_deviation.head<3>().norm()},
+                              {"standard_deviation_rad", fit.correction_deviation.tail<3>().norm()}};
+  }
+  return json;
+}
+
+std::string depth_text(const MeasuredDepth& measured, const ScannerCamera& cameras) {
+  const DepthCalibration& fit = measured.fit;
+  std::string text;
+  if (cameras.depth_bias) {
+    text += fmt::format("Depth    {:.2f} mm from the board before, {:.2f} mm after (median; {:.2f} to {:.2f} m);",
+                        1000 * fit.before_m, 1000 * fit.after_m, fit.nearest_m, fit.farthest_m);
+    for (const DepthDeviation& at : fit.deviations) {
+      text += fmt::format(" +- {:.1f} mm at {:.0f} m", 1000 * at.deviation_m, at.distance_m);
+    }
+    text += "\n";
+  }
+  if (cameras.colour_later_s) {
+    text += fmt::format("Time     colour is taken {:.1f} +- {:.2g} ms after depth\n", 1000 * *cameras.colour_later_s,
+                        1000 * fit.colour_later_deviation_s);
+  }
+  if (cameras.T_colour_depth) {
+    const Eigen::Vector3d t_mm = 1000 * cameras.T_colour_depth->translation();
+    text +=
+        fmt::format("Pose     depth is at {:.1f} {:.1f} {:.1f} mm in the colour camera, +- {:.2g} mm, {:.2g} degrees\n",
+                    t_mm.x(), t_mm.y(), t_mm.z(), 1000 * fit.correction_deviation.head<3>().norm(),
+                    fit.correction_deviation.tail<3>().norm() / kDegree);
+  }
+  return text;
+}
+
+Json summary_json(const CameraCalibration& calibration, const ScannerCamera& cameras, const FoundViews& found,
                   const std::string& output) {
   Json views = Json::array();
   for (const UsedView& view : calibration.views) {
@@ -142,8 +201,7 @@ std::string summary_text(const CameraCalibration& calibration, const FoundViews&
       calibration.error_px, calibration.corners, 100 * calibration.covered);
 }
 
-void warn_of_gaps(const CameraCalibration& calibration, const ScannerCameras& cameras, const BoardPictures& pictures,
-                  Console& console) {
+void warn_of_gaps(const CameraCalibration& calibration, const BoardPictures& pictures, Console& console) {
   constexpr double kEnoughCovered = 0.8;
   if (calibration.covered < kEnoughCovered) {
     console.warn(
@@ -151,11 +209,11 @@ void warn_of_gaps(const CameraCalibration& calibration, const ScannerCameras& ca
                     "into the picture's corners",
                     100 * (1 - calibration.covered)));
   }
-  if (pictures.is_recording && !cameras.depth) {
+  if (pictures.is_recording && !pictures.registered_depth) {
     console.warn(
-        "depth has a view of its own, which these pictures do not show, and colour was straightened as the recording "
-        "says; "
-        "to calibrate depth, give a folder of its infrared pictures with --depth");
+        "depth has a view of its own, whose lens these pictures do not show, and colour was straightened as the "
+        "recording "
+        "says; to calibrate depth's lens, give a folder of its infrared pictures with --depth");
   }
 }
 
@@ -183,20 +241,35 @@ int calibrate_camera_command(const CalibrateCameraArguments& arguments, const Co
   if (!calibration) {
     return fail({calibration.error().code, calibration.error().message, arguments.pictures.string()}, common);
   }
-  const ScannerCameras cameras = cameras_of(*calibration, *pictures, arguments.is_depth);
-  if (auto done = write_file_atomically(arguments.output, camera_file_text(cameras, *calibration)); !done) {
+  ScannerCamera cameras = cameras_of(*calibration, *pictures, arguments.is_depth);
+  std::optional<MeasuredDepth> depth;
+  if (pictures->is_recording && !arguments.is_depth) {
+    auto measured = measure_depth(arguments.pictures, loaded->config.acquire, *pictures, found.views, *calibration,
+                                  *target, stop_on_signal.token(), cameras);
+    if (stop_on_signal.token().stop_requested()) return kExitInterrupted;
+    if (!measured && measured.error().code != ErrorCode::kTooLittle) return fail(measured.error(), common);
+    if (measured) {
+      depth = std::move(*measured);
+      for (const std::string& what : depth->unknown) console.warn(what);
+    } else {
+      console.warn("the error of depth is not measured: " + measured.error().message);
+    }
+  }
+  const DepthCalibration* const fit = depth ? &depth->fit : nullptr;
+  if (auto done = write_file_atomically(arguments.output, camera_file_text(cameras, *calibration, fit)); !done) {
     return fail(done.error(), common);
   }
-  warn_of_gaps(*calibration, cameras, *pictures, console);
+  warn_of_gaps(*calibration, *pictures, console);
   const std::string output = arguments.output.string();
   if (common.is_json) {
-    const Json json = summary_json(*calibration, cameras, found, output);
+    Json json = summary_json(*calibration, cameras, found, output);
+    json["measured_depth"] = depth ? depth_json(*depth, cameras) : Json(nullptr);
     return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
   }
   if (common.verbosity == Verbosity::kQuiet) return kExitOk;
   return print_result(
-      summary_text(*calibration, found, pictures->read) +
-          fmt::format("Written  {0}\nNext     scanknit run RECORDING --set acquire.intrinsics={0} -o OUT\n", output),
+      summary_text(*calibration, found, pictures->read) + (depth ? depth_text(*depth, cameras) : "") +
+          fmt::format("Written  {0}\nNext     scanknit run RECORDING --set acquire.camera={0} -o OUT\n", output),
       common);
 }
 

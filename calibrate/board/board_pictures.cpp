@@ -75,6 +75,10 @@ AcquireConfig as_taken(AcquireConfig acquire) {
 
 }  // namespace
 
+std::string board_frame_name(const Frame& frame) {
+  return fmt::format("frame {}", frame.sequence);
+}
+
 Result<BoardPictures> read_board_pictures(const fs::path& path, AcquireConfig acquire, const TakeBoardPicture& take,
                                           const std::stop_token& stop) {
   acquire.poses = PoseMode::kTrack;  // keeps frames without a pose
@@ -88,7 +92,7 @@ Result<BoardPictures> read_board_pictures(const fs::path& path, AcquireConfig ac
   acquire.every = std::max<std::size_t>(1, (frames + kMostBoardPictures - 1) / kMostBoardPictures);
   if (acquire.every > 1) source = open_recording(path, as_taken(acquire));
   if (!source) return source.error();
-  BoardPictures result{.is_recording = true};
+  BoardPictures result{.is_recording = true, .every = acquire.every};
   for (;;) {
     FrameEvent event = (*source)->next(stop);
     if (std::holds_alternative<EndOfStream>(event)) break;
@@ -99,8 +103,7 @@ Result<BoardPictures> read_board_pictures(const fs::path& path, AcquireConfig ac
       continue;
     }
     if (result.read++ == 0) result.registered_depth = registered_depth(path, acquire, *frame);
-    const std::string name = fmt::format("frame {}", frame->sequence);
-    auto taken = take(frame->colour->image, name, frames / acquire.every);
+    auto taken = take(frame->colour->image, board_frame_name(*frame), frames / acquire.every);
     if (!taken) return taken.error();
   }
   result.was_stopped = stop.stop_requested();

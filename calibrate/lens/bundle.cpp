@@ -8,16 +8,13 @@
 namespace scanknit {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 /// The normal equations of one view.
 struct ViewEquations {
   LensMatrix lens = LensMatrix::Zero();
   Eigen::Matrix<double, 9, 6> mixed = Eigen::Matrix<double, 9, 6>::Zero();
-  Matrix6 pose = Matrix6::Zero();
+  PoseMatrix pose = PoseMatrix::Zero();
   LensVector lens_pull = LensVector::Zero();
-  Vector6 pose_pull = Vector6::Zero();
+  PoseVector pose_pull = PoseVector::Zero();
 };
 
 Eigen::Vector3d in_camera(const BundleView& view, std::size_t corner) {
@@ -54,22 +51,11 @@ ViewEquations equations_of(const LensVector& lens, const BundleView& view, FreeL
   return equations;
 }
 
-Pose moved(const Vector6& step, const Pose& pose) {
-  const Eigen::Vector3d turn = step.tail<3>();
-  const double angle = turn.norm();
-  Pose motion = Pose::Identity();
-  if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-  motion.translation() = step.head<3>();
-  Pose result = motion * pose;
-  result.linear() = Eigen::Quaterniond(result.linear()).normalized().toRotationMatrix();  // rounding does not add up
-  return result;
-}
-
 /// The bundle after one damped step.
 Bundle stepped(const Bundle& bundle, std::vector<ViewEquations> all, FreeLens free, double damping) {
   LensMatrix reduced = LensMatrix::Zero();
   LensVector pull = LensVector::Zero();
-  std::vector<Eigen::LDLT<Matrix6>> poses;
+  std::vector<Eigen::LDLT<PoseMatrix>> poses;
   for (ViewEquations& view : all) {
     reduced += view.lens;
     view.pose.diagonal() *= 1 + damping;
@@ -85,13 +71,24 @@ Bundle stepped(const Bundle& bundle, std::vector<ViewEquations> all, FreeLens fr
   Bundle next = bundle;
   next.lens += lens_step;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Vector6 step = poses[i].solve(all[i].pose_pull - all[i].mixed.transpose() * lens_step);
+    const PoseVector step = poses[i].solve(all[i].pose_pull - all[i].mixed.transpose() * lens_step);
     next.views[i].T_camera_board = moved(step, bundle.views[i].T_camera_board);
   }
   return next;
 }
 
 }  // namespace
+
+Pose moved(const PoseVector& step, const Pose& pose) {
+  const Eigen::Vector3d turn = step.tail<3>();
+  const double angle = turn.norm();
+  Pose motion = Pose::Identity();
+  if (angle > 0) motion.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  motion.translation() = step.head<3>();
+  Pose result = motion * pose;
+  result.linear() = Eigen::Quaterniond(result.linear()).normalized().toRotationMatrix();  // rounding does not add up
+  return result;
+}
 
 std::vector<Eigen::Vector2d> residuals(const LensVector& lens, const BundleView& view) {
   std::vector<Eigen::Vector2d> result;
@@ -103,6 +100,10 @@ std::vector<Eigen::Vector2d> residuals(const LensVector& lens, const BundleView&
                                  : Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
   }
   return result;
+}
+
+PoseMatrix pose_information(const LensVector& lens, const BundleView& view) {
+  return equations_of(lens, view, FreeLens::kNone, kNoHuber).pose;
 }
 
 LensMatrix information(const LensVector& lens, const BundleView& view, FreeLens free) {

@@ -10,6 +10,13 @@
 
 namespace scanknit {
 
+/// A small motion: shift, then turn (rotation vector), both in the frame that the pose leads to.
+using PoseVector = Eigen::Matrix<double, 6, 1>;
+using PoseMatrix = Eigen::Matrix<double, 6, 6>;
+
+/// exp(turn), shift, after `pose`.
+[[nodiscard]] Pose moved(const PoseVector& step, const Pose& pose);
+
 /// One picture's corners on the board (metres, z = 0) and in the picture; both lists are of one length.
 struct BundleView {
   std::vector<Eigen::Vector2d> board_m, pixels;
@@ -34,6 +41,10 @@ void optimise(Bundle& bundle, FreeLens free, double huber_px = kNoHuber);
 
 /// Seen minus projected, pixels, of each corner; infinite where the corner would be behind the camera.
 [[nodiscard]] std::vector<Eigen::Vector2d> residuals(const LensVector& lens, const BundleView& view);
+
+/// What the corners tell of the view's own pose when the lens is known, for residuals of deviation 1: of the step of
+/// moved().
+[[nodiscard]] PoseMatrix pose_information(const LensVector& lens, const BundleView& view);
 
 /// What one view tells of the lens when its own pose is unknown: the Schur complement of the normal equations, for
 /// residuals of deviation 1. Rows and columns beyond `free` are zero.

@@ -15,18 +15,26 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-/// A board before a camera with a lens and noise, of which the recording tells nothing: it states another focal length
-/// and centre.
+/// A board before a scanner with a lens, noise, an error of depth and a delay of colour, of which the recording tells
+/// nothing: it states another focal length and centre.
 class Calibrate : public SuiteFolder {
  protected:
   static constexpr double kTrueFocal_px = 525, kTrueCentreX_px = 319.5, kTrueCentreY_px = 239.5;
 
   static void SetUpTestSuite() {
     SuiteFolder::SetUpTestSuite();
-    const Outcome made =
-        scanknit_command({"synth", "calibration_board", "-o", recording(), "--frames", "60", "--width", "640",
-                          "--height", "480", "--sensor-set", "lens.k1=0.05", "--sensor-set", "lens.k2=-0.08",
-                          "--sensor-set", "colour.noise=0.01", "--sensor-set", "camera.focal=3%", "--quiet"});
+    const Outcome made = scanknit_command({"synth",        "calibration_board",
+                                           "-o",           recording(),
+                                           "--frames",     "60",
+                                           "--width",      "640",
+                                           "--height",     "480",
+                                           "--sensor-set", "lens.k1=0.05",
+                                           "--sensor-set", "lens.k2=-0.08",
+                                           "--sensor-set", "colour.noise=0.01",
+                                           "--sensor-set", "camera.focal=3%",
+                                           "--sensor-set", "bias.share=3%",
+                                           "--sensor-set", "colour.delay=0.01",
+                                           "--quiet"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
 
@@ -60,6 +68,22 @@ TEST_F(Calibrate, FindsTheCameraThatTheRecordingStatesWrongly) {
   EXPECT_LT(json["error_px"].get<double>(), 0.3);
 }
 
+TEST_F(Calibrate, MeasuresTheErrorOfDepthAndTheDelayOfColour) {
+  const Outcome outcome = calibrate(recording(), target(), "depth.yaml", {"--json", "--quiet"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json measured = Json::parse(outcome.out)["measured_depth"];
+  EXPECT_NEAR(measured["time_offset_ms"]["value"].get<double>(), 10, 1);
+  EXPECT_LT(measured["time_offset_ms"]["standard_deviation"].get<double>(), 1);
+  EXPECT_LT(measured["error_after_m"].get<double>(), measured["error_before_m"].get<double>() / 2);
+  EXPECT_EQ(measured["depth_bias"]["standard_deviations"].size(), 3u);
+  EXPECT_TRUE(measured["T_colour_depth"].is_null()) << "depth is registered to colour";
+  EXPECT_TRUE(measured["not_measured"].empty()) << measured["not_measured"];
+  const std::string file = read_text(place("depth.yaml"));
+  for (const char* key : {"\ntime_offset_ms: ", "\ndepth_bias:", "\n  scale: [", "\n  shift_per_m: ["}) {
+    EXPECT_NE(file.find(key), std::string::npos) << key;
+  }
+}
+
 TEST_F(Calibrate, WhatItWritesIsTakenByARun) {
   ASSERT_EQ(calibrate(recording(), target(), "used.yaml").exit_code, 0);
   const Outcome run = scanknit_command({"run", recording(), "-o", place("out"), "--to", "9", "--set",
@@ -72,7 +96,11 @@ TEST_F(Calibrate, WhatItWritesIsTakenByARun) {
 }
 
 TEST_F(Calibrate, WhatItWritesGivesTheSameMeshAsTheCameraAndAsTheIntrinsicsOfARegisteredRecording) {
-  ASSERT_EQ(calibrate(recording(), target(), "both.yaml").exit_code, 0);
+  ASSERT_EQ(calibrate(recording(), target(), "all.yaml").exit_code, 0);
+  const std::string all = read_text(place("all.yaml"));
+  const std::size_t lenses_end = all.find("time_offset_ms:");
+  ASSERT_NE(lenses_end, std::string::npos);
+  written("both.yaml", all.substr(0, lenses_end));  // acquire.intrinsics takes nothing else
   const auto mesh_with = [&](const std::string& setting) {
     const Outcome run = scanknit_command({"run", recording(), "-o", place("meshes"), "--to", "9", "--set",
                                           "fusion.voxel_size=1cm", "--set", setting, "--quiet"});
@@ -85,6 +113,7 @@ TEST_F(Calibrate, WhatItWritesGivesTheSameMeshAsTheCameraAndAsTheIntrinsicsOfARe
             fs::absolute(place("both.yaml")).lexically_normal().string());
   EXPECT_GT(as_camera.size(), 1000u);
   EXPECT_TRUE(as_camera == as_intrinsics);
+  EXPECT_TRUE(as_camera != mesh_with("acquire.camera=" + place("all.yaml"))) << "with the error of depth taken out";
   EXPECT_TRUE(as_camera != mesh_with("acquire.camera=auto")) << "the recording states another camera";
 }
 
