@@ -1,6 +1,7 @@
 #include "measure/mesh_unit.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "core/check.h"
@@ -28,10 +29,23 @@ double diagonal_m(const Mesh& mesh) {
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
+namespace {
+
+double factor_between(double a, double b) {
+  return std::max(a / b, b / a);
+}
+
+}  // namespace
+
+bool differ_as_inch_and_millimetre(double diagonal_m, double other_diagonal_m) {
+  constexpr double kMillimetresPerInch = 25.4, kAlike = 1.1;
+  if (!(diagonal_m > 0 && other_diagonal_m > 0)) return false;
+  return factor_between(factor_between(diagonal_m, other_diagonal_m), kMillimetresPerInch) <= kAlike;
+}
+
 std::optional<MeshUnit> unit_that_fits(double diagonal_m, double other_diagonal_m, MeshUnit assumed) {
   constexpr double kSurprising = 5, kAlike = 1.25;
   if (!(diagonal_m > 0 && other_diagonal_m > 0)) return std::nullopt;
-  const auto factor_between = [](double a, double b) { return std::max(a / b, b / a); };
   if (factor_between(diagonal_m, other_diagonal_m) < kSurprising) return std::nullopt;
   for (const NamedMeshUnit& named : kMeshUnits) {
     if (named.unit == assumed) continue;

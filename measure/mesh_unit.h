@@ -35,4 +35,7 @@ void to_metres(Mesh& mesh, MeshUnit unit);
 /// differ more than fivefold, and another unit would bring them within a quarter of each other: that unit.
 [[nodiscard]] std::optional<MeshUnit> unit_that_fits(double diagonal_m, double other_diagonal_m, MeshUnit assumed);
 
+/// Whether two diagonals differ by a factor within a tenth of 25.4, whichever is larger.
+[[nodiscard]] bool differ_as_inch_and_millimetre(double diagonal_m, double other_diagonal_m);
+
 }  // namespace scanknit

@@ -104,6 +104,13 @@ int distance_command(const DistanceArguments& arguments, const CommonArguments& 
   if (is_mesh_path(truth) && !std::filesystem::is_directory(truth, ignored)) {
     return compare_meshes_command(arguments, common);
   }
+  if (std::filesystem::is_regular_file(truth, ignored)) {
+    return fail({ErrorCode::kInput,
+                 "no kind of mesh that is read; expected .stl, .ply, .obj or .glb (export a STEP model as STL), or the "
+                 "folder of a synthetic recording",
+                 truth.string()},
+                common);
+  }
   if (!comparison.is_default()) {
     return fail(
         {ErrorCode::kUsage,

@@ -18,7 +18,9 @@ Result<void> check_units(const MeasuredMesh& mesh, const MeasuredMesh& reference
                          Console& console) {
   const double size_m = diagonal_m(mesh.mesh), reference_size_m = diagonal_m(reference.mesh);
   const double times = reference_size_m / size_m;
+  const bool is_given = mesh.is_unit_given || reference.is_unit_given;
   const auto other = unit_that_fits(size_m, reference_size_m, reference.unit);
+  const auto mesh_unit = unit_that_fits(reference_size_m, size_m, mesh.unit);
   const std::string sizes =
       fmt::format("the reference is {:.4g} times as large as the mesh ({:.4g} mm and {:.4g} mm across)", times,
                   reference_size_m * 1000, size_m * 1000);
@@ -30,6 +32,20 @@ Result<void> check_units(const MeasuredMesh& mesh, const MeasuredMesh& reference
                     sizes, description_of(reference.unit).plural, description_of(*other).plural,
                     description_of(*other).name, description_of(reference.unit).name, description_of(mesh.unit).plural),
         arguments.truth.string()};
+  }
+  if (mesh_unit && !is_given) {
+    return Error{ErrorCode::kInput,
+                 fmt::format("{}: the mesh, read as {}, seems to be in {}; say --mesh-unit {}, or {} if that is right",
+                             sizes, description_of(mesh.unit).plural, description_of(*mesh_unit).plural,
+                             description_of(*mesh_unit).name, description_of(mesh.unit).name),
+                 arguments.mesh.string()};
+  }
+  if (differ_as_inch_and_millimetre(size_m, reference_size_m) && !is_given) {
+    return Error{ErrorCode::kInput,
+                 sizes +
+                     ": as if one was in inches and the other in millimetres; say both --mesh-unit and "
+                     "--reference-unit",
+                 arguments.truth.string()};
   }
   constexpr double kSurprising = 5;
   if (times > kSurprising || times < 1 / kSurprising) console.warn(sizes);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/measure/deviation_page.h"
 #include "core/files/atomic_file.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/write_mesh.h"
@@ -85,9 +86,14 @@ Result<void> write_deviation_files(Comparison& comparison, Mesh& mesh, const std
   mesh.colours = deviation_colours(deviation.vertices_m, deviation.histogram.end_m);
   const auto written = write_mesh(mesh, folder / "deviation.ply", {}, UpAxis::kMinusY);
   if (!written) return written.error();
-  if (auto done = write_png(deviation_picture(comparison, mesh), folder / "deviation.png"); !done) return done;
-  if (auto done = write_file_atomically(folder / "histogram.svg", histogram_svg(comparison)); !done) return done;
-  for (const char* name : {"deviation.ply", "deviation.png", "histogram.svg", "distance.json"}) {
+  const ColourImage picture = deviation_picture(comparison, mesh);
+  const std::string histogram = histogram_svg(comparison);
+  if (auto done = write_png(picture, folder / "deviation.png"); !done) return done;
+  if (auto done = write_file_atomically(folder / "histogram.svg", histogram); !done) return done;
+  const auto page = deviation_page(comparison, picture, histogram);
+  if (!page) return page.error();
+  if (auto done = write_file_atomically(folder / "report.html", *page); !done) return done;
+  for (const char* name : {"deviation.ply", "deviation.png", "histogram.svg", "report.html", "distance.json"}) {
     comparison.files.push_back(folder / name);
   }
   return write_file_atomically(folder / "distance.json", comparison_json(comparison));

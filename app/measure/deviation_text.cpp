@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace scanknit {
@@ -67,6 +68,35 @@ DeviationJson tolerance_json(const Comparison& comparison) {
           {"is_within", *comparison.is_within_tolerance()}};
 }
 
+/// Null without a tolerance.
+DeviationJson beyond_json(const DeviationRegion& region) {
+  return region.beyond ? DeviationJson(*region.beyond) : DeviationJson(nullptr);
+}
+
+DeviationJson regions_json(const std::vector<DeviationRegion>& regions) {
+  DeviationJson rows = DeviationJson::array();
+  for (const DeviationRegion& region : regions) {
+    const Eigen::Vector3d &low = region.box_m.min(), &high = region.box_m.max();
+    rows.push_back({{"min_m", {low.x(), low.y(), low.z()}},
+                    {"max_m", {high.x(), high.y(), high.z()}},
+                    {"area_share", region.area_share},
+                    {"share_beyond_area", beyond_json(region)},
+                    {"area", deviation_stats_json(region.area)}});
+  }
+  return rows;
+}
+
+/// The part that deviates most; "" if there is but one.
+std::string worst_region_line(const std::vector<DeviationRegion>& regions) {
+  if (regions.size() < 2) return "";
+  const auto worst =
+      std::max_element(regions.begin(), regions.end(),
+                       [](const DeviationRegion& a, const DeviationRegion& b) { return a.area.rms_m < b.area.rms_m; });
+  return fmt::format("Worst part  rms {:.4f} mm, |d| 95 % {:.4f}, of the {} parts of the reference's box: {}\n",
+                     worst->area.rms_m * 1000, worst->area.absolute_percentiles_m[2] * 1000, regions.size(),
+                     extent_words(worst->box_m));
+}
+
 std::string deviation_line(const char* name, const DeviationStats& stats) {
   constexpr double kMmPerM = 1000;
   return fmt::format(
@@ -98,6 +128,12 @@ std::string in_millimetres(double metres) {
   return fmt::format("{:.6g} mm", metres * 1000);
 }
 
+std::string extent_words(const Eigen::AlignedBox3d& box_m) {
+  const Eigen::Vector3d low = box_m.min() * 1000, high = box_m.max() * 1000;
+  return fmt::format("x {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g} mm", low.x(), high.x(), low.y(),
+                     high.y(), low.z(), high.z());
+}
+
 std::string comparison_json(const Comparison& comparison) {
   const MeshDeviation& deviation = comparison.compared.deviation;
   DeviationJson files = DeviationJson::array();
@@ -114,6 +150,7 @@ std::string comparison_json(const Comparison& comparison) {
                                 {"shares", deviation.histogram.shares},
                                 {"share_below", deviation.histogram.share_below},
                                 {"share_above", deviation.histogram.share_above}}},
+                              {"regions", regions_json(deviation.regions)},
                               {"tolerance", tolerance_json(comparison)},
                               {"reference_is_closed", comparison.compared.reference.edges.border == 0},
                               {"files", files}};
@@ -126,7 +163,8 @@ std::string comparison_lines(const Comparison& comparison) {
                                  comparison.mesh.path.string(), comparison.reference.path.string(),
                                  comparison.mesh.triangles, comparison.reference.triangles);
   text += deviation_line("Vertices", deviation.vertices) + deviation_line("Area", deviation.area) +
-          deviation_line("Reference", deviation.reference_area) + tolerance_line(comparison);
+          deviation_line("Reference", deviation.reference_area) + worst_region_line(deviation.regions) +
+          tolerance_line(comparison);
   for (const auto& file : comparison.files) text += fmt::format("Written     {}\n", file.string());
   return text;
 }

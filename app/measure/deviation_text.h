@@ -36,4 +36,7 @@ struct Comparison {
 /// "0.05 mm": a length for people.
 [[nodiscard]] std::string in_millimetres(double metres);
 
+/// "x 0 to 10, y -5 to 5, z 0 to 20 mm"
+[[nodiscard]] std::string extent_words(const Eigen::AlignedBox3d& box_m);
+
 }  // namespace scanknit

@@ -35,6 +35,9 @@ ComparedMeshes compare_meshes(const Mesh& mesh, const Mesh& reference, std::opti
   deviation.area = deviation_stats(area_m);
   deviation.reference_area = deviation_stats(reference_area_m);
   deviation.histogram = deviation_histogram(area_m, scale_end_m(deviation.area));
+  Eigen::AlignedBox3d reference_box;
+  for (const Eigen::Vector3f& p : reference.positions_m) reference_box.extend(p.cast<double>());
+  deviation.regions = deviation_regions(mesh_area, area_m, reference_box, tolerance_m);
   if (tolerance_m) {
     compared.beyond = ToleranceShares{share_beyond(deviation.vertices_m, *tolerance_m),
                                       share_beyond(area_m, *tolerance_m), share_beyond(reference_area_m, *tolerance_m)};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "measure/compare/deviation_regions.h"
 #include "measure/compare/deviation_stats.h"
 #include "measure/tree/pseudonormals.h"
 
@@ -14,9 +15,10 @@ namespace scanknit {
 struct MeshDeviation {
   std::vector<double> vertices_m;  ///< of each vertex of the mesh from the reference, in order
   DeviationStats vertices;
-  DeviationStats area;            ///< of points spread evenly over the mesh's area
-  DeviationStats reference_area;  ///< of points spread evenly over the reference's area, from the mesh
-  DeviationHistogram histogram;   ///< of `area`
+  DeviationStats area;                   ///< of points spread evenly over the mesh's area
+  DeviationStats reference_area;         ///< of points spread evenly over the reference's area, from the mesh
+  DeviationHistogram histogram;          ///< of `area`
+  std::vector<DeviationRegion> regions;  ///< of `area`, by parts of the reference's bounding box
 };
 
 /// What lies beyond a tolerance, as shares from 0 to 1.

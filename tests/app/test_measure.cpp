@@ -119,10 +119,29 @@ TEST_F(Measure, DistanceWritesAColouredMeshAPictureAndAHistogram) {
   EXPECT_NEAR(json["vertices"]["min_m"], -0.002, 2e-5);
   EXPECT_EQ(Json::parse(read_text(fs::path(out) / "distance.json")), json);
   EXPECT_TRUE(read_text(fs::path(out) / "histogram.svg").ends_with("</svg>\n"));
+  const std::string page = read_text(fs::path(out) / "report.html");
+  EXPECT_TRUE(page.ends_with("</html>\n"));
+  EXPECT_NE(page.find("Deviation of dented.ply"), std::string::npos);
+  EXPECT_EQ(json["regions"].size(), 9u) << "a sheet has no thickness";
   EXPECT_TRUE(read_text(fs::path(out) / "deviation.png").starts_with("\x89PNG"));
   const Json described = Json::parse(scanknit_command({"info", out + "/deviation.ply", "--json"}).out);
   EXPECT_TRUE(described["has_colours"]);
   EXPECT_EQ(described["vertices"], 101 * 101);
+}
+
+TEST_F(Measure, DistanceAsksForUnitsWhereSizesDifferAsUnitsDo) {
+  const std::string part = written("part.ply", test::sheet(0.1, 10)),
+                    larger = written("larger.ply", test::sheet(2.54, 10)),
+                    model = text_file("part.step", "ISO-10303-21;\n");
+  for (const auto& [mesh, reference] : {std::pair(part, larger), std::pair(larger, part)}) {
+    const Outcome refused = distance({mesh, reference});
+    EXPECT_EQ(refused.exit_code, 4);
+    EXPECT_TRUE(says(refused, "inches and the other in millimetres")) << refused.err;
+  }
+  EXPECT_EQ(distance({part, larger, "--reference-unit", "m"}).exit_code, 0);
+  const Outcome step = distance({part, model});
+  EXPECT_EQ(step.exit_code, 4);
+  EXPECT_TRUE(says(step, "part.step: no kind of mesh that is read")) << step.err;
 }
 
 TEST_F(Measure, WhatCannotBeMeasuredIsSaid) {

@@ -23,6 +23,14 @@ TEST(MeshUnit, OtherFactorsAreNone) {
   EXPECT_EQ(unit_that_fits(0, 0, MeshUnit::kMetre), std::nullopt);
 }
 
+TEST(MeshUnit, InchesBesideMillimetresAreTold) {
+  EXPECT_TRUE(differ_as_inch_and_millimetre(0.1, 2.54));
+  EXPECT_TRUE(differ_as_inch_and_millimetre(2.6, 0.1));
+  EXPECT_FALSE(differ_as_inch_and_millimetre(0.1, 3.9));
+  EXPECT_FALSE(differ_as_inch_and_millimetre(0.1, 0.1));
+  EXPECT_FALSE(differ_as_inch_and_millimetre(0, 1));
+}
+
 TEST(MeshUnit, PositionsAreScaledToMetres) {
   Mesh mesh = test::box(20, 40, 40);
   to_metres(mesh, MeshUnit::kInch);
