@@ -92,15 +92,20 @@ std::vector<DepthSample> samples_of(const DepthImage& depth_m, const CameraIntri
   return samples;
 }
 
-/// The motion at each view from the views before and after it, where these are near in time.
+/// The motion at each view from the views before and after it, where these are near in time. Views without it go if
+/// enough have it: where the board was when depth was taken, they do not tell.
 void add_motion(const std::vector<std::int64_t>& times_ns, std::vector<DepthView>& views) {
-  constexpr double kMostGap_s = 0.15;
+  constexpr double kMostGap_s = 0.25;
   for (std::size_t i = 1; i + 1 < views.size(); ++i) {
     const double before_s = 1e-9 * static_cast<double>(times_ns[i] - times_ns[i - 1]);
     const double after_s = 1e-9 * static_cast<double>(times_ns[i + 1] - times_ns[i]);
     if (!(before_s > 0) || !(after_s > 0) || before_s > kMostGap_s || after_s > kMostGap_s) continue;
     views[i].motion = motion_through(views[i - 1].T_depth_board, views[i].T_depth_board, views[i + 1].T_depth_board,
                                      before_s, after_s);
+  }
+  const auto is_known = [](const DepthView& view) { return view.motion.has_value(); };
+  if (std::count_if(views.begin(), views.end(), is_known) >= static_cast<std::ptrdiff_t>(kFewestDepthViews)) {
+    std::erase_if(views, [&](const DepthView& view) { return !is_known(view); });
   }
 }
 

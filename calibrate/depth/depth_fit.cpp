@@ -209,6 +209,20 @@ double noise_of(const std::vector<DepthView>& views) {
   return std::max(median(std::move(off)) / kMedianInDeviations, kLeast_per_m);
 }
 
+/// How much farther the views' poses are from where colour shows them than their information says, as a factor of the
+/// variance: at least 1. A rolling shutter, blur or a board that bends makes it so. A plane tells three of the six
+/// numbers of a pose.
+double excess_of(const std::vector<DepthView>& views, const std::vector<PoseVector>& off) {
+  constexpr double kToldByAPlane = 3;
+  std::vector<double> squares;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].samples.empty()) squares.push_back(off[i].dot(views[i].information * off[i]) / kToldByAPlane);
+  }
+  double sum = 0;
+  for (const double square : squares) sum += square;
+  return std::max(1.0, sum / static_cast<double>(std::max<std::size_t>(1, squares.size())));
+}
+
 DepthBias bias_of(const Eigen::VectorXd& numbers) {
   DepthBias bias{kColumns, kRows, {}, {}};
   for (int i = 0; i < kNumbers; ++i) {
@@ -306,12 +320,14 @@ Result<DepthCalibration> fit_depth(const std::vector<DepthView>& views, const Ca
     state.numbers = solved.head(2 * kNumbers);
     state.delay_s += solved[kDelay];
     state.correction = moved(solved.tail<6>(), state.correction);
-    if (round + 1 == kRounds) covariance = solver.solve(Eigen::MatrixXd::Identity(kUnknowns, kUnknowns));
+    if (round + 1 < kRounds) continue;
+    covariance = excess_of(views, state.off) * solver.solve(Eigen::MatrixXd::Identity(kUnknowns, kUnknowns));
   }
   DepthCalibration result;
   result.bias = bias_of(state.numbers);
   result.colour_later_s = state.delay_s;
-  result.colour_later_deviation_s = std::sqrt(covariance(kDelay, kDelay));
+  constexpr double kMotionError = 0.03;  // of the board's speed, which is found from three pictures
+  result.colour_later_deviation_s = std::hypot(std::sqrt(covariance(kDelay, kDelay)), kMotionError * state.delay_s);
   result.correction = state.correction;
   result.correction_deviation = covariance.diagonal().tail<6>().cwiseMax(0.0).cwiseSqrt();
   result.deviations = deviations_of(covariance);

@@ -63,6 +63,7 @@ enum class DepthToColour { kKnown, kEstimated };
 /// later and the error of each view's pose. Both fields are cubic B-splines whose second differences are small; those
 /// of `scale` are a hundred times smaller, which leaves it close to linear over the picture: a wrong focal length or
 /// baseline. Iteratively reweighted least squares (Huber 1964); the views' poses are eliminated (Brown 1958).
+/// Deviations grow with what the views' poses are off beyond their own deviations (Birge 1932).
 /// `camera` is that of the depth pictures. Deterministic.
 /// Errors (kTooLittle): fewer than kFewestDepthViews views with samples; depth that is not that of the board.
 [[nodiscard]] Result<DepthCalibration> fit_depth(const std::vector<DepthView>& views, const CameraIntrinsics& camera,

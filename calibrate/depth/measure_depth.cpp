@@ -14,7 +14,7 @@ namespace scanknit {
 namespace {
 
 constexpr double kMostFocal_share = 0.0006;
-constexpr double kMostError_share = 0.01;  // of 4 m
+constexpr double kMostError_share = 0.0025;  // of 4 m
 constexpr double kMostDelay_s = 0.001;
 constexpr double kMostBaseline_m = 0.002;
 constexpr double kMostTurn_rad = 0.2 * kDegree;

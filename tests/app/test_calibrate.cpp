@@ -23,18 +23,13 @@ class Calibrate : public SuiteFolder {
 
   static void SetUpTestSuite() {
     SuiteFolder::SetUpTestSuite();
-    const Outcome made = scanknit_command({"synth",        "calibration_board",
-                                           "-o",           recording(),
-                                           "--frames",     "60",
-                                           "--width",      "640",
-                                           "--height",     "480",
-                                           "--sensor-set", "lens.k1=0.05",
-                                           "--sensor-set", "lens.k2=-0.08",
-                                           "--sensor-set", "colour.noise=0.01",
-                                           "--sensor-set", "camera.focal=3%",
-                                           "--sensor-set", "bias.share=3%",
-                                           "--sensor-set", "colour.delay=0.01",
-                                           "--quiet"});
+    std::vector<std::string> synth = {"synth", "calibration_board", "-o",  recording(), "--frames", "80", "--width",
+                                      "640",   "--height",          "480", "--quiet"};
+    for (const char* fault : {"lens.k1=0.05", "lens.k2=-0.08", "colour.noise=0.01", "camera.focal=3%", "bias.share=3%",
+                              "colour.delay=0.01", "time.rate=10"}) {
+      synth.insert(synth.end(), {"--sensor-set", fault});
+    }
+    const Outcome made = scanknit_command(synth);
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
 
