@@ -7,7 +7,7 @@
 namespace scanknit {
 
 int config_print_command(const ConfigArguments& arguments, const CommonArguments& common) {
-  const auto loaded = load_config(arguments.built_in ? common.config : with_run_defaults(common.config));
+  const auto loaded = read_config(arguments.built_in ? common.config : with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
   return print_result(common.is_json ? config_to_json(loaded->config) + "\n" : config_to_yaml(loaded->config), common);
 }
@@ -15,7 +15,7 @@ int config_print_command(const ConfigArguments& arguments, const CommonArguments
 int config_check_command(const ConfigArguments& arguments, const CommonArguments& common) {
   ConfigSources sources = with_run_defaults(common.config);
   sources.file = arguments.file;
-  const auto loaded = load_config(sources);
+  const auto loaded = read_config(sources);
   if (!loaded) return fail(loaded.error(), common);
   return print_result(arguments.file.string() + ": ok\n", common);
 }
@@ -25,7 +25,7 @@ int config_schema_command() {
 }
 
 int config_docs_command() {
-  const auto run_defaults = load_config(with_run_defaults({}));
+  const auto run_defaults = read_config(with_run_defaults({}));
   if (!run_defaults) return fail(run_defaults.error(), {});
   return print_result(config_markdown(run_defaults->config), CommonArguments{});
 }

@@ -111,11 +111,21 @@ ConfigKey optional_number(const Key& key, Range range, Field field) {
   return described;
 }
 
+/// `auto` is 0 MiB, until load_config() chooses.
 template <typename Field>
 ConfigKey memory(const Key& key, Range range_mib, Field field) {
   ConfigKey described = describe(ConfigType::kMemory, key, range_mib);
   described.unit = "MiB";
-  bind_plain<std::int64_t>(described, field);
+  described.allows_auto = true;
+  described.get = [field](const ScanConfig& config) {
+    const auto mib = static_cast<std::int64_t>(field(config));
+    return mib == kAutomaticBudgetMib ? ConfigValue() : ConfigValue(mib);
+  };
+  described.set = [field](ScanConfig& config, const ConfigValue& value) {
+    using Member = std::remove_cvref_t<decltype(field(config))>;
+    const auto* given = std::get_if<std::int64_t>(&value);
+    field(config) = static_cast<Member>(given != nullptr ? *given : kAutomaticBudgetMib);
+  };
   return described;
 }
 

@@ -14,6 +14,7 @@
 #include "app/config/yaml_node.h"
 #include "core/files/read_file.h"
 #include "core/limits.h"
+#include "core/system/machine_memory.h"
 
 namespace scanknit {
 namespace {
@@ -142,7 +143,7 @@ class ConfigReader {
 };
 
 bool is_built_in(const ConfigKey& key, const ScanConfig& config) {
-  return key.get(config) == key.get(ScanConfig{});
+  return key.get(config) == key.get(built_in_config());
 }
 
 /// Notes which of `given`, the keys of one text, the user asks for.
@@ -258,7 +259,7 @@ ConfigSources with_run_defaults(ConfigSources sources) {
   return sources;
 }
 
-Result<LoadedConfig> load_config(const ConfigSources& sources) {
+Result<LoadedConfig> read_config(const ConfigSources& sources) {
   LoadedConfig loaded;
   std::vector<ConfigProblem> problems;
   const auto collect = [&](std::vector<ConfigProblem> more) {
@@ -280,6 +281,16 @@ Result<LoadedConfig> load_config(const ConfigSources& sources) {
     text += fmt::format("{}{}: error: {}", text.empty() ? "" : "\n", problem.where, problem.message);
   }
   return Error{ErrorCode::kConfig, std::move(text)};
+}
+
+Result<LoadedConfig> load_config(const ConfigSources& sources) {
+  auto loaded = read_config(sources);
+  if (!loaded) return loaded;
+  std::size_t& fusion_mib = loaded->config.fusion.memory_budget_mib;
+  std::int64_t& extract_mib = loaded->config.extract.memory_budget_mib;
+  if (fusion_mib == kAutomaticBudgetMib) fusion_mib = default_memory_budget_mib(machine_memory_mib());
+  if (extract_mib == kAutomaticBudgetMib) extract_mib = static_cast<std::int64_t>(fusion_mib);
+  return loaded;
 }
 
 }  // namespace scanknit

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/config/config_schema.h"
 #include "core/result.h"
 #include "scan/scan_config.h"
 
@@ -27,7 +28,7 @@ struct ConfigSources {
 
 /// A configuration, and which of its keys a preset, a file or --set gave.
 struct LoadedConfig {
-  ScanConfig config = {};
+  ScanConfig config = built_in_config();
   std::set<std::string, std::less<>> given = {};  ///< "fusion.voxel_size"
   /// Those of `given` that the user asks for. A preset, and a file that gives a whole section, as `config print` writes
   /// it, ask only for values that are not the built-in ones.
@@ -54,7 +55,10 @@ struct ConfigProblem {
 [[nodiscard]] std::vector<ConfigProblem> apply_assignment(const std::string& assignment, LoadedConfig& loaded);
 
 /// Applies all sources in their order to the built-in values. If there is any problem, an Error (kConfig) with one line
-/// for each: "file:line:column: error: message".
+/// for each: "file:line:column: error: message". Budgets of memory may be `auto` (kAutomaticBudgetMib).
+[[nodiscard]] Result<LoadedConfig> read_config(const ConfigSources& sources);
+
+/// The same to work with: a share of this machine's memory (core/system/machine_memory.h) where a budget is `auto`.
 [[nodiscard]] Result<LoadedConfig> load_config(const ConfigSources& sources);
 
 }  // namespace scanknit

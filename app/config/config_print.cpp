@@ -186,7 +186,7 @@ Json key_schema(const ConfigKey& key) {
   Json schema = value_schema(key);
   if (key.allows_auto) schema = {{"anyOf", {{{"const", "auto"}}, schema}}};
   schema["description"] = key.text + (key.unit.empty() ? "" : " [" + key.unit + "]");
-  const ConfigValue fallback = key.get(ScanConfig{});
+  const ConfigValue fallback = key.get(built_in_config());
   schema["default"] =
       key.allows_auto && std::holds_alternative<std::monostate>(fallback) ? Json("auto") : value_json(fallback);
   return schema;
@@ -202,7 +202,7 @@ std::string list_item(const std::string& text) {
 
 /// "- **`fusion.voxel_size`** (0.0002..0.1 m; default 4 mm): what it does".
 std::string key_markdown(const ConfigKey& key, const ScanConfig& run_defaults) {
-  const std::string built_in = value_text(key, key.get(ScanConfig{}));
+  const std::string built_in = value_text(key, key.get(built_in_config()));
   const std::string run = value_text(key, key.get(run_defaults));
   const std::string of_run = run == built_in ? "" : fmt::format(", for `run` {}", run);
   return list_item(

@@ -221,7 +221,8 @@ std::vector<ConfigKey> volume_keys() {
           [](auto& c) -> auto& { return c.fusion.silhouettes; }),
       memory(
           {"fusion.memory_budget", "",
-           "Memory that the program may take. The volume gets five sevenths of what is left beside 96 MiB for the "
+           "Memory that the program may take. auto: half of the machine's, or of the container's, between 128 MiB and "
+           "4 GiB; report.json has the figure. The volume gets five sevenths of what is left beside 96 MiB for the "
            "program, and at least a quarter. A run whose volume would need more is fused in parts (fusion.bricks), or, "
            "where that cannot be, refused before it starts, with the budget and the voxel size that would fit. A mesh "
            "that is too large to be closed or simplified is made of larger voxels, with a warning."},
@@ -324,7 +325,8 @@ std::vector<ConfigKey> extract_keys() {
           {0, 1e9}, [](auto& c) -> auto& { return c.extract.min_component_triangles; }),
       memory(
           {"extract.memory_budget", "",
-           "Memory for a volume file and its mesh. A volume whose samples need more than half of it is read a few "
+           "Memory for a volume file and its mesh. auto: as fusion.memory_budget has it. A volume whose samples need "
+           "more than half of it is read a few "
            "slices at a time, 26 at least, and its mesh goes to disk: .ply or .stl only. The part of the mesh that is "
            "held between two steps comes on top. A .vdb is loaded whole, whatever it needs."},
           {1, 1 << 24}, [](auto& c) -> auto& { return c.extract.memory_budget_mib; }),
@@ -463,6 +465,13 @@ Result<ConfigValue> parse_choice(const ConfigKey& key, std::string_view word) {
 }
 
 }  // namespace
+
+ScanConfig built_in_config() {
+  ScanConfig config;
+  config.fusion.memory_budget_mib = kAutomaticBudgetMib;
+  config.extract.memory_budget_mib = kAutomaticBudgetMib;
+  return config;
+}
 
 std::span<const ConfigKey> config_schema() {
   static const std::vector<ConfigKey> keys = all_keys();

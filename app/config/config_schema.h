@@ -47,6 +47,12 @@ struct ConfigKey {
   std::function<void(ScanConfig&, const ConfigValue&)> set;  ///< the value's type must be the key's
 };
 
+/// A memory budget that is `auto`: load_config() chooses one.
+inline constexpr std::int64_t kAutomaticBudgetMib = 0;
+
+/// What the program begins with: the members' defaults, with budgets of memory that are `auto`.
+[[nodiscard]] ScanConfig built_in_config();
+
 /// All keys, in the order of printing; the keys of a section follow one another.
 [[nodiscard]] std::span<const ConfigKey> config_schema();
 

@@ -8,6 +8,7 @@
 #include "app/config/config_load.h"
 #include "app/config/config_print.h"
 #include "app/config/presets.h"
+#include "core/system/machine_memory.h"
 
 namespace scanknit {
 namespace {
@@ -249,6 +250,20 @@ TEST(Precedence, AssignmentsBeatTheFileWhichBeatsPresetsWhichBeatDefaults) {
   EXPECT_EQ(load_config(sources)->config.fusion.voxel_size_m, 0.007);
 }
 
+TEST(AutomaticBudget, IsOfThisMachineOnceTheProgramWorks) {
+  EXPECT_EQ(read_config({})->config.fusion.memory_budget_mib, 0u) << "auto";
+  const auto loaded = load_config({});
+  EXPECT_EQ(loaded->config.fusion.memory_budget_mib, default_memory_budget_mib(machine_memory_mib()));
+  EXPECT_EQ(loaded->config.extract.memory_budget_mib, loaded->config.fusion.memory_budget_mib);
+}
+
+TEST(AutomaticBudget, OfVolumeFilesIsTheOneThatIsGivenForScans) {
+  const auto loaded = load_config({{}, {}, {"fusion.memory_budget=512MiB"}});
+  EXPECT_EQ(loaded->config.fusion.memory_budget_mib, 512u);
+  EXPECT_EQ(loaded->config.extract.memory_budget_mib, 512);
+  EXPECT_EQ(load_config({{}, {}, {"extract.memory_budget=1GiB"}})->config.extract.memory_budget_mib, 1024);
+}
+
 TEST(GivenKeys, AreThoseOfPresetsTheFileAndAssignments) {
   const TempFolder folder;
   ConfigSources sources;
@@ -293,7 +308,7 @@ TEST(AskedKeys, OfAPartOfASectionAreAllThatItGives) {
 
 TEST(AskedKeys, OfAWholeSectionAreThoseWithAnotherValueThanTheBuiltInOne) {
   const TempFolder folder;
-  ScanConfig edited;
+  ScanConfig edited = built_in_config();
   edited.finish.watertight = Watertight::kFull;
   ConfigSources sources;
   sources.file = folder.write("whole.yaml", config_to_yaml(edited));

@@ -21,7 +21,7 @@ std::string file_text(const std::string& name) {
 }
 
 ScanConfig run_defaults() {
-  return load_config({{"default"}, {}, {}})->config;
+  return read_config({{"default"}, {}, {}})->config;
 }
 
 TEST(ConfigYaml, ReadsBackAsTheSameConfiguration) {
@@ -85,7 +85,7 @@ TEST(ConfigSchema, EveryKeyIsInTheJsonSchemaWithTextAndDefault) {
 
 TEST(ConfigSchema, DefaultsLieWithinTheirRanges) {
   for (const ConfigKey& key : config_schema()) {
-    const ConfigValue value = key.get(ScanConfig{});
+    const ConfigValue value = key.get(built_in_config());
     const double* number = std::get_if<double>(&value);
     if (number == nullptr) continue;
     EXPECT_GE(*number, key.minimum) << key.name;
