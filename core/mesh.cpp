@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -162,6 +163,21 @@ void check_vertices(const Mesh& mesh, Index first, Index last, MeshCheck& check)
   }
 }
 
+/// The number of pieces that were removed; their vertices stay.
+std::size_t remove_small_pieces_of_triangles(Mesh& mesh, std::size_t min_triangles) {
+  DisjointSets sets = pieces_of(mesh);
+  std::vector<Index> size(mesh.positions_m.size(), 0);
+  for (const Triangle& t : mesh.triangles) {
+    Index& triangles = size[sets.root(t[0])];
+    if (triangles < std::numeric_limits<Index>::max()) ++triangles;
+  }
+  const auto removed = static_cast<std::size_t>(
+      std::count_if(size.begin(), size.end(), [&](Index n) { return n > 0 && n < min_triangles; }));
+  if (removed > 0)
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return size[sets.root(t[0])] < min_triangles; });
+  return removed;
+}
+
 }  // namespace
 
 MeshCheck check_mesh(const Mesh& mesh) {
@@ -199,15 +215,8 @@ double signed_volume_m3(const Mesh& mesh) {
 }
 
 std::size_t remove_small_components(Mesh& mesh, std::size_t min_triangles) {
-  DisjointSets sets = pieces_of(mesh);
-  std::vector<std::size_t> size(mesh.positions_m.size(), 0);
-  for (const Triangle& t : mesh.triangles) ++size[sets.root(t[0])];
-
-  const auto removed = static_cast<std::size_t>(
-      std::count_if(size.begin(), size.end(), [&](std::size_t n) { return n > 0 && n < min_triangles; }));
-  if (removed == 0) return 0;
-  std::erase_if(mesh.triangles, [&](const Triangle& t) { return size[sets.root(t[0])] < min_triangles; });
-  drop_unused_vertices(mesh);
+  const std::size_t removed = remove_small_pieces_of_triangles(mesh, min_triangles);
+  if (removed > 0) drop_unused_vertices(mesh);
   return removed;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/system/freed_memory.h"
 #include "extract/blocks/dense_blocks.h"
 #include "extract/blocks/vdb_blocks.h"
 #include "extract/cell/case_histogram.h"
@@ -52,6 +53,7 @@ Result<Surface> extract(const BlockSource& source, const ExtractConfig& config, 
   Result<Surface> surface =
       split ? march_tetrahedra(source, *split, config, is_inside_high) : march_cubes(source, config, is_inside_high);
   if (surface && config.min_component_triangles > 1) {
+    return_freed_memory();
     surface->cases.components_removed = remove_small_components(surface->mesh, config.min_component_triangles);
   }
   return surface;

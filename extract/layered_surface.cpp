@@ -4,6 +4,8 @@
 #include <exception>
 #include <new>
 
+#include "core/mesh/unused_vertices.h"
+#include "core/system/freed_memory.h"
 #include "extract/blocks/vdb_blocks.h"
 #include "extract/cell/case_histogram.h"
 #include "extract/marching_cubes.h"
@@ -12,16 +14,23 @@
 namespace scanknit {
 namespace {
 
-/// `share`: of the blocks, those of `all` with `part`. A vector that grows is in memory twice; room for what is still
-/// to come takes none before it is used.
+/// Moves an array of the parts into the whole mesh, a few megabytes after the other: a vector that grew by them would
+/// be in memory twice.
 template <typename T>
-void append_part(std::vector<T>& all, const std::vector<T>& part, double share) {
-  constexpr double kSpare = 1.25;
-  const std::size_t size = all.size() + part.size();
-  if (size > all.capacity()) {
-    all.reserve(std::max(size, static_cast<std::size_t>(kSpare * static_cast<double>(size) / share)));
+void join(std::vector<Mesh>& parts, std::vector<T> Mesh::*array, Mesh& whole) {
+  constexpr std::size_t kWorthReturning = 32 << 20;  // bytes
+  std::size_t size = 0, freed = 0;
+  for (const Mesh& part : parts) size += (part.*array).size();
+  (whole.*array).reserve(size);
+  for (Mesh& part : parts) {
+    (whole.*array).insert((whole.*array).end(), (part.*array).begin(), (part.*array).end());
+    freed += (part.*array).size() * sizeof(T);
+    part.*array = std::vector<T>();
+    if (freed < kWorthReturning) continue;
+    return_freed_memory();
+    freed = 0;
   }
-  all.insert(all.end(), part.begin(), part.end());
+  return_freed_memory();
 }
 
 /// The blocks of a list, sorted by is_before, with begin_x <= x < end_x.
@@ -36,9 +45,7 @@ BlockRange blocks_between(std::span<const Eigen::Vector3i> origins, int begin_x,
 
 class LayerMarch {
  public:
-  LayerMarch(LayeredField& field, const ExtractConfig& config) : field_(field), config_(config) {
-    for (const BlockLayer& layer : field.layers()) blocks_ += layer.blocks;
-  }
+  LayerMarch(LayeredField& field, const ExtractConfig& config) : field_(field), config_(config) {}
 
   /// Meshes the blocks with begin_x <= x < end_x, which follow those of the last step.
   [[nodiscard]] Result<void> step(int begin_x, int end_x) {
@@ -52,43 +59,38 @@ class LayerMarch {
     CaseHistogram others;
     marching.count(own, histogram_);
     marching.count(blocks_between(source->origins(), end_x, end_x + kBlockCells), others);
-    marching.number(surface_.mesh.positions_m.size());
-    if (surface_.mesh.positions_m.size() + marching.size_of(own).vertices > kMaxMeshVertices) {
-      return too_many_vertices();
-    }
-    marching.write(own, part_);
-    blocks_done_ += own.size();
-    const double share = static_cast<double>(blocks_done_) / static_cast<double>(blocks_);
-    append_part(surface_.mesh.positions_m, part_.positions_m, share);
-    append_part(surface_.mesh.normals, part_.normals, share);
-    append_part(surface_.mesh.colours, part_.colours, share);
-    append_part(surface_.mesh.triangles, part_.triangles, share);
+    marching.number(vertices_);
+    vertices_ += marching.size_of(own).vertices;
+    if (vertices_ > kMaxMeshVertices) return too_many_vertices();
+    marching.write(own, parts_.emplace_back());
     return {};
   }
 
   /// After the last step.
   [[nodiscard]] Surface surface() {
-    surface_.cases = histogram_.counts(is_mirrored_);
-    if (config_.normals) fill_missing_normals(surface_.mesh);
+    field_.let_go();
+    Surface surface;
+    surface.cases = histogram_.counts(is_mirrored_);
+    Mesh& mesh = surface.mesh;
+    join(parts_, &Mesh::positions_m, mesh);
+    join(parts_, &Mesh::normals, mesh);
+    join(parts_, &Mesh::colours, mesh);
+    join(parts_, &Mesh::triangles, mesh);
+    if (config_.normals) fill_missing_normals(mesh);
     if (config_.min_component_triangles > 1) {
-      surface_.cases.components_removed = remove_small_components(surface_.mesh, config_.min_component_triangles);
-      Mesh& mesh = surface_.mesh;  // what was removed has taken memory
-      mesh.positions_m.shrink_to_fit();
-      mesh.normals.shrink_to_fit();
-      mesh.colours.shrink_to_fit();
-      mesh.triangles.shrink_to_fit();
+      surface.cases.components_removed = remove_small_components(mesh, config_.min_component_triangles);
+      return_unused_memory(mesh);
     }
-    return std::move(surface_);
+    return surface;
   }
 
  private:
   LayeredField& field_;
   const ExtractConfig& config_;
-  std::size_t blocks_ = 0, blocks_done_ = 0;
   CaseHistogram histogram_;
   bool is_mirrored_ = false;
-  Surface surface_;
-  Mesh part_;
+  std::size_t vertices_ = 0;  ///< of the parts
+  std::vector<Mesh> parts_;   ///< one of each step
 };
 
 Result<Surface> march_layers(LayeredField& field, const ExtractConfig& config, std::size_t blocks_at_once) {

@@ -28,6 +28,9 @@ class LayeredField {
   /// A view of the blocks with begin_x <= x < end_x, valid until the next call. All views have the same transform, and
   /// colours if one of them has.
   [[nodiscard]] virtual Result<FieldView> read(int begin_x, int end_x) = 0;
+
+  /// Frees what was read last.
+  virtual void let_go() = 0;
 };
 
 /// The very surface that extract_surface() gives for the whole volume: the same vertices and triangles in the same

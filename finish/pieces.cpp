@@ -8,6 +8,7 @@
 #include "core/check.h"
 #include "core/mesh/mesh_area.h"
 #include "core/mesh/mesh_pieces.h"
+#include "core/mesh/unused_vertices.h"
 #include "finish/mesh_edges.h"
 
 namespace scanknit {
@@ -65,10 +66,8 @@ class Pieces {
       removed.area_m2 += pieces_[i].area_m2;
     }
     if (removed.pieces == 0) return removed;
-    std::vector<std::uint8_t> keeps;
-    keeps.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) keeps.push_back(keeps_piece[of(t[0])]);
-    keep_triangles(keeps, mesh);
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return keeps_piece[of(t[0])] == 0; });
+    drop_unused_vertices(mesh);
     return removed;
   }
 

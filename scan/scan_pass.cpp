@@ -154,9 +154,16 @@ Result<void> ScanPass::write_tracked_mesh(IsLastMesh is_last) {
 /// If the refiner finds better poses, fuses all frames again at these.
 Result<void> ScanPass::refine() {
   if (tracking_verdict_ || refiner_.recovers_lost_scans()) {
-    const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking()});
+    const auto make_room_early = [this] {
+      if (!session_.observer().needs_volume_after_mesh()) room_ = make_room();
+      return room_;
+    };
+    const auto better = refiner_.refine({scan_->trajectory(), scan_->tracking(), make_room_early});
+    return_freed_memory();
+    if (!room_) return room_;
     if (!better) return after_tracked_mesh(better.error());
     const auto fused = *better ? fuse_again(**better) : Result<bool>(false);
+    if (!room_) return room_;
     if (!fused) return after_tracked_mesh(fused.error());
     is_refined_ = *fused;
     if (is_refined_) find_lost();  // in a model that is straight, frames fit that did not fit before
@@ -186,7 +193,8 @@ Error ScanPass::after_tracked_mesh(Error error) {
   return error;
 }
 
-/// Makes room for a second volume: writes the first one's mesh and empties it, unless both fit into the budget.
+/// Makes room for a second volume: writes the first one's mesh and empties it, unless both fit into the budget. After
+/// an error, the volume may be empty and its mesh not written.
 Result<void> ScanPass::make_room() {
   constexpr std::size_t kMebibyte = 1024 * 1024;
   const std::size_t both_mib = 2 * scan_->volume().memory_bytes() / kMebibyte + kProgramMib;
@@ -194,7 +202,7 @@ Result<void> ScanPass::make_room() {
   const bool may_write = input_.writes_tracked_mesh && tracking_verdict_;
   if (!written_) {
     if (fit_both || !may_write) return {};
-    if (auto written = write_tracked_mesh(IsLastMesh::kNo); !written) return written;
+    if (auto written = write_tracked_mesh(IsLastMesh::kYes); !written) return written;
   }
   return empty_volume();
 }
@@ -213,7 +221,7 @@ Result<bool> ScanPass::fuse_again(const Trajectory& trajectory) {
   if (!source) return source.error();
   auto volume = TsdfVolume::create(volume_config(job_.config.fusion));
   if (!volume) return volume.error();
-  if (auto made = make_room(); !made) return made.error();
+  if (room_ = make_room(); !room_) return room_.error();
   const FramesToFuse frames{trajectory, [this](Frame& frame) { refiner_.edit_for_fusion(frame); }};
   const auto fused = session_.timed(
       "fuse_again", [&] { return scanknit::fuse_again(**source, frames, job_.config, *volume, session_); });

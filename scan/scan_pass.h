@@ -118,6 +118,7 @@ class ScanPass {
   bool is_refined_ = false;  ///< the volume holds the refined poses
   bool was_full_ = false;    ///< the volume reached its budget while the frames came
   Result<void> tracking_verdict_;
+  Result<void> room_;  ///< make_room()'s
   std::optional<WrittenMesh> written_;
   VolumeResult volume_;
   MeshResult mesh_;

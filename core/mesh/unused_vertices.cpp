@@ -5,7 +5,6 @@
 #include <vector>
 
 namespace scanknit {
-
 void drop_unused_vertices(Mesh& mesh) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> new_index(mesh.positions_m.size(), kUnused);
@@ -26,6 +25,16 @@ void drop_unused_vertices(Mesh& mesh) {
   for (Triangle& t : mesh.triangles) {
     for (std::uint32_t& v : t) v = new_index[v];
   }
+}
+
+void return_unused_memory(Mesh& mesh) {
+  const auto shrink = [](auto& array) {
+    if (array.size() < array.capacity() / 8 * 7) array.shrink_to_fit();  // takes both, for a moment
+  };
+  shrink(mesh.positions_m);
+  shrink(mesh.normals);
+  shrink(mesh.colours);
+  shrink(mesh.triangles);
 }
 
 }  // namespace scanknit

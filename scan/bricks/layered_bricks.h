@@ -33,8 +33,7 @@ class LayeredBricks final : public LayeredField {
     return window_->field_view();
   }
 
-  /// Frees what was read last.
-  void let_go() { window_.reset(); }
+  void let_go() override { window_.reset(); }
 
   /// What was read so far, as if it were in memory as a whole.
   [[nodiscard]] VolumeResult described() const {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/mesh/unused_vertices.h"
+
 namespace scanknit {
 namespace {
 
@@ -26,10 +28,8 @@ std::vector<Confirmation> confirmations(const Mesh& points, std::span<const Pose
   return confirmed;
 }
 
-}  // namespace
-
-PiecesRemoved drop_crumbs(std::span<const PosedDepth> frames, const FitBand& band, Mesh& mesh) {
-  if (frames.empty() || mesh.normals.size() != mesh.positions_m.size()) return {};
+/// Of all vertices: those of large pieces are confirmed. Empty: there are no small ones.
+std::vector<Confirmation> confirmations_of(const Mesh& mesh, std::span<const PosedDepth> frames, const FitBand& band) {
   const std::vector<std::uint32_t> vertices = vertices_of_small_pieces(kSmallShare, mesh);
   if (vertices.empty()) return {};
   Mesh points;
@@ -38,11 +38,23 @@ PiecesRemoved drop_crumbs(std::span<const PosedDepth> frames, const FitBand& ban
     points.normals.push_back(mesh.normals[vertex]);
   }
   constexpr std::uint16_t kAll = std::numeric_limits<std::uint16_t>::max();
-  std::vector<Confirmation> of_all(mesh.positions_m.size(), Confirmation{kAll, kAll});  // large pieces are confirmed
   const std::vector<Confirmation> confirmed = confirmations(points, frames, band);
+  std::vector<Confirmation> of_all(mesh.positions_m.size(), Confirmation{kAll, kAll});
   for (std::size_t i = 0; i < vertices.size(); ++i) of_all[vertices[i]] = confirmed[i];
-  const double least_views = std::min(kViews, kShareOfFrames * static_cast<double>(frames.size()));
-  return remove_unconfirmed_pieces(of_all, least_views, kShareOfReadings, mesh);
+  return of_all;
+}
+
+}  // namespace
+
+PiecesRemoved drop_crumbs(std::span<const PosedDepth> frames, const FitBand& band, Mesh& mesh) {
+  if (frames.empty() || mesh.normals.size() != mesh.positions_m.size()) return {};
+  PiecesRemoved removed;
+  if (const std::vector<Confirmation> confirmed = confirmations_of(mesh, frames, band); !confirmed.empty()) {
+    const double least_views = std::min(kViews, kShareOfFrames * static_cast<double>(frames.size()));
+    removed = remove_unconfirmed_pieces(confirmed, least_views, kShareOfReadings, mesh);
+  }
+  return_unused_memory(mesh);
+  return removed;
 }
 
 }  // namespace scanknit

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/system/beside.h"
+#include "core/system/freed_memory.h"
 #include "export/measure/doubled_surface.h"
 #include "scan/mesh/finish_surface.h"
 #include "scan/mesh/memory_left.h"
@@ -99,6 +100,7 @@ MeshedScan mesh_finished(FinishedSurface finished, ScannedFrames frames, const M
   MeshFrame frame = frame_of(std::move(frames), request, finished.T_mesh_world());
   frame.uncertainty_m = std::move(finished.uncertainty_m);
   WrittenSurface written = write_surface(mesh, frame, request.job, session);
+  return_freed_memory();
   meshed.result.doubled = session.timed("export", [&] { return doubled.get(); });
   meshed.outcome = written.outcome;
   add_to(meshed.result, std::move(written));

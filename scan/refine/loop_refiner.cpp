@@ -58,7 +58,9 @@ void LoopRefiner::start_over() {
 Result<void> LoopRefiner::track_lost_runs(const TrackedWalk& walk) {
   if (!archive_.is_kept()) return {};
   const std::vector<LostRun> runs = lost_runs(walk);
-  if (!runs.empty()) session_.info("frames that were lost are tracked apart from the scan, from both sides");
+  if (runs.empty()) return {};
+  session_.info("frames that were lost are tracked apart from the scan, from both sides");
+  if (auto made = walk.make_room(); !made) return made;
   LostRunTracker tracker(config_, archive_, keys_, session_.stop());
   for (const LostRun& run : runs) {
     auto found = session_.timed("loops", [&] { return tracker.track(run); });
@@ -113,6 +115,7 @@ Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
   LoopClosure closure = find_loops();
   result_ = described(closure);
   auto closed = close(walk, std::move(closure));
+  keys_ = KeyFrames(config_.fusion.noise);  // a few megabytes each, and of no use any more
   if (closed) return closed;
   warn_not_closed(closed.error());
   return std::optional<Trajectory>();
@@ -120,13 +123,15 @@ Result<std::optional<Trajectory>> LoopRefiner::refine(const TrackedWalk& walk) {
 
 /// Tracks the frames of each range again, in a volume that holds nothing but them, and moves the rest of the walk along
 /// with them. If tracking is lost, the frames after it keep their motion relative to each other.
-Result<void> LoopRefiner::track_again(const std::vector<FrameRange>& ranges, const Trajectory& walk) {
+Result<void> LoopRefiner::track_again(const std::vector<FrameRange>& ranges, const TrackedWalk& walk) {
+  if (auto made = walk.make_room(); !made) return made;
   const auto source = archive_.open();
   if (!source) return source.error();
   for (const FrameRange& frames : ranges) {
     const auto sequences = std::span(fused_).subspan(frames.first, frames.last - frames.first + 1);
     const auto poses = session_.timed("loops", [&] {
-      return track_alone(**source, sequences, motion_during(sequences.front(), walk), config_, session_.stop());
+      return track_alone(**source, sequences, motion_during(sequences.front(), walk.trajectory), config_,
+                         session_.stop());
     });
     if (!poses) return poses.error();
     keys_.replace(frames.first, *poses);
@@ -218,7 +223,7 @@ Trajectory LoopRefiner::moved(const Trajectory& trajectory, const std::vector<Po
 Result<std::optional<Trajectory>> LoopRefiner::close(const TrackedWalk& walk, LoopClosure closure) {
   if (closure.has_loops() && !closure.mistracked.empty() && archive_.is_kept()) {
     session_.info("frames were wrongly aligned with older parts of the scan: they are tracked again");
-    if (const auto tracked = track_again(closure.mistracked, walk.trajectory); !tracked) return tracked.error();
+    if (const auto tracked = track_again(closure.mistracked, walk); !tracked) return tracked.error();
     closure = find_loops();
   }
   result_ = described(closure);

@@ -45,7 +45,7 @@ class LoopRefiner final : public PoseRefiner {
   void note_run(const LostRun& run, FoundRun found);
   void insert(std::size_t at, FoundSide& side, const KeyFrames::Gaps& gaps);
   [[nodiscard]] LoopClosure find_loops();
-  [[nodiscard]] Result<void> track_again(const std::vector<FrameRange>& ranges, const Trajectory& walk);
+  [[nodiscard]] Result<void> track_again(const std::vector<FrameRange>& ranges, const TrackedWalk& walk);
   [[nodiscard]] bool is_of_lost_run(std::size_t noted) const;
   [[nodiscard]] JoinedFrames joined_by_loops(const NotedRun& run, const LoopClosure& closure) const;
   [[nodiscard]] Trajectory with_joined_runs(Trajectory trajectory, const PosesBySequence& known,

@@ -17,6 +17,8 @@ namespace scanknit {
 struct TrackedWalk {
   const Trajectory& trajectory;                   ///< of the frames that were fused
   const std::optional<TrackingResult>& tracking;  ///< nothing where poses are given
+  /// To be called before frames are fused into another volume, which may take as much memory as the scan's.
+  std::function<Result<void>()> make_room = [] { return Result<void>(); };
 };
 
 /// What a refiner found, whether or not its poses were taken.
