@@ -4,6 +4,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,10 +19,10 @@ class LibraryThreads {
     auto done = task.get_future();
     {
       const std::lock_guard lock(mutex_);
-      tasks_.push_back(std::move(task));
-      if (idle_ < tasks_.size()) {
+      if (idle_ <= tasks_.size()) {  // first: where there is no thread, no task may stay
         threads_.emplace_back([this](const std::stop_token& stop) { run(stop); });
       }
+      tasks_.push_back(std::move(task));
     }
     changed_.notify_one();
     return done;
@@ -60,7 +61,7 @@ class OnLibraryThread final : public DeviceSource {
  public:
   explicit OnLibraryThread(std::unique_ptr<DeviceSource> camera) : camera_(std::move(camera)) {}
   ~OnLibraryThread() override {
-    do_on_library_thread([this] { camera_.reset(); });
+    at_the_end([this] { camera_.reset(); });
   }
   [[nodiscard]] const DeviceInfo& info() const override { return camera_->info(); }
   [[nodiscard]] std::vector<StreamProfile> profiles() const override { return camera_->profiles(); }
@@ -76,7 +77,7 @@ class OnLibraryThread final : public DeviceSource {
     return result;
   }
   void stop() override {
-    do_on_library_thread([this] { camera_->stop(); });
+    at_the_end([this] { camera_->stop(); });
   }
   [[nodiscard]] LossCounters losses() const override { return camera_->losses(); }
   [[nodiscard]] Result<void> set_control(DeviceControl control, int value) override {
@@ -86,6 +87,15 @@ class OnLibraryThread final : public DeviceSource {
   }
 
  private:
+  /// Where no thread is left, on the caller's own.
+  static void at_the_end(const std::function<void()>& work) {
+    try {
+      do_on_library_thread(work);
+    } catch (const std::system_error&) {
+      work();
+    }
+  }
+
   std::unique_ptr<DeviceSource> camera_;
 };
 

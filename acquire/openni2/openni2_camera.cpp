@@ -9,8 +9,10 @@
 #include <cstring>
 #include <future>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -125,6 +127,7 @@ class OpenNi2Camera final : public DeviceSource {
   [[nodiscard]] CameraModel model_of(const OniStreamState& stream, const StreamProfile& profile) const;
   [[nodiscard]] bool start_streams();
   void stop_streams();
+  void run_within_memory(const std::stop_token& stop);
   void run(const std::stop_token& stop);
   [[nodiscard]] bool look_at(OniStreamState& stream);
   [[nodiscard]] bool give_up(OniStreamState& stream, const std::string& complaint);
@@ -303,7 +306,12 @@ Result<void> OpenNi2Camera::start(std::span<const StreamProfile> streams, FrameS
     return why;
   }
   stop_ = {};
-  running_ = begin_on_library_thread([this] { run(stop_.get_token()); });
+  try {
+    running_ = begin_on_library_thread([this] { run_within_memory(stop_.get_token()); });
+  } catch (const std::system_error& fault) {  // no thread is left
+    stop_streams();
+    return Error{ErrorCode::kBudget, std::string("no thread is left: ") + fault.what(), info_.uri};
+  }
   return {};
 }
 
@@ -325,6 +333,14 @@ bool OpenNi2Camera::start_streams() {
 void OpenNi2Camera::stop_streams() {
   for (const OniStreamState* stream : {&depth_, &colour_}) {
     if (stream->chosen) oniStreamStop(stream->handle);
+  }
+}
+
+void OpenNi2Camera::run_within_memory(const std::stop_token& stop) {
+  try {
+    run(stop);
+  } catch (const std::bad_alloc&) {
+    tell(DeviceEvent::Kind::kFailed, "out of memory");
   }
 }
 

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <new>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "acquire/record/recording_writer.h"
@@ -48,10 +49,16 @@ Result<std::unique_ptr<Recorder>> Recorder::create(const std::filesystem::path& 
     return begun.error();
   }
   Recorder* self = recorder.get();
-  recorder->thread_ = std::jthread([self](std::stop_token stop) { self->write_frames(std::move(stop)); });
-  ::pthread_setname_np(recorder->thread_.native_handle(), "record");
-  recorder->syncer_ = std::jthread([self](std::stop_token stop) { self->sync_each_second(std::move(stop)); });
-  ::pthread_setname_np(recorder->syncer_.native_handle(), "record-sync");
+  try {
+    recorder->thread_ = std::jthread([self](std::stop_token stop) { self->write_frames(std::move(stop)); });
+    ::pthread_setname_np(recorder->thread_.native_handle(), "record");
+    recorder->syncer_ = std::jthread([self](std::stop_token stop) { self->sync_each_second(std::move(stop)); });
+    ::pthread_setname_np(recorder->syncer_.native_handle(), "record-sync");
+  } catch (const std::system_error& fault) {
+    recorder->thread_ = std::jthread();  // ends it
+    recorder->file_.remove();
+    return Error{ErrorCode::kBudget, std::string("no thread is left to record: ") + fault.what(), path.string()};
+  }
   return recorder;
 }
 
@@ -153,7 +160,8 @@ void Recorder::settle(const Result<void>& written, std::uint64_t frames) {
   lost_ += frames;
   const std::scoped_lock lock(mutex_);
   if (!failure_) {
-    failure_ = Error{ErrorCode::kOutput,
+    const bool is_memory = written.error().code == ErrorCode::kBudget;
+    failure_ = Error{is_memory ? ErrorCode::kBudget : ErrorCode::kOutput,
                      written.error().message + "; recording has stopped, the first " + std::to_string(frames_written_) +
                          " pictures are kept",
                      path_.string()};

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace scanknit {
@@ -90,7 +91,13 @@ Result<std::unique_ptr<BrickClaim>> BrickClaim::take(const fs::path& path) {
   }
   if (descriptor < 0 && errno == EEXIST) return std::unique_ptr<BrickClaim>();
   if (descriptor < 0) return not_writable(path);
-  return std::unique_ptr<BrickClaim>(new BrickClaim(path, descriptor));
+  try {
+    return std::unique_ptr<BrickClaim>(new BrickClaim(path, descriptor));
+  } catch (const std::system_error& fault) {  // no thread is left to renew it
+    ::unlink(path.c_str());
+    ::close(descriptor);
+    return Error{ErrorCode::kBudget, std::string("no thread is left: ") + fault.what(), path.string()};
+  }
 }
 
 Result<bool> BrickClaim::is_taken(const fs::path& path) {

@@ -21,8 +21,8 @@ class BrickClaim {
   static constexpr std::chrono::seconds kLease{60};
   static constexpr std::chrono::seconds kRenewal{10};
 
-  /// Makes the file `path`, or takes it over. Null: another worker has it. Errors (kOutput): the folder is not
-  /// writable.
+  /// Makes the file `path`, or takes it over. Null: another worker has it. Errors: kOutput when the folder is
+  /// not writable; kBudget when no thread is left.
   [[nodiscard]] static Result<std::unique_ptr<BrickClaim>> take(const std::filesystem::path& path);
 
   /// True if a worker has it. Errors: as above.

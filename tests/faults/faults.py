@@ -8,7 +8,7 @@
     faults.py PROGRAM SHIM --json FILE          writes the figures there, too
     faults.py --list                            lists the commands and the kinds of faults
 
-SHIM is the library that is built from fault_shim.cpp. In good order means: no signal and no hang; either success with the
+--openni2 FOLDER adds `record`: a libOpenNI2 with the emulated camera of tests/openni2. SHIM is the library that is built from fault_shim.cpp. In good order means: no signal and no hang; either success with the
 same outputs as without the fault, or a documented exit code that fits it and one error that says what and where; each
 output is the whole old one or the whole new one; no temporary file is left. See docs/testing.md.
 """
@@ -32,8 +32,10 @@ import inputs  # noqa: E402
 from recorder import SAME_ON_ALL_PROCESSORS, content_of, sha256, without_times  # noqa: E402
 
 OLD = b"an old output, which must stay as it is\n"
+CUT = "a recording without its end, which can be read"
+RECORDED, MCAP = "live.mcap", b"\x89MCAP0\r\n"  # a whole file begins and ends with it
 USUAL_RUNS = 600  # without --all
-CONFIGURATION, INPUT, TRACKING, OUTPUT, MEMORY = 3, 4, 6, 8, 9  # exit codes, docs/cli.md
+CONFIGURATION, INPUT, DEVICE, TRACKING, OUTPUT, MEMORY = 3, 4, 5, 6, 8, 9  # exit codes, docs/cli.md
 
 # Exit codes that fit each kind of fault. Reading a module is reading, too, but the loader's own calls are never faulty.
 FITTING = {"open": {CONFIGURATION, INPUT, TRACKING, OUTPUT, MEMORY}, "read": {CONFIGURATION, INPUT, TRACKING, OUTPUT, MEMORY},
@@ -87,6 +89,8 @@ COMMANDS = [
     Command("synth", "synth desk -o out/r --frames 3 --width 80 --height 60 --noise --threads 2"),
     Command("repair", "repair {in}/torn.mcap -o out/r.mcap --threads 2"),
     Command("plan", f"plan {{in}}/desk -o out/job {COARSE} --set fusion.bricks=64"),
+    Command("work", "work out/job --threads 2"),
+    Command("record", f"record --device openni2: --frames 3 -o out/{RECORDED}"),
     Command("join", "join {in}/job -o out/m.ply --threads 2", old=("m.ply",)),
     Command("info_mcap", "info {in}/desk.mcap --json --threads 2"),
     Command("info_ply", "info {in}/desk.ply --json --threads 2"),
@@ -122,8 +126,9 @@ class Ended:
 class Bench:
     """The inputs, and what each command does without a fault."""
 
-    def __init__(self, program, shim, folder):
+    def __init__(self, program, shim, folder, openni2=None):
         self.program, self.shim, self.folder = program.resolve(), shim.resolve(), folder
+        self.more = {"LD_LIBRARY_PATH": str(openni2.resolve())} if openni2 else {}
         self.inputs = folder / "inputs"
         self.inputs.mkdir()
 
@@ -144,6 +149,7 @@ class Bench:
         call("run desk -o coarse.ply --set fusion.voxel_size=10cm --save-volume desk.vdb")
         call("run desk -o folder --set fusion.voxel_size=2cm")
         call("plan desk -o job --set fusion.voxel_size=2cm --set fusion.bricks=64")
+        shutil.copytree(self.inputs / "job", self.inputs / "planned")
         call("work job")
         whole = (self.inputs / "desk.mcap").read_bytes()
         (self.inputs / "torn.mcap").write_bytes(whole[:-100])
@@ -163,6 +169,8 @@ class Bench:
         (place / "out").mkdir()
         if command.name == "report":
             shutil.copytree(self.inputs / "folder", place / "out", dirs_exist_ok=True)
+        if command.name == "work":
+            shutil.copytree(self.inputs / "planned", place / "out" / "job")
         for name in command.old:
             (place / "out" / name).write_bytes(OLD)
 
@@ -171,7 +179,7 @@ class Bench:
         place = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
         counts = place / "counts"
         self.prepare(command, place)
-        told = environment(place, self.shim, SCANKNIT_FAULT_COUNTS=str(counts))
+        told = environment(place, self.shim, SCANKNIT_FAULT_COUNTS=str(counts), **self.more)
         if fault and fault != "stdout":
             told["SCANKNIT_FAULT"] = fault
         began = time.monotonic()
@@ -210,6 +218,8 @@ def value_of(path):
     if path.read_bytes() == OLD:
         return sha256(OLD)
     content = content_of(path)
+    if path.name == RECORDED:  # what the camera sent, at times of its own
+        return "recording" if content.startswith(MCAP) and content.endswith(MCAP) else CUT if content.startswith(MCAP) else "torn"
     is_report = path.suffix in (".html", ".json") and (b"peak_rss_mib" in content or path.suffix == ".html")
     return whole_report(path) if is_report else sha256(content)
 
@@ -231,11 +241,13 @@ def told_of_losses(ended):
 
 
 def without_seconds(text):
-    return re.sub(r"(?m)^Seconds .*$", "", without_times(text))
+    return re.sub(r"(?m)^Seconds .*$|: \d+ pictures, [0-9.]+ MB$", "", without_times(text))
 
 
-def is_of_losses(command, name, kind):
+def is_of_losses(command, name, kind, ended_value):
     """True for what a scan that failed writes of the frames that it had, if frames could be lost by the fault."""
+    if name == f"out/{RECORDED}":  # what came before a disk was full stays
+        return kind in ("write", "sync", "close", "alloc") and ended_value == CUT
     if command.keeps_first_mesh and name.endswith(".obj"):
         return True
     return kind in MAY_COST_FRAMES and name.endswith((".vdb", ".txt", "report.json", "report.html"))
@@ -268,7 +280,7 @@ def complaints(command, fault, ended, wholes):
     elif not re.search(r"\bout\b|inputs/|stdout|memory|thread", ended.err):
         said.append(f"says not where: {errors[0]}")
     for name, value in ended.files.items():
-        if value not in (old.get(name), *(other.files.get(name) for other in wholes)) and not is_of_losses(command, name, kind):
+        if value not in (old.get(name), *(other.files.get(name) for other in wholes)) and not is_of_losses(command, name, kind, value):
             said.append(f"{name} is neither the old nor the new one")
         elif name not in old and command.writes_new_recording() and ended.files != whole.files and not can_open_nothing:
             said.append(f"{name} is part of a recording that is not whole")
@@ -310,6 +322,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", type=pathlib.Path)
     parser.add_argument("shim", nargs="?", type=pathlib.Path)
+    parser.add_argument("--openni2", type=pathlib.Path, metavar="FOLDER")
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--runs", type=int, default=USUAL_RUNS, help="about how many without --all")
     parser.add_argument("--command", nargs="+", metavar="NAME", choices=[command.name for command in COMMANDS])
@@ -342,11 +355,13 @@ def main():
         print("kinds:", *FITTING)
         return 0
     commands = [command for command in COMMANDS if given.command is None or command.name in given.command]
+    if given.openni2 is None:
+        commands = [command for command in commands if command.name != "record"]
     kinds = given.fault or list(FITTING)
     began = time.monotonic()
     found, counts = [], collections.Counter()
     with tempfile.TemporaryDirectory(prefix="scanknit_faults.") as folder:
-        bench = Bench(given.program, given.shim, pathlib.Path(folder))
+        bench = Bench(given.program, given.shim, pathlib.Path(folder), given.openni2)
         bench.make_inputs()
         wholes = measure_wholes(bench, commands)
         runs = plan(commands, kinds, wholes, None if given.all else given.runs)
