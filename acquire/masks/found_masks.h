@@ -1,4 +1,5 @@
-// Masks that are found in the pictures themselves: their alpha, or what differs from an empty picture.
+// Masks that are found in the pictures themselves: their alpha, what is not of the screen's colour, or what differs
+// from an empty picture.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +17,15 @@ namespace scanknit {
 /// "./alpha".
 inline constexpr const char* kAlphaMasks = "alpha";
 
+/// Likewise: the thing stood before a screen of one strong colour. A folder of that name is "./chroma".
+inline constexpr const char* kChromaMasks = "chroma";
+
 /// Where the masks of frames come from.
 enum class MaskOrigin {
   kNone,
   kFiles,       ///< the folder acquire.masks
   kAlpha,       ///< acquire.masks is kAlphaMasks
+  kChroma,      ///< ... kChromaMasks
   kDifference,  ///< from the picture acquire.background, without acquire.masks
 };
 [[nodiscard]] MaskOrigin mask_origin(const AcquireConfig& config);
@@ -34,6 +39,11 @@ using EmptyPicture = ColourImage;
 /// How surely each pixel is the thing: where a picture differs from the empty one by more than pictures of the same
 /// thing do. Error (kInput, without `where`): their sizes differ.
 [[nodiscard]] Result<Mask> difference(const ColourImage& picture, const EmptyPicture& empty);
+
+/// How surely each pixel is not of the screen, whose colour is that of the picture's rim: by hue and saturation, so
+/// that the screen may be lit unevenly. Error (kInput, without `where`): the rim has no strong colour that most of it
+/// shares.
+[[nodiscard]] Result<Mask> chroma_key(const ColourImage& picture);
 
 /// The alpha of a picture whose file's bytes are these. Errors (kInput, without `where`): no PNG, or one without alpha.
 [[nodiscard]] Result<Mask> alpha_of(std::span<const std::byte> bytes, const Limits& limits);

@@ -31,14 +31,20 @@ std::string size_of(const Picture& picture) {
 Result<Mask> mask_of(const PlacedPicture& picture, const std::vector<std::byte>& bytes, const ColourImage& colour,
                      const EmptyPicture& empty, const AcquireConfig& config) {
   if (!picture.mask.empty()) return read_mask(picture.mask, config);
+  if (mask_origin(config) == MaskOrigin::kChroma) {
+    auto mask = chroma_key(colour);
+    return mask ? std::move(mask) : Result<Mask>(located(mask.error(), picture.picture));
+  }
   if (!empty.empty() && mask_origin(config) != MaskOrigin::kAlpha) {
     auto mask = difference(colour, empty);
     return mask ? std::move(mask) : Result<Mask>(located(mask.error(), picture.picture));
   }
   if (auto mask = alpha_of(bytes, config.limits)) return mask;
-  return mask_error("no mask of this picture: expected " + picture.picture.stem().string() +
-                        ".png in masks/, a picture with alpha, or an empty picture (acquire.background)",
-                    picture.picture);
+  return mask_error(
+      "no mask of this picture: expected " + picture.picture.stem().string() +
+          ".png in masks/, a picture with alpha, a screen of one colour (acquire.masks=chroma), or an empty picture "
+          "(acquire.background)",
+      picture.picture);
 }
 
 Mask undistorted(const Mask& mask, const CameraModel& camera) {

@@ -44,7 +44,7 @@ Result<AcquireConfig> with_colour_camera(const AcquireConfig& config) {
 void find_masks(const AcquireConfig& config, PictureSet& set) {
   const MaskOrigin origin = mask_origin(config);
   for (PlacedPicture& picture : set.pictures) {
-    if (origin == MaskOrigin::kAlpha) {
+    if (origin == MaskOrigin::kAlpha || origin == MaskOrigin::kChroma) {
       picture.mask.clear();
       continue;
     }
@@ -82,8 +82,8 @@ Result<PictureSet> open_pictures(const fs::path& path, const AcquireConfig& want
     return Error{
         ErrorCode::kInput,
         "no pictures with known cameras: expected transforms.json; or cameras.txt and images.txt of COLMAP; or "
-        "NAME_par.txt of Middlebury; or color/ or images/ with trajectory.log and camera_intrinsic.json, of a "
-        "turntable without trajectory.log",
+        "NAME_par.txt of Middlebury; or color/ or images/ with camera_intrinsic.json and trajectory.log (or, in TUM's "
+        "format, trajectory.txt), of a turntable without trajectory",
         path.string()};
   }
   auto set = layout->list(*folder, config);

@@ -26,7 +26,7 @@ struct PlacedPicture {
 };
 
 struct PictureSet {
-  std::string layout;  ///< "transforms.json", "colmap", "par", "folder", "still camera"
+  std::string layout;  ///< "transforms.json", "colmap", "par", "folder", "tum", "still camera"
   std::filesystem::path folder = {};
   UpAxis world_up = UpAxis::kMinusY;
   std::vector<PlacedPicture> pictures = {};
@@ -36,9 +36,10 @@ struct PictureSet {
 
 /// Lists the pictures of a folder. Layouts, asked in this order: transforms.json of nerfstudio and instant-ngp;
 /// COLMAP's text model (cameras.txt, images.txt; also in sparse/0 or sparse); Middlebury's NAME_par.txt; pictures in
-/// color/, image/, images/ or rgb/ with trajectory.log or trajectory.json and a camera; the same without poses. A mask
+/// color/, image/, images/ or rgb/ with a camera and trajectory.log, trajectory.json or, in TUM's format,
+/// groundtruth.txt or trajectory.txt; the same without poses. A mask
 /// is what the file names, else STEM.png or NAME.png in masks/, mask/ or silhouettes/ (or in `config.masks`, which
-/// may also be kAlphaMasks: the pictures' own alpha).
+/// may also be kAlphaMasks: the pictures' own alpha, or kChromaMasks).
 /// config.from, to and every choose some. The camera is config.intrinsics, or the colour camera of config.camera, if
 /// one of them is given. Errors (kInput): none of these; a file that cannot be read; no picture with a pose. Errors
 /// (kConfig): both cameras are given; check_cameras()'s; config.camera without colour.

@@ -290,7 +290,8 @@ OrDrop<Mask> IndexedSource::read_mask_file(const FrameEntry& entry) const {
 OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const DecodedFrame& decoded,
                                                 const CameraIntrinsics& depth_camera) const {
   const bool is_alpha = masks_ == MaskOrigin::kAlpha;
-  const char* key = is_alpha ? "acquire.masks: alpha" : "acquire.background";
+  const bool is_chroma = masks_ == MaskOrigin::kChroma;
+  const char* key = is_alpha ? "acquire.masks: alpha" : is_chroma ? "acquire.masks: chroma" : "acquire.background";
   if (decoded.colour.empty()) {
     return make_drop(DropReason::kMissingFile, std::string(key) + " needs a colour picture, which this frame has not",
                      entry.depth);
@@ -308,7 +309,9 @@ OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const D
     return make_drop(DropReason::kUnreadable, "this recording's colour has no alpha (acquire.masks: alpha)",
                      entry.colour);
   }
-  auto mask = is_alpha ? alpha_of(*decoded.encoded_colour, config_.limits) : difference(decoded.colour, empty_);
+  auto mask = is_alpha    ? alpha_of(*decoded.encoded_colour, config_.limits)
+              : is_chroma ? chroma_key(decoded.colour)
+                          : difference(decoded.colour, empty_);
   if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message + " (" + key + ")", entry.colour);
   return *std::move(mask);
 }

@@ -73,7 +73,8 @@ class SilhouetteScan {
     has_poses_ = set->has_poses;
     if (!has_poses_ && !job_.config.turntable.is_enabled) {
       return Error{ErrorCode::kInput,
-                   "the pictures have no poses: add trajectory.log, or, if a thing turned before a camera that stood "
+                   "the pictures have no poses: add trajectory.log, or trajectory.txt in TUM's format, or, if a thing "
+                   "turned before a camera that stood "
                    "still, set turntable.enabled",
                    job_.input.string()};
     }
@@ -100,18 +101,19 @@ class SilhouetteScan {
                     "turntable.distance");
     }
     return session_.timed("refine", [&]() -> Result<void> {
-      const auto turned = turn_views(job_, known.distance_m.value_or(kAssumed_m), read_);
+      auto turned = turn_views(job_, known.distance_m.value_or(kAssumed_m), read_);
       if (!turned) return located_in_input(turned.error());
       session_.info(
           fmt::format("turntable: axis found; outlines miss one another by {:.2f} pixels, turned the other way "
                       "by {:.2f}",
-                      turned->off_px, turned->other_off_px));
+                      turned->axis.off_px, turned->axis.other_off_px));
       constexpr double kClear = 1.5;
-      if (turned->other_off_px < kClear * turned->off_px) {
+      if (turned->axis.other_off_px < kClear * turned->axis.off_px) {
         session_.warn(WarningCode::kTurntable,
                       "the silhouettes hardly tell in which direction the thing turned: the mesh may be mirrored. Take "
                       "pictures from nearer, or from above");
       }
+      result_.turntable = std::move(turned->table);
       return {};
     });
   }

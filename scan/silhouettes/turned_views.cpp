@@ -1,5 +1,8 @@
 #include "scan/silhouettes/turned_views.h"
 
+#include <algorithm>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -38,9 +41,30 @@ Result<std::vector<double>> angles_of(const ScanJob& job, const SilhouettePictur
   return angles;
 }
 
+/// The angles are those that were given: silhouettes are not asked for them.
+TurntableResult described_table(const ScanJob& job, const SilhouetteAxis& axis,
+                                const std::vector<TurnedSilhouette>& pictures, const SilhouettePictures& read) {
+  TurntableResult table;
+  table.is_refined = true;
+  table.prior = job.angles ? AngleSource::kFile : AngleSource::kStep;
+  table.angle_sigma_rad = std::numeric_limits<double>::infinity();
+  table.axis_point = axis.point;
+  table.rms_m = axis.off_px * axis.point.z() / read.views.front().camera.fx;
+  table.key_frames = pictures.size();
+  const double upwards = axis.direction.y() > 0 ? -1 : 1;
+  table.axis_direction = upwards * axis.direction;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    table.angles_rad.emplace_back(read.numbers[i], upwards * pictures[i].angle_rad);
+  }
+  const auto [least, most] = std::minmax_element(
+      pictures.begin(), pictures.end(), [](const auto& a, const auto& b) { return a.angle_rad < b.angle_rad; });
+  table.turns = (most->angle_rad - least->angle_rad) / (2 * std::numbers::pi);
+  return table;
+}
+
 }  // namespace
 
-Result<SilhouetteAxis> turn_views(const ScanJob& job, double distance_m, SilhouettePictures& read) {
+Result<TurnedViews> turn_views(const ScanJob& job, double distance_m, SilhouettePictures& read) {
   const auto degrees = angles_of(job, read);
   if (!degrees) return degrees.error();
   std::vector<TurnedSilhouette> pictures;
@@ -48,10 +72,10 @@ Result<SilhouetteAxis> turn_views(const ScanJob& job, double distance_m, Silhoue
     pictures.push_back({&read.views[i].silhouette, (*degrees)[i] * kDegree});
   }
   auto axis = find_silhouette_axis(pictures, read.views.front().camera, distance_m);
-  if (!axis) return axis;
+  if (!axis) return axis.error();
   const std::vector<Pose> poses = poses_round(*axis, pictures);
   for (std::size_t i = 0; i < poses.size(); ++i) read.views[i].T_world_camera = poses[i];
-  return axis;
+  return TurnedViews{*axis, described_table(job, *axis, pictures, read)};
 }
 
 }  // namespace scanknit

@@ -85,6 +85,20 @@ void write_folder_layout(const fs::path& root) {
   ASSERT_TRUE(write_camera_json(kPictureCamera, 1000, root / "camera_intrinsic.json"));
 }
 
+/// The same with TUM's trajectory, of which more is known than pictures are there.
+void write_tum_layout(const fs::path& root) {
+  ASSERT_NO_FATAL_FAILURE(write_folder_layout(root));
+  fs::remove(root / "trajectory.log");
+  std::string text = "# time tx ty tz qx qy qz qw\n";
+  for (int i = 0; i < kPictures + 2; ++i) {
+    const Pose T = pose_of_picture(i);
+    const Eigen::Quaterniond q(T.linear());
+    text += fmt::format("{}.0 {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", i, T.translation().x(),
+                        T.translation().y(), T.translation().z(), q.x(), q.y(), q.z(), q.w());
+  }
+  put_text(root / "trajectory.txt", text);
+}
+
 void write_transforms_layout(const fs::path& root) {
   write_pictures(root / "images");
   write_masks(root / "outlines");
@@ -177,6 +191,7 @@ std::string name_of_case(const ::testing::TestParamInfo<PictureLayoutCase>& layo
 
 INSTANTIATE_TEST_SUITE_P(Every, PictureLayouts,
                          ::testing::Values(PictureLayoutCase{"folder", write_folder_layout},
+                                           PictureLayoutCase{"tum", write_tum_layout},
                                            PictureLayoutCase{"transforms.json", write_transforms_layout},
                                            PictureLayoutCase{"colmap", write_colmap_layout},
                                            PictureLayoutCase{"par", write_par_layout}),
@@ -254,6 +269,36 @@ TEST(PictureSets, RefuseACalibrationThatDoesNotStateTheirCameraOnce) {
   EXPECT_TRUE(contains(error.text(), "both state the pictures' camera")) << error.text();
   camera.colour->distortion[0] = NAN;
   EXPECT_TRUE(contains(refusal(camera, {}).text(), "expected finite numbers"));
+}
+
+TEST(PictureSets, LeaveOutPicturesWithoutAPoseOfTheirTime) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_tum_layout(folder.path()));
+  fs::rename(folder.path() / "color" / "0001.png", folder.path() / "color" / "0001.3.png");
+  const auto set = open_pictures(folder.path(), {});
+  ASSERT_TRUE(set) << set.error().text();
+  EXPECT_EQ(set->pictures.size(), static_cast<std::size_t>(kPictures - 1));
+  ASSERT_EQ(set->warnings.size(), 1u);
+  EXPECT_TRUE(contains(set->warnings[0], "1 of 4 pictures have no valid pose"));
+  put_text(folder.path() / "trajectory.txt", "100 0 0 0 0 0 0 1\n");
+  EXPECT_TRUE(contains(error_of(folder.path()), "no picture has a pose"));
+}
+
+/// NeRF's synthetic sets: no size, no ending, another name, and masks in alpha.
+TEST(PictureSets, AreReadAsNerfPublishedThem) {
+  const TemporaryFolder folder;
+  ASSERT_NO_FATAL_FAILURE(write_pictures(folder.path() / "train"));
+  put_text(folder.path() / "transforms_train.json",
+           R"({"camera_angle_x":1.0,"frames":[{"file_path":"./train/0000","transform_matrix":)"
+           R"([[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+  const auto set = open_pictures(folder.path(), {});
+  ASSERT_TRUE(set) << set.error().text();
+  ASSERT_EQ(set->pictures.size(), 1u);
+  EXPECT_EQ(set->pictures[0].picture.filename(), "0000.png");
+  const CameraIntrinsics& camera = set->pictures[0].camera.intrinsics;
+  EXPECT_EQ(camera.width, 64);
+  EXPECT_EQ(camera.height, 48);
+  EXPECT_NEAR(camera.fx, 32 / std::tan(0.5), 1e-9);
 }
 
 TEST(PictureSets, KeepToTheirFolder) {
@@ -363,6 +408,39 @@ TEST_F(PictureMasks, AreTheDifferenceFromAnEmptyPicture) {
   EXPECT_EQ(read->mask.at(0, 0), 0);
   ASSERT_TRUE(write_colour_png(ColourImage(32, 48, Rgb8{44, 38, 41}), path() / "empty.png"));
   EXPECT_TRUE(contains(refused(config), "the empty picture is 32 x 48, this one 64 x 48"));
+}
+
+/// A green screen that is lit from one side, with noise, behind a thing of other colours, one of them green's
+/// neighbour.
+TEST_F(PictureMasks, AreWhatIsNotOfTheScreen) {
+  ColourImage picture(64, 48);
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const int light = 60 + 3 * x + (7 * x + 13 * y) % 5;
+      const auto part = [&](int share) { return static_cast<std::uint8_t>(light * share / 255); };
+      picture.at(x, y) = {part(40), part(200), part(70)};
+    }
+  }
+  constexpr std::array kColours = {Rgb8{200, 100, 50}, Rgb8{30, 40, 160},   Rgb8{128, 128, 128},
+                                   Rgb8{8, 9, 8},      Rgb8{240, 240, 235}, Rgb8{190, 180, 40}};
+  for (std::size_t i = 0; i < kColours.size(); ++i) {
+    for (int y = 10; y < 30; ++y) {
+      for (int x = 5; x < 10; ++x) picture.at(x + 9 * static_cast<int>(i), y) = kColours[i];
+    }
+  }
+  ASSERT_TRUE(write_colour_png(picture, path() / "color" / "0000.png"));
+  AcquireConfig config;
+  config.masks = kChromaMasks;
+  const auto read = first(config);
+  ASSERT_TRUE(read) << read.error().text();
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const bool is_thing = y >= 10 && y < 30 && x >= 5 && x < 59 && (x - 5) % 9 < 5;
+      EXPECT_EQ(read->mask.at(x, y), is_thing ? 255 : 0) << x << ", " << y;
+    }
+  }
+  ASSERT_TRUE(write_colour_png(picture_of(0), path() / "color" / "0000.png"));
+  EXPECT_TRUE(contains(refused(config), "not of one strong colour"));
 }
 
 TEST_F(PictureMasks, AreThePicturesOwnAlpha) {
