@@ -271,6 +271,7 @@ struct ClassResult {
   int label = 0;  ///< the value of its pixels
   VolumeResult volume;
   MeshResult mesh;
+  std::optional<double> area_m2;  ///< of the mesh as it was written; nothing: there is none
 };
 
 /// How long a stage took, each time that it ran, and the largest memory while it did.

@@ -246,6 +246,7 @@ Json classes_json(const std::vector<ClassResult>& classes) {
     json.push_back({{"class", one.label},
                     {"volume", volume_json(one.volume)},
                     {"mesh", mesh_json(one.mesh)},
+                    {"area_m2", one.area_m2 ? Json(finite(*one.area_m2)) : Json(nullptr)},
                     {"holes", holes_json(one.mesh.holes)},
                     {"files", object_of(one.mesh.files)}});
   }

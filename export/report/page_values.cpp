@@ -39,6 +39,11 @@ std::string length_at(const ReportJson& json, std::string_view pointer) {
   return metres ? length_words(*metres) : "not known";
 }
 
+std::string area_at(const ReportJson& json, std::string_view pointer) {
+  const auto metres2 = number_at(json, pointer);
+  return metres2 ? fmt::format("{:.3g} cm2", 1e4 * *metres2) : "not known";
+}
+
 std::string millimetres_at(const ReportJson& json, std::string_view pointer) {
   const auto value = number_at(json, pointer);
   return value ? fmt::format("{:.3g} mm", *value) : "?";
@@ -351,6 +356,7 @@ data classes_of(const ReportJson& report, const PageUris& pictures) {
     object row = counts_at(value_at(one, "/mesh"), {"components", "triangles"});
     row["class"] = count_at(one, "/class");
     row["size"] = size_words(mesh_box(one));
+    row["area"] = area_at(one, "/area_m2");
     row["is_closed"] = yes_or_no(one, "/mesh/is_closed");
     rows.push_back(row);
     const auto found = pictures.find("class " + count_at(one, "/class"));

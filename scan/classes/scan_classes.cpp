@@ -10,6 +10,7 @@
 #include "acquire/filter/depth_filter.h"
 #include "acquire/masks/found_masks.h"
 #include "core/files/atomic_file.h"
+#include "core/mesh/mesh_area.h"
 #include "export/trajectory.h"
 #include "fusion/shutter/deskew.h"
 #include "scan/checks/settings_check.h"
@@ -204,6 +205,7 @@ class ClassScan {
                                                 {job.config, world_up, 1, session_.stop(), samples, sigma_m}, session_);
     add_to(made.mesh, finished);
     if (!finished.outcome) return finished.outcome;
+    made.area_m2 = area_m2(finished.surface.mesh);
     MeshFrame frame = frame_of(samples, finished.T_mesh_world());
     frame.uncertainty_m = std::move(finished.uncertainty_m);
     WrittenSurface written = write_surface(finished.surface.mesh, frame, job, session_);

@@ -300,13 +300,15 @@ TEST(WriteReportPage, ListsTheMeshOfEachClassWithItsPicture) {
   Json report = sample();
   const Json mesh = report["mesh"];
   report["mesh"] = nullptr;
-  report["classes"] = {{{"class", 3}, {"mesh", mesh}, {"files", {{"preview_class3", "out/preview_class3.png"}}}},
-                       {{"class", 12}, {"mesh", nullptr}, {"files", Json::object()}}};
+  report["classes"] = {
+      {{"class", 3}, {"mesh", mesh}, {"area_m2", 0.01234}, {"files", {{"preview_class3", "out/preview_class3.png"}}}},
+      {{"class", 12}, {"mesh", nullptr}, {"files", Json::object()}}};
   report["classes"][0]["mesh"]["components"] = 2;
   ASSERT_TRUE(write_report_page(report.dump(), folder / "report.html"));
   const std::string page = test::read_text(folder / "report.html");
-  expect_all(page, {"<h2>Classes</h2>", "<td>3</td>", "<td>2</td>", "alt=\"class 3\"",
-                    "<td>12</td><td>not known</td><td>not known</td><td>not known</td><td>not known</td>"});
+  expect_all(page,
+             {"<h2>Classes</h2>", "<td>3</td>", "<td>2</td>", "<td>123 cm2</td>", "alt=\"class 3\"",
+              "<td>12</td><td>not known</td><td>not known</td><td>not known</td><td>not known</td><td>not known</td>"});
   EXPECT_EQ(page.find("alt=\"class 12\""), std::string::npos);
   EXPECT_EQ(page.find("There is no mesh"), std::string::npos);
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "acquire/convert/picture_files.h"
+#include "core/mesh/mesh_area.h"
 #include "export/mesh/read_mesh.h"
 #include "scan/scan.h"
 #include "tests/core/temporary_folder.h"
@@ -171,6 +172,9 @@ TEST_P(ClassesWithWrongRims, HaveNothingOfTheirNeighbours) {
       EXPECT_EQ(result.classes[i].label, kLabels[i]);
       EXPECT_EQ(result.files.at("ply_class" + std::to_string(kLabels[i])), mesh_of(kLabels[i]).string());
       expect_alone(i);
+      const auto written = read_mesh(mesh_of(kLabels[i]));
+      ASSERT_TRUE(written && result.classes[i].area_m2);
+      EXPECT_NEAR(*result.classes[i].area_m2, area_m2(*written), 1e-6);
     }
     EXPECT_FALSE(fs::exists(mesh()));
   }
