@@ -114,9 +114,10 @@ struct DeviceOptions {
 
 /// Chooses depth of the given size and rate, or the nearest to it, and a colour stream to match: the nearest size that
 /// is not smaller, the same rate, preferably uncompressed. Empty if there is no depth; only depth if there is no
-/// colour.
+/// colour. `depth_format` is kY8i where depth is to be made of pairs of pictures.
 [[nodiscard]] std::vector<StreamProfile> choose_streams(std::span<const StreamProfile> profiles, int width, int height,
-                                                        double frames_per_second);
+                                                        double frames_per_second,
+                                                        PixelFormat depth_format = PixelFormat::kZ16);
 
 /// Bytes a second of the pictures, with MJPEG counted as a tenth; to check the link, and for messages.
 [[nodiscard]] double bandwidth_of(std::span<const StreamProfile> streams);

@@ -161,7 +161,7 @@ Result<std::unique_ptr<DeviceSource>> open_camera(const std::string& uri, const 
 }
 
 std::vector<StreamProfile> choose_streams(std::span<const StreamProfile> profiles, int width, int height,
-                                          double frames_per_second) {
+                                          double frames_per_second, PixelFormat depth_format) {
   const auto nearest = [&](StreamKind kind, double rate) -> const StreamProfile* {
     const auto cost = [&](const StreamProfile& p) {
       const double size_error = std::abs(std::log(static_cast<double>(p.width) * p.height / (1.0 * width * height)));
@@ -170,7 +170,8 @@ std::vector<StreamProfile> choose_streams(std::span<const StreamProfile> profile
     };
     const StreamProfile* best = nullptr;
     for (const StreamProfile& p : profiles) {
-      if (p.kind == kind && (best == nullptr || cost(p) < cost(*best))) best = &p;
+      const bool is_wanted = p.kind == kind && (kind != StreamKind::kDepth || p.format == depth_format);
+      if (is_wanted && (best == nullptr || cost(p) < cost(*best))) best = &p;
     }
     return best;
   };

@@ -12,6 +12,7 @@ const char* to_string(PixelFormat format) {
     case PixelFormat::kMjpeg: return "mjpeg";
     case PixelFormat::kRgb8: return "rgb8";
     case PixelFormat::kBgr8: return "bgr8";
+    case PixelFormat::kY8i: return "y8i";
   }
   return "unknown";
 }

@@ -25,9 +25,10 @@ enum class PixelFormat : std::uint8_t {
   kMjpeg = 3,
   kRgb8 = 4,
   kBgr8 = 5,
+  kY8i = 6,  ///< the grey pictures of two cameras, side by side in each pixel: left, right
 };
 
-/// "z16", "yuyv", "uyvy", "mjpeg", "rgb8", "bgr8".
+/// "z16", "yuyv", "uyvy", "mjpeg", "rgb8", "bgr8", "y8i".
 [[nodiscard]] const char* to_string(PixelFormat format);
 
 /// Mirrors rows of `width` pixels (at least one).
@@ -35,7 +36,7 @@ void mirror(std::vector<std::byte>& pixels, std::size_t width, std::size_t pixel
 
 /// One picture stream of a scanner, offered or started.
 struct StreamProfile {
-  StreamKind kind = StreamKind::kDepth;
+  StreamKind kind = StreamKind::kDepth;  ///< kDepth also of a pair of pictures, which depth is made of
   PixelFormat format = PixelFormat::kZ16;
   int width = 0;
   int height = 0;
@@ -56,6 +57,7 @@ struct RawCalibration {
   std::string depth_unknown = {};   ///< why the depth camera is unknown (its width is 0 then); empty: it is known
   std::string colour_unknown = {};  ///< why the colour camera's pose is unknown; empty: it is known
   std::vector<std::string> warnings = {};  ///< messages: values that were assumed because they could not be read
+  double baseline_m = 0;  ///< of PixelFormat::kY8i, rectified pictures of two cameras like `depth`; 0: unknown
 };
 
 /// A complete picture. Cheap to copy: copies share the bytes, which never change.

@@ -10,6 +10,8 @@
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recording_channels.h"
 #include "acquire/replay/raw_recording.h"
+#include "acquire/sensor/scanner_camera.h"
+#include "acquire/stereo/pair_depth.h"
 #include "core/files/located.h"
 
 namespace scanknit {
@@ -69,6 +71,24 @@ void sort_messages(McapRecording& file, RawRecording& raw) {
   if (calibration) raw.calibration = *std::move(calibration);
 }
 
+/// What the depth pictures are: the first that can be read says it.
+PixelFormat depth_format_of(McapRecording& file) {
+  constexpr std::size_t kMostTries = 16;
+  for (std::size_t i = 0; i < std::min(file.depth.size(), kMostTries); ++i) {
+    if (const auto picture = read_picture(file, StreamKind::kDepth, i)) return picture->profile.format;
+  }
+  return PixelFormat::kZ16;
+}
+
+/// Pairs become depth whatever acquire.geometry says: there is no other use of them.
+Result<void> take_pairs(RawRecording& raw, const AcquireConfig& config) {
+  if (const auto allowed = refuse_other_cameras(config, raw.file.string()); !allowed) return allowed;
+  auto pairs = PairDepth::create(raw.calibration, config.min_depth_m);
+  if (!pairs) return Error{ErrorCode::kInput, pairs.error().message, raw.file.string()};
+  raw.pairs = *std::move(pairs);
+  return {};
+}
+
 }  // namespace
 
 bool fits_mcap(const RandomAccess& file) {
@@ -92,6 +112,12 @@ Result<Recording> index_mcap(std::unique_ptr<RandomAccess> access, const std::fi
   const auto file = std::make_shared<McapRecording>(McapRecording{*std::move(reader), {}, {}, config.limits});
   RawRecording raw{.format = "mcap", .file = path};
   sort_messages(*file, raw);
+  if (depth_format_of(*file) == PixelFormat::kY8i) {
+    if (const auto taken = take_pairs(raw, config); !taken) return taken.error();
+  } else if (config.geometry == Geometry::kStereo) {
+    return Error{ErrorCode::kInput, "it holds depth, and no pairs of pictures: leave acquire.geometry at depth",
+                 path.string()};
+  }
   raw.depth = stamps_of(file->depth);
   raw.colour = stamps_of(file->colour);
   if (const auto& fault = file->reader.fault()) {

@@ -7,6 +7,7 @@
 #include "acquire/replay/raw_decode.h"
 #include "acquire/sensor/recognise_sensor.h"
 #include "acquire/sensor/scanner_camera.h"
+#include "acquire/stereo/pair_depth.h"
 
 namespace scanknit {
 namespace {
@@ -22,16 +23,22 @@ const StreamProfile* stream_of(const std::vector<StreamProfile>& streams, Stream
   return found == streams.end() ? nullptr : &*found;
 }
 
-RecordingInfo describe(const LiveScanner& scanner, const LiveOptions& options) {
+RecordingInfo describe(const LiveScanner& scanner, const LiveOptions& options, const PairDepth* pairs) {
   RecordingInfo info;
   info.format = "live";
   info.frames = options.frames.value_or(0);
   info.poses = options.poses;
   info.intrinsics = scanner.calibration.depth.intrinsics;
-  info.depth_scale = 1 / scanner.calibration.depth_unit_m;
-  info.sensor = sensor_by_name({info.format, {}, scanner.calibration.device});
   info.has_colour = stream_of(scanner.streams, StreamKind::kColour) != nullptr;
   if (info.has_colour) info.colour_intrinsics = scanner.calibration.colour.intrinsics;
+  if (pairs == nullptr) {
+    info.depth_scale = 1 / scanner.calibration.depth_unit_m;
+    info.sensor = sensor_by_name({info.format, {}, scanner.calibration.device});
+    return info;
+  }
+  info.sensor = pairs->sensor();
+  if (!info.has_colour) info.colour_intrinsics = info.intrinsics;  // the left picture
+  info.has_colour = true;
   return info;
 }
 
@@ -46,7 +53,15 @@ Result<std::unique_ptr<LiveSource>> LiveSource::start(LiveScanner scanner, LiveO
   if (options.camera) {
     if (auto done = override_calibration(*options.camera, streams, scanner.calibration); !done) return done.error();
   }
-  std::unique_ptr<LiveSource> source(new LiveSource(std::move(scanner), std::move(options), recorder));
+  std::unique_ptr<PairDepth> pairs;
+  const StreamProfile* depth = stream_of(streams, StreamKind::kDepth);
+  if (depth != nullptr && depth->format == PixelFormat::kY8i && options.matches_pairs) {
+    auto created = PairDepth::create(scanner.calibration, options.min_depth_m);
+    if (!created) return created.error();
+    pairs = *std::move(created);
+  }
+  std::unique_ptr<LiveSource> source(
+      new LiveSource(std::move(scanner), std::move(options), recorder, std::move(pairs)));
   const auto started = source->device_->start(
       streams, [self = source.get()](RawFrame frame) { self->take(std::move(frame)); },
       [self = source.get()](const DeviceEvent& event) {
@@ -57,13 +72,15 @@ Result<std::unique_ptr<LiveSource>> LiveSource::start(LiveScanner scanner, LiveO
   return source;
 }
 
-LiveSource::LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder)
-    : info_(describe(scanner, options)),
+LiveSource::LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder, std::unique_ptr<PairDepth> pairs)
+    : has_colour_stream_(stream_of(scanner.streams, StreamKind::kColour) != nullptr),
+      pairs_(std::move(pairs)),
+      info_(describe(scanner, options, pairs_.get())),
       options_(std::move(options)),
       recorder_(recorder),
       calibration_(std::move(scanner.calibration)),
       queue_(kQueueFrames),
-      pairing_(info_.has_colour),
+      pairing_(has_colour_stream_),
       device_(std::move(scanner.device)) {}
 
 LiveSource::~LiveSource() {
@@ -93,7 +110,7 @@ void LiveSource::report_events() {
   for (const DeviceEvent& event : events) {
     if (options_.on_event) options_.on_event(event);
     if (event.kind == DeviceEvent::Kind::kNoColour) pairing_.expect_colour(false);
-    if (event.kind == DeviceEvent::Kind::kReturned) pairing_.expect_colour(info_.has_colour);
+    if (event.kind == DeviceEvent::Kind::kReturned) pairing_.expect_colour(has_colour_stream_);
     const bool is_gone = event.kind == DeviceEvent::Kind::kLeft && !options_.survives_unplugging;
     if (event.kind == DeviceEvent::Kind::kFailed || is_gone) failure_ = Error{ErrorCode::kDevice, event.text};
   }
@@ -142,7 +159,7 @@ std::optional<RawPair> LiveSource::newest_pair() {
 }
 
 FrameEvent LiveSource::decode(const RawPair& pair) {
-  auto frame = decode_raw_frame(pair.depth, pair.colour ? &*pair.colour : nullptr, calibration_, limits_);
+  auto frame = decode_raw_frame(pair.depth, pair.colour ? &*pair.colour : nullptr, calibration_, limits_, pairs_.get());
   if (!frame) return FrameDropped{pair.depth.sequence, DropReason::kUnreadable, frame.error()};
   if (last_timestamp_ns_ && frame->timestamp_ns <= *last_timestamp_ns_) {
     return drop(pair.depth.sequence, DropReason::kTimestamp, "its time is not after that of the frame before");

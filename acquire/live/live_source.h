@@ -22,6 +22,8 @@
 
 namespace scanknit {
 
+class PairDepth;
+
 /// The streams of a scanner, and their calibration.
 struct LiveScanner {
   std::unique_ptr<DeviceSource> device;
@@ -35,6 +37,8 @@ struct LiveOptions {
   std::optional<double> seconds;      ///< ends so long after the first picture
   bool survives_unplugging = true;    ///< the device reconnects (DeviceOptions::reconnect_s) or fails by itself
   std::shared_ptr<const ScannerCamera> camera = nullptr;  ///< AcquireConfig::camera; recordings keep the scanner's own
+  std::optional<double> min_depth_m = {};                 ///< the nearest depth that is looked for in pairs of pictures
+  bool matches_pairs = true;                              ///< else pairs are only recorded, and count as dropped frames
   EventSink on_event;                                     ///< next() calls it, not a thread of the scanner
   /// Called once in the same way when the recorder has stopped; frames still come.
   std::function<void(const Error&)> on_recorder_failure = {};
@@ -45,7 +49,7 @@ struct LiveOptions {
 class LiveSource final : public FrameSource {
  public:
   /// Starts the scanner. `recorder` may be null and outlives this. Errors: it cannot be started (kDevice);
-  /// override_calibration()'s.
+  /// override_calibration()'s; of pairs of pictures PairDepth::create()'s.
   [[nodiscard]] static Result<std::unique_ptr<LiveSource>> start(LiveScanner scanner, LiveOptions options,
                                                                  Recorder* recorder);
   ~LiveSource() override;
@@ -63,7 +67,7 @@ class LiveSource final : public FrameSource {
   [[nodiscard]] LossCounters losses() const;
 
  private:
-  LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder);
+  LiveSource(LiveScanner scanner, LiveOptions options, Recorder* recorder, std::unique_ptr<PairDepth> pairs);
   void take(RawFrame frame);
   void report_events();
   void report_losses();
@@ -73,6 +77,8 @@ class LiveSource final : public FrameSource {
   [[nodiscard]] std::optional<RawPair> newest_pair();
   [[nodiscard]] FrameEvent decode(const RawPair& pair);
 
+  bool has_colour_stream_;
+  std::unique_ptr<PairDepth> pairs_;  ///< null: the scanner sends depth
   RecordingInfo info_;
   LiveOptions options_;
   Recorder* recorder_;

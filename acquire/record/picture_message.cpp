@@ -55,7 +55,7 @@ Result<Header> parse_header(ByteReader& reader, const Limits& limits) {
   header.sequence = reader.little_endian<std::uint64_t>().value_or(0);
   header.profile.frames_per_second = reader.little_endian<double>().value_or(0);
   if (version != kVersion1) return malformed("has version " + std::to_string(version) + ", expected 1");
-  if (kind > static_cast<std::uint8_t>(StreamKind::kColour) || format > static_cast<std::uint8_t>(PixelFormat::kBgr8) ||
+  if (kind > static_cast<std::uint8_t>(StreamKind::kColour) || format > static_cast<std::uint8_t>(PixelFormat::kY8i) ||
       packing > static_cast<std::uint8_t>(Packing::kDz1) || !std::isfinite(header.profile.frames_per_second)) {
     return malformed("has an unknown format");
   }

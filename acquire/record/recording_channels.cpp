@@ -11,7 +11,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kPictureSchema = R"json({
 "title": "scanknit.picture",
-"description": "Binary, little endian: uint8 version (1); uint8 kind (0 depth, 1 colour); uint8 pixel format (0 Z16, 1 YUYV, 2 UYVY, 3 MJPEG, 4 RGB8, 5 BGR8); uint8 packing (0 none, 1 zstd, 2 dz1); uint32 width; uint32 height; uint32 bytes of the picture when unpacked; uint64 sequence; float64 frames per second (0 unknown); then the packed picture up to the message's end. Z16 is depth in units of the calibration's depth_unit_m, 0 is no return. dz1: one zstd frame of 2 * width * height bytes: all low bytes, then all high bytes, of z[i] = (d[i] << 1) ^ (d[i] >> 15), d[i] = v[i] - v[i - 1] in 16 bits, v[-1] = 0, v row by row. log_time: the computer's steady clock at the last byte's arrival. publish_time: the camera's clock.",
+"description": "Binary, little endian: uint8 version (1); uint8 kind (0 depth, 1 colour); uint8 pixel format (0 Z16, 1 YUYV, 2 UYVY, 3 MJPEG, 4 RGB8, 5 BGR8, 6 Y8I: left and right grey of a pair, by pixels); uint8 packing (0 none, 1 zstd, 2 dz1); uint32 width; uint32 height; uint32 bytes of the picture when unpacked; uint64 sequence; float64 frames per second (0 unknown); then the packed picture up to the message's end. Z16 is depth in units of the calibration's depth_unit_m, 0 is no return. dz1: one zstd frame of 2 * width * height bytes: all low bytes, then all high bytes, of z[i] = (d[i] << 1) ^ (d[i] >> 15), d[i] = v[i] - v[i - 1] in 16 bits, v[-1] = 0, v row by row. log_time: the computer's steady clock at the last byte's arrival. publish_time: the camera's clock.",
 "type": "object"
 })json";
 
@@ -24,6 +24,7 @@ constexpr std::string_view kCalibrationSchema = R"json({
 "colour": {"type": "object", "description": "as depth"},
 "T_colour_depth": {"type": "array", "description": "p_colour = T p_depth, 4x4 row by row, metres", "items": {"type": "number"}},
 "depth_unit_m": {"type": "number", "description": "metres of one unit of Z16"},
+"baseline_m": {"type": "number", "description": "of Y8I: metres from the left camera, which is depth, to the right one; absent: unknown"},
 "source": {"type": "string"}, "device": {"type": "string"}, "serial": {"type": "string"}
 }})json";
 
@@ -147,13 +148,14 @@ std::vector<McapChannel> recording_channels() {
 }
 
 std::string calibration_text(const RawCalibration& calibration) {
-  const Json json = {{"depth", camera_json(calibration.depth)},
-                     {"colour", camera_json(calibration.colour)},
-                     {"T_colour_depth", pose_json(calibration.T_colour_depth)},
-                     {"depth_unit_m", calibration.depth_unit_m},
-                     {"source", calibration.source},
-                     {"device", calibration.device},
-                     {"serial", calibration.serial}};
+  Json json = {{"depth", camera_json(calibration.depth)},
+               {"colour", camera_json(calibration.colour)},
+               {"T_colour_depth", pose_json(calibration.T_colour_depth)},
+               {"depth_unit_m", calibration.depth_unit_m},
+               {"source", calibration.source},
+               {"device", calibration.device},
+               {"serial", calibration.serial}};
+  if (calibration.baseline_m > 0) json["baseline_m"] = calibration.baseline_m;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -183,13 +185,15 @@ Result<RawCalibration> parse_calibration(std::span<const std::byte> bytes) {
   if (!T_colour_depth) return malformed("T_colour_depth");
   const double unit_m = number_in(json, "depth_unit_m");
   if (!(unit_m >= 1e-7 && unit_m <= 1)) return malformed("depth_unit_m, expected 1e-7 to 1");
-  return RawCalibration{*depth,
-                        *colour,
-                        *T_colour_depth,
-                        unit_m,
-                        text_in(json, "source"),
-                        text_in(json, "device"),
-                        text_in(json, "serial")};
+  RawCalibration calibration{*depth,
+                             *colour,
+                             *T_colour_depth,
+                             unit_m,
+                             text_in(json, "source"),
+                             text_in(json, "device"),
+                             text_in(json, "serial")};
+  calibration.baseline_m = number_in(json, "baseline_m");
+  return calibration;
 }
 
 Result<LossCounters> parse_losses(std::span<const std::byte> bytes) {

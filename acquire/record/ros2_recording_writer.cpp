@@ -37,7 +37,8 @@ const char* encoding_of(PixelFormat format) {
     case PixelFormat::kUyvy: return "yuv422";
     case PixelFormat::kBgr8: return "bgr8";
     case PixelFormat::kRgb8:
-    case PixelFormat::kMjpeg: break;
+    case PixelFormat::kMjpeg:
+    case PixelFormat::kY8i: break;
   }
   return "rgb8";
 }

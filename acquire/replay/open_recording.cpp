@@ -247,12 +247,15 @@ Result<Recording> index_recording(const fs::path& path, const AcquireConfig& con
   if (kind == fs::file_type::not_found || kind == fs::file_type::none) {
     return Error{ErrorCode::kInput, "no such file or folder", path.string()};
   }
-  if (config.geometry == Geometry::kStereo) return index_stereo(path, config);
+  const bool is_stereo = config.geometry == Geometry::kStereo;
   if (kind == fs::file_type::regular) {
     auto file = open_random_access(path);
     if (!file) return file.error();
-    if (const FileLayout* layout = layout_of(**file, config)) return layout->index(*std::move(file), path, config);
+    const FileLayout* layout = layout_of(**file, config);
+    const bool may_hold = layout != nullptr && (!is_stereo || layout->format == RecordingFormat::kMcap);
+    if (may_hold) return layout->index(*std::move(file), path, config);
   }
+  if (is_stereo) return index_stereo(path, config);
   const auto found =
       kind == fs::file_type::directory ? find_recording(path, kLevelsBelow, config) : find_by_file(path, config);
   if (!found) return found.error();

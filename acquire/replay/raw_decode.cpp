@@ -7,6 +7,7 @@
 
 #include "acquire/replay/picture_codec.h"
 #include "acquire/replay/undistort.h"
+#include "acquire/stereo/pair_depth.h"
 #include "core/files/byte_reader.h"
 #include "core/picture/decode_picture.h"
 
@@ -114,6 +115,18 @@ Result<ColourFrame> decode_with_camera(const RawFrame& frame, const CameraModel&
   return colour;
 }
 
+/// Also the left picture, rectified.
+Result<DepthImage> depth_of_pair(const RawFrame& frame, const PairDepth& pairs, const Limits& limits,
+                                 std::optional<ColourImage>& left) {
+  const auto pair = decode_raw_pair(frame, limits);
+  if (!pair) return pair.error();
+  auto found = pairs.find(pair->left, pair->right);
+  if (!found) return refused(frame, "could not be matched by OpenCV");
+  left = std::move(found->left);
+  if (found->share_known < PairDepth::kLeastKnown) return DepthImage(frame.profile.width, frame.profile.height);
+  return std::move(found->depth_m);
+}
+
 }  // namespace
 
 Result<DepthImage> decode_raw_depth(const RawFrame& frame, double depth_unit_m, const Limits& limits) {
@@ -128,7 +141,7 @@ Result<DepthImage> decode_raw_depth(const RawFrame& frame, double depth_unit_m, 
 Result<ColourImage> decode_raw_colour(const RawFrame& frame, const Limits& limits) {
   const PixelFormat format = frame.profile.format;
   if (format == PixelFormat::kMjpeg) return from_jpeg(frame, limits);
-  if (format == PixelFormat::kZ16) return refused(frame, "is no colour picture");
+  if (format == PixelFormat::kZ16 || format == PixelFormat::kY8i) return refused(frame, "is no colour picture");
   const bool is_yuv = format == PixelFormat::kYuyv || format == PixelFormat::kUyvy;
   if (const auto fits = check_size(frame, is_yuv ? 2 : 3, limits); !fits) return fits.error();
   if (is_yuv && frame.profile.width % 2 != 0) return refused(frame, "has an odd width, which its format cannot have");
@@ -140,11 +153,28 @@ Result<ColourImage> decode_raw_colour(const RawFrame& frame, const Limits& limit
   }
 }
 
+Result<GreyPair> decode_raw_pair(const RawFrame& frame, const Limits& limits) {
+  if (frame.profile.format != PixelFormat::kY8i) return refused(frame, "is no pair of pictures");
+  if (const auto fits = check_size(frame, 2, limits); !fits) return fits.error();
+  const int width = frame.profile.width, height = frame.profile.height;
+  GreyPair pair{ColourImage::uninitialised(width, height), ColourImage::uninitialised(width, height)};
+  const std::span<const std::byte> bytes = *frame.bytes;
+  for (std::size_t i = 0; i < pair.left.size(); ++i) {
+    const auto left = std::to_integer<std::uint8_t>(bytes[2 * i]);
+    const auto right = std::to_integer<std::uint8_t>(bytes[2 * i + 1]);
+    pair.left.pixels()[i] = {left, left, left};
+    pair.right.pixels()[i] = {right, right, right};
+  }
+  return pair;
+}
+
 Result<Frame> decode_raw_frame(const RawFrame& depth, const RawFrame* colour, const RawCalibration& calibration,
-                               const Limits& limits) {
+                               const Limits& limits, const PairDepth* pairs) {
   const auto camera = settle_camera(calibration.depth, depth);
   if (!camera) return camera.error();
-  auto depth_m = decode_raw_depth(depth, calibration.depth_unit_m, limits);
+  std::optional<ColourImage> left;
+  auto depth_m = pairs != nullptr ? depth_of_pair(depth, *pairs, limits, left)
+                                  : decode_raw_depth(depth, calibration.depth_unit_m, limits);
   if (!depth_m) return depth_m.error();
   Frame frame;
   frame.sequence = depth.sequence;
@@ -155,6 +185,7 @@ Result<Frame> decode_raw_frame(const RawFrame& depth, const RawFrame* colour, co
   if (camera->distortion != Distortion{}) {
     frame.depth_m = undistort(frame.depth_m, frame.intrinsics, camera->distortion);
   }
+  if (colour == nullptr && left) frame.colour = ColourFrame{*std::move(left), frame.intrinsics, Pose::Identity()};
   if (colour == nullptr) return frame;
 
   CameraModel colour_camera = calibration.colour;

@@ -6,6 +6,7 @@
 
 #include "acquire/replay/frame_pairing.h"
 #include "acquire/replay/raw_decode.h"
+#include "acquire/stereo/pair_depth.h"
 
 namespace scanknit {
 namespace {
@@ -24,12 +25,12 @@ OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const
   const auto depth = raw.read(StreamKind::kDepth, entry.depth_index);
   if (!depth) return unreadable(depth.error(), entry);
   std::optional<RawFrame> colour;
-  if (!entry.colour.empty()) {
+  if (!entry.colour.empty() && !raw.colour.empty()) {
     auto read = raw.read(StreamKind::kColour, entry.colour_index);
     if (!read) return unreadable(read.error(), entry);
     colour = *std::move(read);
   }
-  auto frame = decode_raw_frame(*depth, colour ? &*colour : nullptr, raw.calibration, limits);
+  auto frame = decode_raw_frame(*depth, colour ? &*colour : nullptr, raw.calibration, limits, raw.pairs.get());
   if (!frame) {
     const bool fits =
         is_of_size(*depth, raw.calibration.depth) && (!colour || is_of_size(*colour, raw.calibration.colour));
@@ -42,7 +43,7 @@ OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits, const
   decoded.colour = std::move(frame->colour->image);
   decoded.encoded_colour = frame->colour->encoded;
   // Without one the source takes depth's, and straightens as it was told.
-  if (raw.calibration.colour.intrinsics.width > 0) decoded.colour_camera = frame->colour->intrinsics;
+  if (raw.calibration.colour.intrinsics.width > 0 || !colour) decoded.colour_camera = frame->colour->intrinsics;
   decoded.T_colour_depth = frame->colour->T_colour_depth;
   return decoded;
 }
@@ -76,6 +77,10 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
                       .depth_scale = 1 / raw.calibration.depth_unit_m};
   recording.frames_bring_camera = raw.calibration.depth.intrinsics.fx != 0;  // its size may be left open
   recording.warnings = std::move(raw.warnings);
+  if (raw.pairs) {
+    recording.sensor = raw.pairs->sensor();
+    recording.has_metric_depth = true;
+  }
   const auto is_later = [](const RawStamp& a, const RawStamp& b) { return a.sequence >= b.sequence; };
   const bool is_numbered = std::adjacent_find(raw.depth.begin(), raw.depth.end(), is_later) == raw.depth.end();
   const auto partners = pair_by_time(times_of(raw.depth), times_of(raw.colour), reach_ns(raw));
@@ -87,6 +92,8 @@ Recording index_raw_recording(RawRecording raw, const AcquireConfig& config) {
     if (partners[i]) {
       entry.colour = file;
       entry.colour_index = *partners[i];
+    } else if (raw.pairs && raw.colour.empty()) {
+      entry.colour = file;  // the left picture
     }
     const auto pose = raw.T_world_camera.find(raw.depth[i].sequence);
     if (pose != raw.T_world_camera.end()) entry.T_world_camera = pose->second;

@@ -20,6 +20,7 @@
 namespace scanknit {
 
 class BagMessages;
+class PairDepth;
 
 /// The properties of a picture that are known before it is read.
 struct RawStamp {
@@ -38,6 +39,7 @@ struct RawRecording {
   std::map<std::uint64_t, Result<Pose>> T_world_camera = {};  ///< by the depth picture's sequence number
   std::vector<std::string> warnings = {};
   ReadRawFrame read = {};
+  std::shared_ptr<const PairDepth> pairs = {};  ///< its depth pictures are pairs (PixelFormat::kY8i)
 };
 
 /// A frame for each depth picture, with the colour picture nearest to it in the camera's time (replay/frame_pairing.h),

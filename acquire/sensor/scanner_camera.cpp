@@ -35,6 +35,18 @@ Result<void> check_cameras(const AcquireConfig& config) {
   return {};
 }
 
+Result<void> refuse_other_cameras(const AcquireConfig& config, const std::string& who) {
+  if (config.camera) {
+    return Error{ErrorCode::kConfig, "acquire.camera: not for stereo pairs, whose two cameras are stated by " + who,
+                 config.camera->file};
+  }
+  if (config.intrinsics) {
+    return Error{ErrorCode::kConfig,
+                 "acquire.intrinsics: not for stereo pairs, whose two cameras are stated by " + who};
+  }
+  return {};
+}
+
 Result<void> check_serial(const ScannerCamera& camera, const std::string& serial) {
   if (camera.serial.empty() || serial.empty() || camera.serial == serial) return {};
   return Error{ErrorCode::kConfig,

@@ -13,6 +13,10 @@ namespace scanknit {
 /// that are none; a depth bias that is not is_valid().
 [[nodiscard]] Result<void> check_cameras(const AcquireConfig& config);
 
+/// For pairs of pictures, whose two cameras `who` states: the scanner, or a file. Error (kConfig): `config` states a
+/// camera as well.
+[[nodiscard]] Result<void> refuse_other_cameras(const AcquireConfig& config, const std::string& who);
+
 /// Error (kConfig): `camera` belongs to a scanner with another serial number. Unknown ones fit.
 [[nodiscard]] Result<void> check_serial(const ScannerCamera& camera, const std::string& serial);
 

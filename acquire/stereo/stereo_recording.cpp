@@ -10,7 +10,8 @@
 
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
-#include "acquire/stereo/stereo_opencv.h"
+#include "acquire/sensor/scanner_camera.h"
+#include "acquire/stereo/pair_depth.h"
 #include "acquire/stereo/stereo_pairs.h"
 #include "acquire/stereo/stereo_rig.h"
 #include "core/picture/decode_picture.h"
@@ -19,11 +20,6 @@ namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kDisparityNoise_px = 0.2;  // what SGBM does not miss altogether: docs/stereo.md has the figures
-constexpr double kNoiseFloor_m = 0.0005;
-constexpr double kNearest_m = 0.3;  // where acquire.min_depth does not say it
-constexpr double kLeastMatched = 0.01;
 
 struct Pair {
   ColourImage left, right;
@@ -54,33 +50,13 @@ OrDrop<Pair> read_pair(const FrameEntry& entry, const Limits& limits) {
   return pair;
 }
 
-/// The disparity of the nearest depth that is looked for, as a multiple of 16. Unless asked for, at most a quarter of
-/// the picture, and 256 pixels.
-int disparities_of(const StereoRig& rig, const AcquireConfig& config) {
-  constexpr int kStep = 16;
-  const bool is_asked = config.min_depth_m.value_or(0) > 0;
-  const int width = rig.left.intrinsics.width;
-  const double most = is_asked ? std::min(width / 2, 1024) : std::min(width / 4, 256);
-  const double nearest_m = is_asked ? *config.min_depth_m : kNearest_m;
-  const double wanted = std::min(rig.left.intrinsics.fx * rig.baseline_m() / nearest_m + 1, most);
-  return std::max(1, static_cast<int>(std::ceil(wanted / kStep))) * kStep;
-}
-
-DepthImage depth_of(const Image<float>& disparity_px, const RectifiedPair& pair) {
-  const double scale = pair.camera.fx * pair.baseline_m;
-  auto depth_m = DepthImage::uninitialised(disparity_px.width(), disparity_px.height());
-  std::transform(disparity_px.pixels().begin(), disparity_px.pixels().end(), depth_m.pixels().begin(),
-                 [&](float disparity) { return disparity > 0 ? static_cast<float>(scale / disparity) : 0.0F; });
-  return depth_m;
-}
-
 /// Decodes the frames of one recording.
 class PairDecoder {
  public:
-  PairDecoder(StereoRig rig, std::unique_ptr<StereoMatcher> matcher)
-      : rig_(std::move(rig)), matcher_(std::move(matcher)) {}
+  PairDecoder(StereoRig rig, std::unique_ptr<PairDepth> depth) : rig_(std::move(rig)), depth_(std::move(depth)) {}
 
-  [[nodiscard]] const RectifiedPair& pair() const { return matcher_->pair(); }
+  [[nodiscard]] const PairDepth& depth() const { return *depth_; }
+  [[nodiscard]] const RectifiedPair& pair() const { return depth_->pair(); }
 
   [[nodiscard]] OrDrop<Pair> read(const FrameEntry& entry, const Limits& limits) const {
     auto pair = read_pair(entry, limits);
@@ -96,31 +72,24 @@ class PairDecoder {
   [[nodiscard]] OrDrop<DecodedFrame> decode(const FrameEntry& entry, const Limits& limits) const {
     const auto read_pair = read(entry, limits);
     if (const auto* drop = std::get_if<Drop>(&read_pair)) return *drop;
-    auto matched = matcher_->match(std::get<Pair>(read_pair).left, std::get<Pair>(read_pair).right);
-    if (!matched) return make_drop(DropReason::kUnreadable, "OpenCV could not match the pair", entry.colour);
-    const auto pixels = matched->disparity_px.pixels();
-    const auto known = std::count_if(pixels.begin(), pixels.end(), [](float d) { return d > 0; });
-    const double share = static_cast<double>(known) / static_cast<double>(pixels.size());
-    if (share < kLeastMatched) {
+    auto found = depth_->find(std::get<Pair>(read_pair).left, std::get<Pair>(read_pair).right);
+    if (!found) return make_drop(DropReason::kUnreadable, "OpenCV could not match the pair", entry.colour);
+    if (found->share_known < PairDepth::kLeastKnown) {
       return make_drop(DropReason::kNoDepth,
                        fmt::format("only {:.1f} % of the pixels match: too little texture, or the two pictures do not "
                                    "belong together",
-                                   100 * share),
+                                   100 * found->share_known),
                        entry.colour);
     }
-    return DecodedFrame{.depth_m = depth_of(matched->disparity_px, pair()),
-                        .colour = std::move(matched->left),
+    return DecodedFrame{.depth_m = std::move(found->depth_m),
+                        .colour = std::move(found->left),
                         .camera = pair().camera,
                         .colour_camera = pair().camera};
   }
 
-  [[nodiscard]] std::optional<PairCheck> check(const Pair& pair) const {
-    return matcher_->check(pair.left, pair.right);
-  }
-
  private:
   StereoRig rig_;
-  std::unique_ptr<StereoMatcher> matcher_;
+  std::unique_ptr<PairDepth> depth_;
 };
 
 /// The first pair that can be read; its size becomes that of cameras that state none.
@@ -164,7 +133,7 @@ Result<void> check_pairs(const PairDecoder& decoder, const AcquireConfig& config
   for (const std::size_t at : {std::size_t{0}, count / 2, count - 1}) {
     const auto pair = decoder.read(recording.entries[at], config.limits);
     if (!std::holds_alternative<Pair>(pair)) continue;
-    const auto found = decoder.check(std::get<Pair>(pair));
+    const auto found = decoder.depth().check(std::get<Pair>(pair).left, std::get<Pair>(pair).right);
     if (!found || found->corners < kFewestCorners) continue;
     if (found->share_behind > kMostBehind) {
       return Error{ErrorCode::kInput,
@@ -185,26 +154,8 @@ Result<void> check_pairs(const PairDecoder& decoder, const AcquireConfig& config
   return {};
 }
 
-/// A rig's own: its error in depth is that of its disparities, which grows with the square of the distance.
-RecognisedSensor sensor_of(const RectifiedPair& pair) {
-  const double scale = pair.camera.fx * pair.baseline_m;
-  return {.model = SensorModel::kNone,
-          .reason = fmt::format("a stereo rig with a baseline of {:.4g} cm and a focal length of {:.4g} pixels, with "
-                                "disparities to {} pixel",
-                                100 * pair.baseline_m, pair.camera.fx, kDisparityNoise_px),
-          .own_noise = NoiseModel{.floor_m = kNoiseFloor_m, .growth_per_m = kDisparityNoise_px / scale, .from_m = 0}};
-}
-
 Result<void> refuse_settings(const AcquireConfig& config, const StereoRig& rig) {
-  if (config.camera) {
-    return Error{ErrorCode::kConfig,
-                 "acquire.camera: not for stereo pairs, whose two cameras are stated by " + rig.file.string(),
-                 config.camera->file};
-  }
-  if (config.intrinsics) {
-    return Error{ErrorCode::kConfig,
-                 "acquire.intrinsics: not for stereo pairs, whose two cameras are stated by " + rig.file.string()};
-  }
+  if (const auto allowed = refuse_other_cameras(config, rig.file.string()); !allowed) return allowed;
   if (config.masks && !rig.is_rectified()) {
     return Error{ErrorCode::kConfig, "acquire.masks: not for pairs that are yet to be rectified, which masks are not"};
   }
@@ -241,16 +192,11 @@ Result<Recording> index_stereo(const fs::path& path, const AcquireConfig& config
   if (!entries) return entries.error();
   if (entries->empty()) return Error{ErrorCode::kInput, "there is no picture", folders->left.string()};
   if (const auto sized = take_size(*entries, config.limits, *rig); !sized) return sized.error();
-  const auto opencv = load_stereo_opencv();
-  if (!opencv) return opencv.error();
-  auto matcher = (*opencv)->make_matcher(*rig, disparities_of(*rig, config));
-  if (!matcher) {
-    return Error{ErrorCode::kInput, "the rig's pictures cannot be rectified: check the cameras and their places",
-                 rig->file.string()};
-  }
-  const auto decoder = std::make_shared<const PairDecoder>(*std::move(rig), std::move(matcher));
+  auto depth = PairDepth::create(*rig, config.min_depth_m);
+  if (!depth) return depth.error();
+  const auto decoder = std::make_shared<const PairDecoder>(*std::move(rig), *std::move(depth));
   Recording recording{.format = "stereo", .folder = folders->recording.path};
-  recording.sensor = sensor_of(decoder->pair());
+  recording.sensor = decoder->depth().sensor();
   recording.entries = *std::move(entries);
   turn_poses(decoder->pair().T_left_rectified, recording.entries);
   recording.camera = decoder->pair().camera;

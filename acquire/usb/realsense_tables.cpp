@@ -132,6 +132,19 @@ Result<CameraIntrinsics> parse_depth_table(std::span<const std::byte> table, int
   return bad("the depth table has no sensible values for " + std::to_string(width) + "x" + std::to_string(height));
 }
 
+Result<double> parse_baseline(std::span<const std::byte> table) {
+  constexpr double kShortest_m = 0.005, kLongest_m = 0.5;  // a D405 has 18 mm, a D455 95 mm
+  auto body = open_table(table, kDepthTable);
+  if (!body) return body.error();
+  const bool has_matrices = body->take(144).has_value();  // two camera matrices, two rotations
+  const auto baseline_mm = has_matrices ? take_float(*body) : std::nullopt;
+  if (!baseline_mm) return bad("the depth table is cut short");
+  // It is where the left camera is, seen from the right one: below zero.
+  const double baseline_m = kMetresPerMm * std::abs(*baseline_mm);
+  if (baseline_m >= kShortest_m && baseline_m <= kLongest_m) return baseline_m;
+  return bad("the depth table has no sensible baseline: " + std::to_string(*baseline_mm) + " mm");
+}
+
 Result<double> parse_depth_unit(std::span<const std::byte> data) {
   constexpr std::uint32_t kFinest_um = 1, kCoarsest_um = 10'000;
   const auto unit_um = ByteReader(data).little_endian<std::uint32_t>();

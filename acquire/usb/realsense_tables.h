@@ -36,6 +36,10 @@ struct RealsenseIdentity {
 /// (kDevice): truncated, a wrong checksum, a resolution that the table does not have or whose values are not plausible.
 [[nodiscard]] Result<CameraIntrinsics> parse_depth_table(std::span<const std::byte> table, int width, int height);
 
+/// Metres between the two infrared cameras, from the same table. Their rectified pictures have the depth camera's
+/// intrinsics. Errors (kDevice): truncated, a wrong checksum, no plausible length.
+[[nodiscard]] Result<double> parse_baseline(std::span<const std::byte> table);
+
 /// Metres of one raw unit, from the answer to kReadAdvanced of kDepthTableControl. Errors (kDevice): truncated, or no
 /// plausible unit.
 [[nodiscard]] Result<double> parse_depth_unit(std::span<const std::byte> data);

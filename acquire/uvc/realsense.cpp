@@ -66,6 +66,12 @@ Result<CameraIntrinsics> RealsenseUnit::depth_camera(int width, int height) {
   return parse_depth_table(*table, width, height);
 }
 
+Result<double> RealsenseUnit::baseline_m() {
+  const auto table = ask(RealsenseOpcode::kReadTable, kDepthTable);
+  if (!table) return table.error();
+  return parse_baseline(*table);
+}
+
 Result<RealsenseColour> RealsenseUnit::colour_camera(int width, int height) {
   const auto table = ask(RealsenseOpcode::kReadTable, kColourTable);
   if (!table) return table.error();

@@ -30,6 +30,8 @@ class RealsenseUnit {
   /// Errors (kDevice): refused, no answer, an invalid answer.
   [[nodiscard]] Result<RealsenseIdentity> identity();
   [[nodiscard]] Result<CameraIntrinsics> depth_camera(int width, int height);
+  /// Of a pair of infrared pictures: metres.
+  [[nodiscard]] Result<double> baseline_m();
   [[nodiscard]] Result<RealsenseColour> colour_camera(int width, int height);
   /// Metres. Also an error unless the camera's advanced mode is on.
   [[nodiscard]] Result<double> depth_unit_m();

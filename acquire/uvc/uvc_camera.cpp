@@ -146,7 +146,16 @@ void UvcCamera::read_own_calibration(std::span<const StreamProfile> streams, Raw
   }
   calibration.depth.intrinsics = *camera;
   calibration.source = "the camera's own";
-  read_depth_unit(*unit, calibration);
+  if (depth->format == PixelFormat::kY8i) {
+    const auto baseline_m = unit->baseline_m();
+    if (baseline_m) {
+      calibration.baseline_m = *baseline_m;
+    } else {
+      calibration.depth_unknown = baseline_m.error().message;
+    }
+  } else {
+    read_depth_unit(*unit, calibration);
+  }
   const StreamProfile* colour = find_kind(streams, StreamKind::kColour);
   if (colour == nullptr) return;
   if (const auto read = unit->colour_camera(colour->width, colour->height)) {
@@ -388,13 +397,12 @@ bool UvcCamera::give_up(Watched& watched, const std::string& what) {
 
 Result<void> UvcCamera::set_colour_automatics(bool is_automatic) {
   Result<void> done = Error{ErrorCode::kDevice, "the camera has no colour exposure or white balance", info_.name};
+  const auto all = selections_of(functions_, quirk_);
   for (const UvcFunction& function : functions_) {
-    const auto offers_colour = [](const UvcStreamingInterface& stream) {
-      return std::any_of(stream.formats.begin(), stream.formats.end(), [](const UvcFormat& format) {
-        return format.pixel_format && *format.pixel_format != PixelFormat::kZ16;
-      });
-    };
-    if (!std::any_of(function.streams.begin(), function.streams.end(), offers_colour)) continue;
+    const bool offers_colour = std::ranges::any_of(all, [&](const UvcSelection& selection) {
+      return selection.function == &function && selection.profile.kind == StreamKind::kColour;
+    });
+    if (!offers_colour) continue;
     const auto index = [&](std::uint8_t unit) {
       return static_cast<std::uint16_t>(unit << 8 | function.control_interface);
     };

@@ -278,7 +278,7 @@ std::optional<PixelFormat> pixel_format_of(const UvcGuid& guid) {
   constexpr Code kCodes[] = {
       {"Z16 "sv, PixelFormat::kZ16},   {"Y16 "sv, PixelFormat::kZ16},  {"\x50\0\0\0"sv, PixelFormat::kZ16},
       {"INVZ"sv, PixelFormat::kZ16},   {"YUY2"sv, PixelFormat::kYuyv}, {"UYVY"sv, PixelFormat::kUyvy},
-      {"MJPG"sv, PixelFormat::kMjpeg},
+      {"MJPG"sv, PixelFormat::kMjpeg}, {"Y8I "sv, PixelFormat::kY8i},
   };
   for (const Code& code : kCodes) {
     if (std::memcmp(guid.data(), code.text.data(), code.text.size()) == 0) return code.format;

@@ -7,11 +7,16 @@ namespace scanknit {
 namespace {
 
 StreamKind kind_of(PixelFormat format) {
-  return format == PixelFormat::kZ16 ? StreamKind::kDepth : StreamKind::kColour;
+  const bool is_for_depth = format == PixelFormat::kZ16 || format == PixelFormat::kY8i;
+  return is_for_depth ? StreamKind::kDepth : StreamKind::kColour;
 }
 
 bool is_depth(const UvcFormat& format) {
   return format.pixel_format == PixelFormat::kZ16;
+}
+
+bool is_pair(const UvcFormat& format) {
+  return format.pixel_format == PixelFormat::kY8i;
 }
 
 bool is_named_depth(const UvcFormat& format) {
@@ -42,7 +47,9 @@ std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& function
     for (const UvcStreamingInterface& stream : function.streams) {
       const bool sends_depth = is_stereo || std::ranges::any_of(stream.formats, is_taken_for_depth);
       for (const UvcFormat& format : stream.formats) {
-        const bool is_wanted = is_depth(format) ? is_taken_for_depth(format) : !sends_depth;
+        const bool is_wanted = is_depth(format)  ? is_taken_for_depth(format)
+                               : is_pair(format) ? is_stereo
+                                                 : !sends_depth;
         if (!format.pixel_format || !is_wanted) continue;
         for (const UvcFrameSize& size : format.sizes) {
           for (const std::uint32_t interval : size.intervals_100ns) {

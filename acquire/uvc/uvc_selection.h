@@ -21,8 +21,9 @@ struct UvcSelection {
 };
 
 /// All that can be asked for, in the camera's order. Left out: 16-bit grey of a camera that has pictures named depth
-/// (its infrared ones); colour of an interface that sends depth, since it sends one of them at a time; and, of a
-/// RealSense, all colour of the function that has depth (infrared pictures with the names of colours).
+/// (its infrared ones); pairs of infrared pictures (Y8I) but a RealSense's, whose baseline can be read; colour of an
+/// interface that sends depth, since it sends one of them at a time; and, of a RealSense, all colour of the function
+/// that has depth (infrared pictures with the names of colours).
 [[nodiscard]] std::vector<UvcSelection> selections_of(const std::vector<UvcFunction>& functions,
                                                       const CameraQuirk& quirk);
 

@@ -93,6 +93,8 @@ void add_capture(CLI::App& app, CommandLine& line) {
                         ->check(why_not_mcap)
                         ->type_name("FILE.mcap");
   command->add_flag("!--no-recording", capture.wants_recording, "Do not keep the raw pictures")->excludes(recording);
+  add_shorthand(*command, line, "--geometry", "acquire.geometry",
+                "depth; stereo: depth from the infrared pairs of a RealSense");
   add_shorthand(*command, line, "--poses", "acquire.poses", "track (the default), or still");
   add_texture_option(*command, line.common.config);
   add_export_options(*command, line.common.config);
@@ -135,6 +137,7 @@ void add_record(CLI::App& app, CommandLine& line) {
       ->type_name("FILE.mcap");
   command->add_flag("--ros2", line.record.wants_ros2, "Write a bag of ROS 2: Image, CameraInfo, tf_static");
   add_scanner_options(*command, line.record.scanner);
+  add_shorthand(*command, line, "--geometry", "acquire.geometry", "depth; stereo: the infrared pairs of a RealSense");
   add_common(*command, line);
   command->final_callback([&line] { line.command = from_module(line, &CommandsModule::record, line.record); });
 }

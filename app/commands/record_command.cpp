@@ -29,12 +29,16 @@ Result<Recorded> record(const RecordArguments& arguments, const ScanConfig& conf
   if (auto writable = check_writable(arguments.output); !writable) return writable.error();
   auto scanner = open_scanner(arguments.scanner, config, Calibration::kOptional, stop, session);
   if (!scanner) return scanner.error();
+  if (arguments.wants_ros2 && config.acquire.geometry == Geometry::kStereo) {
+    return Error{ErrorCode::kUsage, "a bag of ROS 2 holds depth: leave out --ros2 to keep infrared pairs"};
+  }
   RecorderConfig recorder_config;
   if (arguments.wants_ros2) recorder_config.ros2_streams = scanner->streams;
   auto recorder = Recorder::create(arguments.output, scanner->calibration, recorder_config);
   if (!recorder) return recorder.error();
-  auto source = LiveSource::start(*std::move(scanner), live_options(arguments.scanner, PoseMode::kTrack, session),
-                                  recorder->get());
+  LiveOptions options = live_options(arguments.scanner, PoseMode::kTrack, session);
+  options.matches_pairs = false;
+  auto source = LiveSource::start(*std::move(scanner), std::move(options), recorder->get());
   if (!source) return source.error();
   session.info("recording; Ctrl-C ends it");
 

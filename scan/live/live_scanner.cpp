@@ -7,12 +7,16 @@
 #include <vector>
 
 #include "acquire/live/loss_names.h"
+#include "acquire/sensor/scanner_camera.h"
 
 namespace scanknit {
 namespace {
 
 std::string stream_text(const StreamProfile& stream) {
-  return fmt::format("{} {}x{} {} at {:.3g} frames a second", stream.kind == StreamKind::kDepth ? "depth" : "colour",
+  return fmt::format("{} {}x{} {} at {:.3g} frames a second",
+                     stream.format == PixelFormat::kY8i  ? "infrared pairs"
+                     : stream.kind == StreamKind::kDepth ? "depth"
+                                                         : "colour",
                      stream.width, stream.height, to_string(stream.format), stream.frames_per_second);
 }
 
@@ -62,6 +66,17 @@ Result<void> check_depth_camera(const LiveScanner& scanner, const AcquireConfig&
   return {};
 }
 
+/// Without the scanner's calibration pairs are of no use, later neither.
+Result<void> check_pair(const LiveScanner& scanner, const AcquireConfig& config) {
+  const std::string& name = scanner.device->info().name;
+  if (auto allowed = refuse_other_cameras(config, name); !allowed) return allowed;
+  const std::string& why = scanner.calibration.depth_unknown;
+  if (why.empty()) return {};
+  return Error{ErrorCode::kDevice,
+               why + ". Without the cameras of its pairs there is no depth: take its own with acquire.geometry=depth",
+               name};
+}
+
 void apply(const ScannerSettings& settings, DeviceSource& device, ScanSession& session) {
   const auto set = [&](const char* key, DeviceControl control, std::optional<int> value) {
     if (!value) return;
@@ -90,11 +105,16 @@ Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig
 
   LiveScanner scanner;
   scanner.device = *std::move(device);
-  scanner.streams =
-      choose_streams(scanner.device->profiles(), request.width, request.height, request.frames_per_second);
+  const bool wants_pairs = config.acquire.geometry == Geometry::kStereo;
+  scanner.streams = choose_streams(scanner.device->profiles(), request.width, request.height, request.frames_per_second,
+                                   wants_pairs ? PixelFormat::kY8i : PixelFormat::kZ16);
   const std::string& uri = scanner.device->info().uri;
   if (scanner.streams.empty()) {
-    return Error{ErrorCode::kDevice, "the camera offers no depth stream", uri};
+    return Error{ErrorCode::kDevice,
+                 wants_pairs ? "the camera offers no pairs of infrared pictures (Y8I), as RealSense D400 cameras do on "
+                               "USB 3; take its depth with acquire.geometry=depth"
+                             : "the camera offers no depth stream",
+                 uri};
   }
   if (config.acquire.colour == ScannerColour::kOff) leave_out_colour(scanner.streams);
   auto calibration = scanner.device->calibration(scanner.streams);
@@ -102,7 +122,11 @@ Result<LiveScanner> open_scanner(const ScannerRequest& request, const ScanConfig
   scanner.calibration = *std::move(calibration);
   session.info(fmt::format("{} ({}), calibration: {}", scanner.device->info().name, uri, scanner.calibration.source));
   for (const std::string& warning : scanner.calibration.warnings) session.warn(WarningCode::kScanner, warning);
-  if (auto usable = check_depth_camera(scanner, config.acquire, need, session); !usable) return usable.error();
+  if (auto usable = wants_pairs ? check_pair(scanner, config.acquire)
+                                : check_depth_camera(scanner, config.acquire, need, session);
+      !usable) {
+    return usable.error();
+  }
   if (auto fits = check_size(scanner); !fits) return fits.error();
   choose_colour(scanner, config.acquire, session);
   apply(config.scanner, *scanner.device, session);

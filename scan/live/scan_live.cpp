@@ -73,8 +73,10 @@ class LiveScan {
           ErrorCode::kUsage,
           "a scanner's frames have no masks: record first, and run the recording with fusion.silhouettes=carve"};
     }
-    if (job_.config.acquire.geometry != Geometry::kDepth) {
-      return Error{ErrorCode::kUsage, "a scanner gives depth: leave acquire.geometry at depth"};
+    if (job_.config.acquire.geometry == Geometry::kSilhouettes) {
+      return Error{
+          ErrorCode::kUsage,
+          "a scanner gives no silhouettes: acquire.geometry is depth, or stereo for a RealSense's infrared pairs"};
     }
     if (job_.config.output.texture != TextureFormat::kOff && !request_.recording) {
       return Error{ErrorCode::kUsage,
@@ -91,6 +93,7 @@ class LiveScan {
     const bool stands_still = job_.config.acquire.poses == PoseMode::kStill;
     LiveOptions options = live_options(request_.scanner, stands_still ? PoseMode::kStill : PoseMode::kTrack, session_);
     options.camera = job_.config.acquire.camera;
+    options.min_depth_m = job_.config.acquire.min_depth_m;
     options.on_recorder_failure = [this](const Error& error) {
       session_.warn(WarningCode::kRecorder, error.text() + "; the scan goes on");
       has_warned_of_recorder_ = true;

@@ -67,6 +67,21 @@ TEST(RawColour, OfAnOddWidthCannotBeYuyv) {
   EXPECT_FALSE(decode_raw_colour(picture(PixelFormat::kYuyv, 3, 1, {0, 0, 0, 0, 0, 0}), {}));
 }
 
+TEST(RawPair, IsLeftAndRightByPixels) {
+  const RawFrame pair = picture(PixelFormat::kY8i, 2, 2, {1, 11, 2, 12, 3, 13, 4, 14});
+  const auto decoded = decode_raw_pair(pair, {});
+  ASSERT_TRUE(decoded) << decoded.error().text();
+  for (std::uint8_t i = 0; i < 4; ++i) {
+    const auto left = static_cast<std::uint8_t>(1 + i), right = static_cast<std::uint8_t>(11 + i);
+    EXPECT_EQ(decoded->left.pixels()[i], (Rgb8{left, left, left}));
+    EXPECT_EQ(decoded->right.pixels()[i], (Rgb8{right, right, right}));
+  }
+  EXPECT_FALSE(decode_raw_pair(picture(PixelFormat::kY8i, 2, 2, {1, 2, 3, 4, 5, 6, 7}), {}));
+  EXPECT_FALSE(decode_raw_pair(picture(PixelFormat::kZ16, 1, 1, {1, 2}), {}));
+  EXPECT_FALSE(decode_raw_colour(pair, {}));
+  EXPECT_FALSE(decode_raw_depth(pair, 0.001, {}));
+}
+
 std::vector<std::byte> jpeg_bytes(int width, int height) {
   std::vector<unsigned char> encoded;
   cv::imencode(".jpg", cv::Mat(height, width, CV_8UC3, cv::Scalar(30, 120, 210)), encoded);

@@ -88,7 +88,8 @@ TEST_P(PictureMessage, GivesBackTheFrame) {
 
 INSTANTIATE_TEST_SUITE_P(AllFormats, PictureMessage,
                          ::testing::Values(PixelFormat::kZ16, PixelFormat::kYuyv, PixelFormat::kUyvy,
-                                           PixelFormat::kMjpeg, PixelFormat::kRgb8, PixelFormat::kBgr8),
+                                           PixelFormat::kMjpeg, PixelFormat::kRgb8, PixelFormat::kBgr8,
+                                           PixelFormat::kY8i),
                          [](const auto& format) { return std::string(to_string(format.param)); });
 
 TEST(PictureMessage, KeepsTheCamerasJpegByteForByte) {

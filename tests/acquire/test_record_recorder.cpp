@@ -107,7 +107,9 @@ TEST_F(Recording, RepeatsTheCalibrationInTheSecondChunkAndEveryTenSeconds) {
 }
 
 TEST_F(Recording, KeepsTheCalibrationToTheLastBit) {
-  const RawCalibration sent = raw_calibration();
+  RawCalibration sent = raw_calibration();
+  EXPECT_EQ(calibration_text(sent).find("baseline"), std::string::npos) << "of a camera without pairs";
+  sent.baseline_m = 0.1 / 3;
   const std::string text = calibration_text(sent);
   const auto kept = parse_calibration(std::as_bytes(std::span(text)));
   ASSERT_TRUE(kept) << kept.error().text();
@@ -115,6 +117,7 @@ TEST_F(Recording, KeepsTheCalibrationToTheLastBit) {
   EXPECT_EQ(kept->colour.intrinsics, sent.colour.intrinsics);
   EXPECT_EQ(kept->T_colour_depth.matrix(), sent.T_colour_depth.matrix());
   EXPECT_EQ(kept->depth_unit_m, sent.depth_unit_m);
+  EXPECT_EQ(kept->baseline_m, sent.baseline_m);
   EXPECT_EQ(kept->serial, sent.serial);
 }
 

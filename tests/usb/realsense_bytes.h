@@ -16,10 +16,11 @@ inline Bytes realsense_table(std::uint32_t id, const Bytes& body) {
   return out.add(body);
 }
 
-/// 640x480 (its third entry): fx 380, fy 381, cx 319, cy 241; 1280x720 twice that of 640x360; others zero.
+/// Baseline 50 mm. 640x480 (its third entry): fx 380, fy 381, cx 319, cy 241; 1280x720 twice that of 640x360; others
+/// zero.
 inline Bytes depth_table() {
   Bytes body;
-  body.fill(240).fill(16).f32(640).f32(640).f32(639).f32(359).f32(380).f32(381).f32(319).f32(241);
+  body.fill(144).f32(-50).fill(92).fill(16).f32(640).f32(640).f32(639).f32(359).f32(380).f32(381).f32(319).f32(241);
   return realsense_table(kDepthTable, body.fill(10 * 16 + 64));
 }
 

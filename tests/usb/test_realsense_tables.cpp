@@ -40,6 +40,16 @@ TEST(RealsenseTables, DepthHasItsOwnValuesForEachResolution) {
   EXPECT_FALSE(parse_depth_table(depth_table().span(), 641, 480)) << "no such resolution";
 }
 
+TEST(RealsenseTables, DepthHasTheBaseline) {
+  const auto baseline_m = parse_baseline(depth_table().span());
+  ASSERT_TRUE(baseline_m) << baseline_m.error().text();
+  EXPECT_DOUBLE_EQ(*baseline_m, 0.05) << "whatever its sign";
+  for (const float baseline_mm : {0.0f, 1.0f, 1000.0f}) {
+    EXPECT_FALSE(parse_baseline(realsense_table(kDepthTable, Bytes{}.fill(144).f32(baseline_mm).fill(500)).span()))
+        << baseline_mm;
+  }
+}
+
 TEST(RealsenseTables, ColourIsScaledToThePicture) {
   const auto full = parse_colour_table(colour_table().span(), 1920, 1080);
   ASSERT_TRUE(full) << full.error().text();
@@ -67,6 +77,7 @@ TEST(RealsenseTables, CutAtAnyByteAreRefused) {
   const Bytes depth = depth_table(), colour = colour_table();
   for (std::size_t size = 0; size < depth.size(); ++size) {
     EXPECT_FALSE(parse_depth_table(depth.span().first(size), 640, 480)) << size;
+    EXPECT_FALSE(parse_baseline(depth.span().first(size))) << size;
   }
   for (std::size_t size = 0; size < colour.size(); ++size) {
     EXPECT_FALSE(parse_colour_table(colour.span().first(size), 640, 480)) << size;
@@ -94,6 +105,7 @@ TEST(RealsenseTables, ShortBodiesWithARightChecksumAreRefused) {
   for (std::size_t size = 0; size < 288; ++size) {
     const Bytes depth = realsense_table(kDepthTable, Bytes{}.fill(size, 0x42));
     EXPECT_FALSE(parse_depth_table(depth.span(), 640, 480)) << size;
+    EXPECT_EQ(parse_baseline(depth.span()).has_value(), size >= 148) << size;
   }
 }
 

@@ -123,7 +123,7 @@ inline std::vector<StreamProfile> streams_of(const DeviceSource& source, double 
   std::vector<StreamProfile> chosen;
   for (const StreamProfile& profile : source.profiles()) {
     if (std::abs(profile.frames_per_second - fps) > 0.5) continue;
-    if (profile.kind == StreamKind::kDepth || profile.format == colour) chosen.push_back(profile);
+    if (profile.format == PixelFormat::kZ16 || profile.format == colour) chosen.push_back(profile);
   }
   return chosen;
 }

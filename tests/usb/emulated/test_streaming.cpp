@@ -257,6 +257,9 @@ TEST_P(InfraredCamera, IsNotTakenForColourOrDepth) {
   const auto source = open_first();
   ASSERT_TRUE(source);
   EXPECT_EQ(std::ranges::count((*source)->profiles(), PixelFormat::kUyvy, &StreamProfile::format), 0);
+  const bool offers_pairs = std::ranges::count((*source)->profiles(), PixelFormat::kY8i, &StreamProfile::format) > 0;
+  EXPECT_EQ(offers_pairs, GetParam() == 0x8086) << "only where the baseline can be read";
+  EXPECT_EQ(choose_streams((*source)->profiles(), 640, 480, 30).at(0).format, PixelFormat::kZ16);
   const auto streams = streams_of(**source, EmulatedBus::kBriskFps, PixelFormat::kYuyv);
   ASSERT_EQ(streams.size(), 2u);
   ASSERT_TRUE((*source)->start(streams, log.frame_sink(), log.event_sink()));

@@ -35,7 +35,7 @@ if(SCANKNIT_BUILD_APP)
   target_compile_definitions(test_usb_commands PRIVATE SCANKNIT_SLOWNESS=${slowness})
   add_dependencies(test_usb_commands scanknit)
   scanknit_emulated_test(test_usb_capture LABEL usb_program
-    SOURCES emulated/test_capture.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp
+    SOURCES emulated/test_capture.cpp emulated/test_capture_pairs.cpp emulated/test_capture_stop.cpp emulated/test_capture_view.cpp emulated/desk_view.cpp
     LIBRARIES scanknit_app_cli scanknit_umockdev_bus scanknit_test_program scanknit_page_client ScanKnit::export ScanKnit::synth)
-  add_dependencies(test_usb_capture scanknit_commands)
+  add_dependencies(test_usb_capture scanknit_commands scanknit_stereo_opencv)
 endif()

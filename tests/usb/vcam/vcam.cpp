@@ -177,6 +177,8 @@ std::span<const std::uint16_t> Vcam::depth_pixels(std::uint64_t n, std::size_t c
 
 std::vector<std::byte> Vcam::picture(const Stream& stream) const {
   const bool is_depth = &stream == &streams_[0];
+  const bool is_pair = is_depth && depth_format == kPairFormat;
+  if (is_pair && options_.infrared_pair) return options_.infrared_pair(stream.number);
   if (is_depth && options_.depth_picture) return options_.depth_picture(stream.number);
   if (!is_depth && options_.colour_picture) return options_.colour_picture(stream.number);
   if (!stream.is_compressed) {

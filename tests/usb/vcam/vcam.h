@@ -62,13 +62,15 @@ struct VcamOptions {
   bool has_yuyv = true;      ///< else colour is offered as MJPEG only
   bool has_metadata = true;  ///< RealSense's frame counter
   std::string depth_code = "Z16 ";
-  bool has_infrared = false;       ///< the depth function offers UYVY and 16-bit grey, too, as a D400 does
+  bool has_infrared = false;       ///< the depth function offers UYVY, 16-bit grey and Y8I, too, as a D400 does
   bool hangs_on_endpoint = false;  ///< class descriptors come after the endpoint
   std::uint32_t clock_start_us = 1'000'000;
   std::uint32_t depth_unit_um = 1000;
   int width = 640, height = 480;  ///< of both streams
   /// The bytes of depth picture n; without one, depth_pixels(n).
   std::function<std::vector<std::byte>(std::uint64_t)> depth_picture = {};
+  /// The same for pairs of infrared pictures: Y8I.
+  std::function<std::vector<std::byte>(std::uint64_t)> infrared_pair = {};
   /// The same for colour: YUYV, or a whole JPEG where that is what was asked for.
   std::function<std::vector<std::byte>(std::uint64_t)> colour_picture = {};
   bool waits_for_computer = true;  ///< else what is not fetched in time is lost; tests on a busy machine must not be
@@ -97,6 +99,7 @@ struct ControlFaults {
 class Vcam final : public UsbModel {
  public:
   static constexpr std::uint8_t kDepthEndpoint = 0x82, kColourEndpoint = 0x84;
+  static constexpr int kPairFormat = 4;  ///< index of Y8I
   static constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 
   explicit Vcam(const VcamOptions& options);

@@ -63,9 +63,10 @@ Bytes isochronous_interface(int number, const Bytes& classes, int endpoint) {
 
 Bytes depth_stream(const VcamOptions& options) {
   Bytes classes = options.has_infrared
-                      ? descriptor({0x24, 0x01, 3, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0, 0, 0})
+                      ? descriptor({0x24, 0x01, 4, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0, 0, 0, 0})
                             .add(sensor_format(options, 2, "UYVY"))
                             .add(sensor_format(options, 3, "Y16 "))
+                            .add(sensor_format(options, Vcam::kPairFormat, "Y8I "))
                       : descriptor({0x24, 0x01, 1, 0, 0, Vcam::kDepthEndpoint, 0, 4, 0, 0, 0, 1, 0});
   classes.add(sensor_format(options, 1, options.depth_code)).add(descriptor({0x24, 0x0D, 1, 1, 4}));
   if (options.is_isochronous) {
