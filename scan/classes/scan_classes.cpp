@@ -173,6 +173,7 @@ class ClassScan {
     }
     result_.volume = {};
     std::size_t meshes = 0;
+    std::string why = "expected pixels with values other than 0";
     auto& classes = classes_.all();
     for (; !classes.empty(); classes.erase(classes.begin())) {
       const int label = classes.begin()->first;
@@ -183,12 +184,12 @@ class ClassScan {
       if (!written && written.error().code != ErrorCode::kMesh) return written;
       meshes += written ? 1 : 0;
       if (!written) {
-        session_.warn(WarningCode::kClasses, fmt::format("class {}: no mesh: {}", label, written.error().message));
+        why = fmt::format("class {}: no mesh: {}", label, written.error().message);
+        session_.warn(WarningCode::kClasses, why);
       }
     }
     if (meshes > 0) return {};
-    return Error{ErrorCode::kMesh, "no class of the masks has a mesh: expected pixels with values other than 0",
-                 job_.input.string()};
+    return Error{ErrorCode::kMesh, "no class of the masks has a mesh: " + why, job_.input.string()};
   }
 
   [[nodiscard]] Result<void> write(const ClassVolume& one, ClassResult& made) {
