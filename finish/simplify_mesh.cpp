@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/triangle_fins.h"
 #include "core/mesh/unused_vertices.h"
 #include "finish/mesh_edges.h"
 
@@ -46,44 +47,6 @@ bool keeps_topology(const MeshCheck& before, const MeshCheck& after) {
          after.misoriented_edges <= before.misoriented_edges &&
          after.duplicate_triangles <= before.duplicate_triangles &&
          (!before.is_closed() || (after.is_closed() && twice_genus(after) == twice_genus(before)));
-}
-
-/// The corners in a cyclic order that begins with the smallest: it is even if the other two ascend.
-Triangle from_smallest(Triangle t) {
-  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-  return t;
-}
-
-bool is_even(const Triangle& t) {
-  const Triangle turned = from_smallest(t);
-  return turned[1] < turned[2];
-}
-
-/// Removes pairs of coincident triangles with opposite orientation. Collapses leave such fins, and the edge at which a
-/// fin is attached has four sides. The surface is the same without them.
-void remove_fins(std::vector<Triangle>& triangles) {
-  using Sorted = std::array<Index, 4>;  // the corners, ascending, and the triangle
-  std::vector<Sorted> all;
-  all.reserve(triangles.size());
-  for (const Triangle& triangle : triangles) {
-    const Triangle t = from_smallest(triangle);
-    all.push_back({t[0], std::min(t[1], t[2]), std::max(t[1], t[2]), static_cast<Index>(all.size())});
-  }
-  std::sort(all.begin(), all.end());
-  std::vector<std::uint8_t> is_fin(triangles.size());
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const Index x = all[i - 1][3], y = all[i][3];
-    if (!std::equal(all[i].begin(), all[i].begin() + 3, all[i - 1].begin()) ||
-        is_even(triangles[x]) == is_even(triangles[y]) || is_fin[x] != 0) {
-      continue;
-    }
-    is_fin[x] = is_fin[y] = 1;
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < is_fin.size(); ++i) {
-    if (is_fin[i] == 0) triangles[kept++] = triangles[i];
-  }
-  triangles.resize(kept);
 }
 
 /// Collapses edges of the triangles that are not kept. Vertices keep their numbers: the mesh has the triangles of the

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/files/part_folder.h"
 #include "fusion/bricks/brick_volume.h"
 #include "fusion/bricks/paged_volume.h"
 #include "scan/bricks/fuse_parts.h"
 #include "scan/bricks/join_parts.h"
-#include "scan/bricks/part_folder.h"
 #include "scan/bricks/plan_parts.h"
 #include "scan/bricks/planned_frames.h"
 #include "scan/checks/memory_share.h"

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "acquire/lidar/sweep_source.h"
+#include "core/files/part_folder.h"
 #include "fusion/bricks/brick_volume.h"
 #include "scan/bricks/bricks_check.h"
 #include "scan/bricks/fuse_parts.h"
 #include "scan/bricks/join_parts.h"
-#include "scan/bricks/part_folder.h"
 #include "scan/bricks/plan_parts.h"
 #include "scan/checks/settings_check.h"
 #include "scan/find_poses.h"

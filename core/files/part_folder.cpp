@@ -1,4 +1,4 @@
-#include "scan/bricks/part_folder.h"
+#include "core/files/part_folder.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
@@ -32,6 +33,10 @@ std::string folder_prefix_of(const fs::path& beside) {
 /// -1: it is no folder, or has gone.
 int open_folder(const fs::path& path) {
   return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+}
+
+Error not_made(const fs::path& path) {
+  return {ErrorCode::kOutput, std::string("cannot be made: ") + std::strerror(errno), path.string()};
 }
 
 /// True if no process has locked it, and it is a minute old: a new one is not yet locked.
@@ -67,23 +72,39 @@ Result<PartFolder> PartFolder::create(const fs::path& beside) {
   fs::create_directories(parent_of(beside), code);
   std::string path = (parent_of(beside) / (folder_prefix_of(beside) + std::string(kFolderPattern))).string();
   if (::mkdtemp(path.data()) == nullptr) {
-    return Error{ErrorCode::kOutput, std::string("a folder for bricks cannot be made: ") + std::strerror(errno),
-                 parent_of(beside).string()};
+    return Error{ErrorCode::kOutput, std::string("a folder cannot be made beside it: ") + std::strerror(errno),
+                 beside.string()};
   }
   const int descriptor = open_folder(path);
   if (descriptor >= 0) (void)::flock(descriptor, LOCK_EX | LOCK_NB);  // where there are no locks, its age protects it
   return PartFolder(path, descriptor);
 }
 
-Result<void> PartFolder::keep_as(const fs::path& path) {
+bool PartFolder::make_ready() const {
   const mode_t mask = ::umask(0);
   ::umask(mask);
   const int descriptor = open_folder(path_);
   const bool is_on_disk = descriptor >= 0 && ::fsync(descriptor) == 0;
   if (descriptor >= 0) ::close(descriptor);
-  if (!is_on_disk || ::chmod(path_.c_str(), 0777 & ~mask) != 0 || ::rename(path_.c_str(), path.c_str()) != 0) {
-    return Error{ErrorCode::kOutput, std::string("cannot be made: ") + std::strerror(errno), path.string()};
-  }
+  return is_on_disk && ::chmod(path_.c_str(), 0777 & ~mask) == 0;
+}
+
+Result<void> PartFolder::replace(const fs::path& path) {
+  if (!fs::is_directory(fs::symlink_status(path))) return keep_as(path);
+  if (!make_ready()) return not_made(path);
+  if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, path.c_str(), RENAME_EXCHANGE) == 0) return {};
+  if (errno != EINVAL && errno != ENOSYS) return not_made(path);
+  auto aside = create(path);  // the file system cannot exchange names
+  if (!aside) return aside.error();
+  const fs::path old = aside->path() / "old";
+  if (::rename(path.c_str(), old.c_str()) != 0) return not_made(path);
+  auto kept = keep_as(path);
+  if (!kept) (void)::rename(old.c_str(), path.c_str());
+  return kept;
+}
+
+Result<void> PartFolder::keep_as(const fs::path& path) {
+  if (!make_ready() || ::rename(path_.c_str(), path.c_str()) != 0) return not_made(path);
   path_.clear();
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
   return {};

@@ -1,4 +1,5 @@
-// PartFolder: a folder for files that a scan needs until it ends.
+// PartFolder: a hidden folder, for files that are of use until it ends, or for an output of many files until it is
+// whole.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +9,11 @@
 
 namespace scanknit {
 
-/// Hidden beside a file that the scan will write, where there is room for large files; removed with all that is in it
-/// when the object ends. Killed: by the next scan that writes this file.
+/// Hidden beside an output, where there is room for large files; removed with all that is in it when the object ends.
+/// Killed: by the next process that writes this output.
 class PartFolder {
  public:
-  /// Also removes those that killed scans left for the same file. Errors: kOutput.
+  /// Also removes those that killed processes left for the same output. Errors: kOutput.
   [[nodiscard]] static Result<PartFolder> create(const std::filesystem::path& beside);
 
   PartFolder(PartFolder&& other) noexcept
@@ -28,7 +29,14 @@ class PartFolder {
   /// read it as the umask allows. Errors (kOutput): a folder that is not empty, or a file, has that name.
   [[nodiscard]] Result<void> keep_as(const std::filesystem::path& path);
 
+  /// The same in the place of a folder that is there, in one step where the file system can exchange two names. The old
+  /// folder is removed with all that is in it; after an error it is as it was.
+  [[nodiscard]] Result<void> replace(const std::filesystem::path& path);
+
  private:
+  /// On the disk, and open to others as the umask allows. False: errno says why not.
+  [[nodiscard]] bool make_ready() const;
+
   PartFolder(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
 
   std::filesystem::path path_;
