@@ -26,9 +26,11 @@ PlacementPlan plan_placement(MeshFormat format, const ExportConfig& config, UpAx
   const UpAxis from = config.world_up.value_or(world_up);
   const std::string unit = unit_name(file_unit_m.value_or(1));
   switch (format) {
-    case MeshFormat::kGlb: {
+    case MeshFormat::kGlb:
+    case MeshFormat::kTiles: {  // the tiles are GLB; 3D Tiles 1.1 turns their Y up to its Z up
       const auto scale = static_cast<float>(file_unit_m.value_or(1));
-      return {format, {up_rotation(from, UpAxis::kY), scale, "metres"}, "metres, Y up"};
+      const char* convention = format == MeshFormat::kGlb ? "metres, Y up" : "metres, Z up";
+      return {format, {up_rotation(from, UpAxis::kY), scale, "metres"}, convention};
     }
     case MeshFormat::kStl: {
       const Placement in_millimetres{up_rotation(from, UpAxis::kZ), 1000, "millimetres"};

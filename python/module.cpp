@@ -202,9 +202,8 @@ void add_mesh(py::module_& module) {
       .def_property_readonly("colours", rows_of<std::uint8_t>(&Mesh::colours),
                              "(N, 3) uint8, sRGB; grey (128) where no colour was seen.")
       .def("write", &PythonMesh::write, py::arg("path"), py::arg("up") = "-y",
-           "Writes .glb, .ply, .obj, .stl or .3mf, whole or not at all. `up`: the world's axis that points up, by "
-           "which GLB "
-           "and STL are turned upright.");
+           "Writes .glb, .ply, .obj, .stl, .3mf or .tiles, whole or not at all. `up`: the world's axis that points "
+           "up, by which GLB, STL and tiles are turned upright.");
 }
 
 void add_volume(py::module_& module) {

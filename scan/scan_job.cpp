@@ -1,6 +1,8 @@
 #include "scan/scan_job.h"
 
 #include "core/files/atomic_file.h"
+#include "export/mesh/write_mesh.h"
+#include "export/tiles/write_tiles.h"
 
 namespace scanknit {
 
@@ -23,7 +25,8 @@ Result<void> check_files(const ScanJob& job) {
   if (const auto picture = uncertainty_picture(job)) own.push_back(*picture);
   for (const auto& paths : {own, job.files_of_caller}) {
     for (const std::filesystem::path& path : paths) {
-      if (auto writable = check_writable(path); !writable) return writable;
+      const bool is_folder = is_tiles_path(path);
+      if (auto writable = is_folder ? check_tiles_writable(path) : check_writable(path); !writable) return writable;
     }
   }
   return {};

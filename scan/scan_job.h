@@ -17,7 +17,7 @@ namespace scanknit {
 
 /// The files to write; those without a path are not made. Each is written whole or not at all.
 struct ScanFiles {
-  std::vector<std::filesystem::path> meshes;  ///< .glb, .ply, .obj, .stl, .3mf
+  std::vector<std::filesystem::path> meshes;  ///< .glb, .ply, .obj, .stl, .3mf; .tiles is a folder
   std::optional<std::filesystem::path> preview;
   std::optional<std::filesystem::path> error, coverage;  ///< maps of the mesh; need depth frames
   std::optional<std::filesystem::path> trajectory;       ///< in the format of its ending: trajectory_text()

@@ -116,7 +116,7 @@ void add_common(CLI::App& app, CommandLine& line) {
 }
 
 void add_output_options(CLI::App& app, OutputRequest& outputs) {
-  app.add_option("-o,--output", outputs.output, "Folder, or one file (.glb .ply .obj .stl .3mf)")
+  app.add_option("-o,--output", outputs.output, "Folder, or one file (.glb .ply .obj .stl .3mf .tiles)")
       ->required()
       ->type_name("OUT");
   app.add_option("--report", outputs.report, "Write report.json here")->type_name("FILE");

@@ -188,6 +188,11 @@ std::vector<ConfigProblem> check_together(const ScanConfig& config) {
         {"configuration",
          fmt::format("finish.crop.max_{}: nothing would be left; expected more than finish.crop.min_{}", name, name)});
   }
+  const Georeference& place = config.output.georeference;
+  if (place.longitude_deg.has_value() != place.latitude_deg.has_value()) {
+    problems.push_back(
+        {"configuration", "export.georeference: longitude and latitude belong together; set both, or leave both auto"});
+  }
   return problems;
 }
 

@@ -342,10 +342,22 @@ std::vector<ConfigKey> export_keys() {
                {0.00005, 0.1});
   bind_optional<double>(
       texel_size, [](auto& c) -> auto& { return c.output.texel_size_m; });
+  ConfigKey longitude = describe(
+      ConfigType::kNumber,
+      {"export.georeference.longitude", "degrees",
+       "3D Tiles: where the origin of the mesh is on the Earth (WGS 84), its x axis to the east. auto: nowhere."},
+      {-180, 180});
+  bind_optional<double>(
+      longitude, [](auto& c) -> auto& { return c.output.georeference.longitude_deg; });
+  ConfigKey latitude = describe(
+      ConfigType::kNumber, {"export.georeference.latitude", "degrees", "As export.georeference.longitude."}, {-90, 90});
+  bind_optional<double>(
+      latitude, [](auto& c) -> auto& { return c.output.georeference.latitude_deg; });
   return {
       word_list(
-          {"export.formats", "", "Mesh files that are written when the output is a folder."},
-          {"glb", "ply", "obj", "stl", "3mf"}, [](auto& c) -> auto& { return c.output.formats; }),
+          {"export.formats", "",
+           "Mesh files that are written when the output is a folder. tiles: model.tiles, a folder of 3D Tiles."},
+          {"glb", "ply", "obj", "stl", "3mf", "tiles"}, [](auto& c) -> auto& { return c.output.formats; }),
       optional_choice<UpAxis>(
           {"export.world_up", "",
            "Which axis of the recording's world points up, so that GLB, STL and the preview stand "
@@ -358,7 +370,7 @@ std::vector<ConfigKey> export_keys() {
           axis_words(), [](auto& c) -> auto& { return c.output.up; }),
       choice<Material>(
           {"export.material", "",
-           "GLB: lit is shaded by the viewer's light; unlit shows exactly the colours the camera saw."},
+           "GLB, tiles: lit is shaded by the viewer's light; unlit shows exactly the colours the camera saw."},
           {{"lit", Material::kLit}, {"unlit", Material::kUnlit}}, [](auto& c) -> auto& { return c.output.material; }),
       boolean(
           {"export.quantize", "",
@@ -367,7 +379,7 @@ std::vector<ConfigKey> export_keys() {
           [](auto& c) -> auto& { return c.output.quantize; }),
       boolean(
           {"export.compress", "",
-           "GLB: EXT_meshopt_compression, for the web: half the size, with export.quantize a quarter. "
+           "GLB, tiles: EXT_meshopt_compression, for the web: half the size, with export.quantize a quarter. "
            "Blender, Assimp and Open3D do not read such files."},
           [](auto& c) -> auto& { return c.output.compress; }),
       choice<TextureFormat>(
@@ -381,6 +393,11 @@ std::vector<ConfigKey> export_keys() {
           {"export.texture_size", "texels", "The texture's longest side at most."}, {64, 16384},
           [](auto& c) -> auto& { return c.output.texture_size; }),
       std::move(texel_size),
+      std::move(longitude),
+      std::move(latitude),
+      length(
+          {"export.georeference.height", "m", "Of the same origin above the ellipsoid."}, {-12000, 100000},
+          [](auto& c) -> auto& { return c.output.georeference.height_m; }),
       boolean(
           {"export.preview", "", "Draw preview.png, error.png and coverage.png when the output is a folder."},
           [](auto& c) -> auto& { return c.output.preview; }),

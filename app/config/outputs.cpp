@@ -50,10 +50,10 @@ Result<Outputs> plan_outputs(const OutputRequest& request, const ExportConfig& c
   if (output.empty()) return Error{ErrorCode::kUsage, "-o is empty: give a folder, or a file such as model.glb"};
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(output, ignored);
-  const bool is_file = is_mesh_path(output) && !is_folder;
+  const bool is_file = is_tiles_path(output) || (is_mesh_path(output) && !is_folder);
   if (!is_folder && is_foreign_file(output)) {
     return Error{ErrorCode::kUsage,
-                 "no such output: give a folder, or a file that ends in .glb, .ply, .obj, .stl or .3mf",
+                 "no such output: give a folder, or a file that ends in .glb, .ply, .obj, .stl, .3mf or .tiles",
                  output.string()};
   }
   if (!is_file && !is_folder && std::filesystem::exists(output, ignored)) {

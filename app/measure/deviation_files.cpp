@@ -22,6 +22,7 @@ UpAxis usual_up(const std::filesystem::path& file) {
   switch (mesh_format(file).value_or(MeshFormat::kPly)) {
     case MeshFormat::kGlb: return UpAxis::kY;
     case MeshFormat::kStl:
+    case MeshFormat::kTiles:
     case MeshFormat::kThreeMf: return UpAxis::kZ;
     case MeshFormat::kPly:
     case MeshFormat::kObj: break;

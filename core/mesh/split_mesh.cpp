@@ -94,6 +94,21 @@ MeshPart MeshSplit::part(std::size_t i) {
   return part;
 }
 
+MeshPart part_of(std::span<const Triangle> triangles) {
+  MeshPart part;
+  part.vertices.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) part.vertices.insert(part.vertices.end(), t.begin(), t.end());
+  std::sort(part.vertices.begin(), part.vertices.end());
+  part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()), part.vertices.end());
+  const auto local = [&](std::uint32_t vertex) {
+    const auto found = std::lower_bound(part.vertices.begin(), part.vertices.end(), vertex);
+    return static_cast<std::uint32_t>(found - part.vertices.begin());
+  };
+  part.triangles.reserve(triangles.size());
+  for (const Triangle& t : triangles) part.triangles.emplace_back(local(t[0]), local(t[1]), local(t[2]));
+  return part;
+}
+
 Mesh mesh_of_part(const Mesh& mesh, MeshPart part) {
   Mesh own;
   for (const std::uint32_t vertex : part.vertices) {

@@ -51,6 +51,9 @@ class MeshSplit {
   std::vector<Box> parts_;
 };
 
+/// Triangles that index into a mesh as a part of it, in their order; the vertices ascend.
+[[nodiscard]] MeshPart part_of(std::span<const Triangle> triangles);
+
 /// A part as a mesh of its own.
 [[nodiscard]] Mesh mesh_of_part(const Mesh& mesh, MeshPart part);
 

@@ -6,9 +6,9 @@
 
 namespace scanknit {
 
-enum class MeshFormat { kGlb, kPly, kObj, kStl, kThreeMf };
+enum class MeshFormat { kGlb, kPly, kObj, kStl, kThreeMf, kTiles };
 
-inline constexpr const char* kMeshExtensions = ".glb .ply .obj .stl .3mf";
+inline constexpr const char* kMeshExtensions = ".glb .ply .obj .stl .3mf .tiles";
 inline constexpr const char* kReadableMeshExtensions = ".glb .ply .obj .stl";
 
 /// The format of the extension, in upper or lower case.

@@ -12,6 +12,7 @@
 #include "export/mesh/mesh_writers.h"
 #include "export/placement_plan.h"
 #include "export/texture/mesh_texture.h"
+#include "export/tiles/write_tiles.h"
 
 namespace scanknit {
 namespace {
@@ -63,6 +64,7 @@ Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportC
     case MeshFormat::kObj: return write_obj(mesh, plan.placement, file);
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
     case MeshFormat::kThreeMf: return write_3mf(mesh, plan.placement, file);
+    case MeshFormat::kTiles: break;  // no single file
   }
   return Error{ErrorCode::kInternal, "a format without a writer"};
 }
@@ -76,11 +78,16 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".stl") return MeshFormat::kStl;
   if (extension == ".3mf") return MeshFormat::kThreeMf;
+  if (extension == ".tiles") return MeshFormat::kTiles;
   return std::nullopt;
 }
 
 bool is_glb_path(const std::filesystem::path& path) {
   return mesh_format(path) == MeshFormat::kGlb;
+}
+
+bool is_tiles_path(const std::filesystem::path& path) {
+  return mesh_format(path) == MeshFormat::kTiles;
 }
 
 bool is_mesh_path(const std::filesystem::path& path) {
@@ -100,6 +107,7 @@ Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& pa
   if (auto checked = check_exportable(mesh, plan.placement); !checked) return located(checked.error(), path);
   if (auto checked = check_texture(mesh, texture); !checked) return located(checked.error(), path);
   if (auto checked = check_uncertainty(mesh, uncertainty_m); !checked) return located(checked.error(), path);
+  if (*format == MeshFormat::kTiles) return write_tiles(mesh, plan, config, path);
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
   if (auto written = write_as(plan, mesh, config, texture, uncertainty_m, *file); !written)

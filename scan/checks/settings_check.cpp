@@ -28,13 +28,13 @@ std::string list_text(const Keys& keys) {
   return text;
 }
 
-/// The keys of `export:` that are on, or asked for, and change only GLB files.
-Keys glb_keys(const ScanJob& job) {
+/// The keys of `export:` that are on, or asked for, and change only GLB files, or those and the GLB of tiles.
+Keys glb_keys(const ScanJob& job, bool has_tiles) {
   const ExportConfig& config = job.config.output;
   Keys keys;
   if (config.quantize) keys.emplace_back("export.quantize");
-  if (config.compress) keys.emplace_back("export.compress");
-  if (job.asks_for("export.material")) keys.emplace_back("export.material");
+  if (config.compress && !has_tiles) keys.emplace_back("export.compress");
+  if (job.asks_for("export.material") && !has_tiles) keys.emplace_back("export.material");
   if (config.texture != TextureFormat::kOff) keys.emplace_back("export.texture");
   return keys;
 }
@@ -55,8 +55,13 @@ void warn_of_settings_without_effect(const ScanJob& job, ScanSession& session) {
   };
   const ScanConfig& config = job.config;
   const FinishConfig& finish = config.finish;
-  if (std::none_of(job.files.meshes.begin(), job.files.meshes.end(), is_glb_path)) {
-    warn_of(glb_keys(job), "no GLB file is written");
+  const auto& meshes = job.files.meshes;
+  const bool has_tiles = std::any_of(meshes.begin(), meshes.end(), is_tiles_path);
+  if (std::none_of(meshes.begin(), meshes.end(), is_glb_path)) {
+    warn_of(glb_keys(job, has_tiles), "no GLB file is written");
+  }
+  if (!has_tiles && config.output.georeference.longitude_deg) {
+    warn_of({"export.georeference"}, "no tiles are written");
   }
   if (finish.ground == GroundMode::kKeep && finish.ground_clearance_m) {
     warn_of({"finish.ground_clearance"}, "finish.ground is keep");

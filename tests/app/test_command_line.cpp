@@ -50,7 +50,7 @@ TEST(CommandLine, UsageErrorsExitWith2AndSayWhatWasMeant) {
 TEST(CommandLine, RefusesAnOutputOfAnUnknownKind) {
   const Outcome outcome = scanknit_command({"run", "rec", "-o", "model.fbx"});
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_TRUE(contains(outcome.err, ".glb, .ply, .obj, .stl or .3mf")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, ".glb, .ply, .obj, .stl, .3mf or .tiles")) << outcome.err;
 }
 
 TEST(CommandLine, ConfigErrorsExitWith3OnePerLine) {

@@ -132,12 +132,12 @@ TEST(ConfigFile, RefusesNanAndInfinity) {
 }
 
 TEST(ConfigFile, ChecksListsItemByItem) {
-  EXPECT_EQ(
-      problems_of("export:\n  formats: [glb, plx]\n"),
-      "a.yaml:2:18: error: export.formats: expected one of glb, ply, obj, stl, 3mf, got 'plx'; did you mean 'ply'?\n");
+  EXPECT_EQ(problems_of("export:\n  formats: [glb, plx]\n"),
+            "a.yaml:2:18: error: export.formats: expected one of glb, ply, obj, stl, 3mf, tiles, got 'plx'; did you "
+            "mean 'ply'?\n");
   EXPECT_EQ(problems_of("export: {formats: [glb, glb]}"), "a.yaml:1:25: error: export.formats: 'glb' is there twice\n");
   EXPECT_EQ(problems_of("export: {formats: []}"),
-            "a.yaml:1:19: error: export.formats: an empty list; expected some of glb, ply, obj, stl, 3mf\n");
+            "a.yaml:1:19: error: export.formats: an empty list; expected some of glb, ply, obj, stl, 3mf, tiles\n");
 }
 
 TEST(ConfigFile, ReportsEveryErrorInOneGo) {

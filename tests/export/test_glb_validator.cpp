@@ -11,7 +11,9 @@
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 #include "export/mesh/write_mesh.h"
+#include "export/placement_plan.h"
 #include "export/texture/mesh_texture.h"
+#include "export/tiles/write_tiles.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/texture_samples.h"
 #include "tests/support/places.h"
@@ -124,6 +126,24 @@ TEST(GlbValidator, FindsNothingWrongInAMeshOfSeveralPrimitives) {
     remarks.emplace_back("IMAGE_NPOT_DIMENSIONS");
     expect_valid(uncoloured, config, remarks, &texels.texture);
   }
+}
+
+TEST(GlbValidator, FindsNothingInTiles) {
+  const TemporaryFolder folder;
+  const ExportConfig config;
+  const PlacementPlan plan = plan_placement(MeshFormat::kTiles, config, UpAxis::kZ, std::nullopt);
+  ASSERT_TRUE(write_tiles(test::marked_sphere(), plan, config, folder / "m.tiles", 2000));
+  int tiles = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "m.tiles")) {
+    if (entry.path().extension() != ".glb") continue;
+    const Verdict verdict = validate(entry.path());
+    if (verdict.exit_code == kSkipped || verdict.exit_code == kNoSuchCommand) {
+      GTEST_SKIP() << "SKIPPED: node or gltf-validator is not installed (npm ci in " << test::kNpmDir << ")";
+    }
+    EXPECT_EQ(verdict.issues, "") << entry.path();
+    ++tiles;
+  }
+  EXPECT_EQ(tiles, 9);  // a root, and the eight octants
 }
 
 TEST(GlbValidator, FindsNothingInALitMesh) {

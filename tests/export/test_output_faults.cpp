@@ -1,7 +1,5 @@
 // Disks and meshes that cannot be written.
 #include <gtest/gtest.h>
-#include <sys/mount.h>
-#include <unistd.h>
 
 #include <limits>
 
@@ -9,33 +7,17 @@
 #include "export/picture/preview.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/export/export_samples.h"
+#include "tests/export/tiny_disk.h"
 
 namespace scanknit {
 namespace {
 
 using test::read_text;
 using test::TemporaryFolder;
+using test::TinyDisk;
 using test::write_text;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-/// A file system of 64 KiB; needs root.
-class TinyDisk {
- public:
-  explicit TinyDisk(std::filesystem::path folder) : folder_(std::move(folder)) {
-    is_mounted_ = ::geteuid() == 0 && ::mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=64k") == 0;
-  }
-  ~TinyDisk() {
-    if (is_mounted_) ::umount(folder_.c_str());
-  }
-  TinyDisk(const TinyDisk&) = delete;
-  TinyDisk& operator=(const TinyDisk&) = delete;
-  [[nodiscard]] bool is_mounted() const { return is_mounted_; }
-
- private:
-  std::filesystem::path folder_;
-  bool is_mounted_ = false;
-};
 
 class EveryFormat : public ::testing::TestWithParam<const char*> {
  protected:
@@ -127,7 +109,7 @@ TEST(WriteMesh, UnknownExtensionNamesTheKnown) {
   const auto written = write_mesh(test::cube(), folder / "m.fbx", {}, UpAxis::kY);
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().code, ErrorCode::kOutput);
-  EXPECT_EQ(written.error().message, "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl .3mf");
+  EXPECT_EQ(written.error().message, "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl .3mf .tiles");
 }
 
 TEST(WritePng, FullDiskIsAnError) {
