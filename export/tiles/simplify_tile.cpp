@@ -15,12 +15,40 @@ namespace {
 using Number = std::uint32_t;
 
 constexpr float kAnyErrorOfATile = 1e3F;    // no limit, in extents of the tile; its square must fit into a float
+constexpr double kReliefOfWhite = 0.5;      // in edges: more would fold the surface at sharp patterns
 constexpr std::size_t kLockedOfAGroup = 4;  // whose triangles share an edge beside the tile
 
 /// The triangles of a tile as meshoptimizer takes them: a part of the mesh, with the positions of its vertices.
 struct LocalTile : MeshPart {
-  std::vector<Eigen::Vector3f> positions;  ///< and of those that only serve as locks
+  std::vector<Eigen::Vector3f> positions;  ///< relief_of() them, and those of vertices that only serve as locks
 };
+
+double mean_edge(const Mesh& mesh, const std::vector<Triangle>& triangles) {
+  double sum = 0;
+  for (const Triangle& t : triangles) {
+    sum += static_cast<double>((mesh.positions_m[t[1]] - mesh.positions_m[t[0]]).norm());
+  }
+  return sum / static_cast<double>(triangles.size());
+}
+
+/// 0 for black, 1 for white (the luma of ITU-R BT.601, of the bytes as they are: as bright as they look).
+float brightness(Rgb8 c) {
+  return (0.299F * static_cast<float>(c.r) + 0.587F * static_cast<float>(c.g) + 0.114F * static_cast<float>(c.b)) / 255;
+}
+
+/// The positions of the tile's vertices, for the simplifier, which knows no colours: they rise above the surface by
+/// their brightness. So it keeps patterns of flat walls as it keeps shapes, and its error counts them.
+std::vector<Eigen::Vector3f> relief_of(const Mesh& mesh, const std::vector<Number>& vertices, double edge) {
+  const bool has_relief = !mesh.normals.empty() && !mesh.colours.empty();
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(vertices.size());
+  for (const Number v : vertices) {
+    positions.push_back(mesh.positions_m[v]);
+    if (!has_relief) continue;
+    positions.back() += static_cast<float>(kReliefOfWhite * edge) * brightness(mesh.colours[v]) * mesh.normals[v];
+  }
+  return positions;
+}
 
 /// meshoptimizer 0.18 can lock all vertices of borders or none. A scan's own borders, round its holes, are to be
 /// simplified, those towards other tiles are not. But it never moves a vertex from which two border edges start: so two
@@ -50,7 +78,7 @@ void attach_locks(const std::vector<Number>& locked, LocalTile& tile) {
 CoarseTile simplify_tile(const Mesh& mesh, std::vector<Triangle> fine, std::size_t target,
                          const std::function<bool(std::uint32_t)>& is_locked) {
   LocalTile tile{part_of(fine), {}};
-  for (const Number vertex : tile.vertices) tile.positions.push_back(mesh.positions_m[vertex]);
+  tile.positions = relief_of(mesh, tile.vertices, mean_edge(mesh, fine));
   std::vector<Number> locked;
   for (Number v = 0; v < tile.vertices.size(); ++v) {
     if (is_locked(tile.vertices[v])) locked.push_back(v);

@@ -20,10 +20,11 @@ inline constexpr std::size_t kMaxTrianglesOfATile = 65536;
 /// `most_triangles` of them; the tiles above have half of their children's triangles or `most_triangles`, whichever is
 /// less, simplified so that vertices which other tiles use stay where they are. Tiles of any levels that show every
 /// place once therefore have no gap: where the mesh is closed, so are they, bit by bit. geometricError is in metres, 0
-/// for leaves, and adds up from there. GLB as write_glb() makes it, but not quantized: grids of several tiles would
-/// leave gaps. The same bytes for any number of threads. Memory: 16 bytes a triangle, and a few tiles for each thread.
-/// Before the folder has its name, the root is read back and compared. Errors: kOutput, also for a folder there that is
-/// not empty and has no tileset.json; kBudget when the memory does not suffice.
+/// for leaves, and adds up from there, wrong colours included: simplify_tile(). GLB as write_glb() makes it, but not
+/// quantized: grids of several tiles would leave gaps. The same bytes for any number of threads. Memory: 16 bytes a
+/// triangle, and a few tiles for each thread. Before the folder has its name, the root is read back and compared.
+/// Errors: kOutput, also for a folder there that is not empty and has no tileset.json; kBudget when the memory does not
+/// suffice.
 [[nodiscard]] Result<WrittenFile> write_tiles(const Mesh& mesh, const PlacementPlan& plan, const ExportConfig& config,
                                               const std::filesystem::path& folder,
                                               std::size_t most_triangles = kMaxTrianglesOfATile);
