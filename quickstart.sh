@@ -60,9 +60,10 @@ install_tools() {
   install_npm
 }
 
-# three.js for the live view's page, as view/page/package-lock.json names it.
+# three.js and its renderer of tiles for the live view's page, as view/page/package-lock.json names them.
 install_page_packages() {
-  if [ -f view/page/node_modules/three/package.json ]; then return; fi
+  local packages=view/page/node_modules
+  if [ -f $packages/three/package.json ] && [ -f $packages/3d-tiles-renderer/package.json ]; then return; fi
   install_npm
   echo "Installing three.js for the live view ..."
   npm ci --prefix view/page --ignore-scripts --no-audit --no-fund --silent

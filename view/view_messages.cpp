@@ -103,6 +103,7 @@ std::string to_message(const ViewHello& hello) {
                   {"is_orbit", hello.is_orbit},
                   {"is_paced", hello.is_paced},
                   {"voxel_size_m", hello.voxel_size_m},
+                  {"tiles", hello.tiles},
                   {"commands", commands}});
 }
 

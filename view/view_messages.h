@@ -29,7 +29,8 @@ struct ViewHello {
   bool is_orbit = false;                           ///< the scan is of one object: the user walks round it, or it turns
   bool is_paced = false;                           ///< frames come at their own pace
   double voxel_size_m = 0;                         ///< 0: unknown
-  std::vector<ViewAction> actions = {};            ///< the commands that the program accepts
+  std::string tiles = {};                ///< of a mesh in tiles: the path of tileset.json on the server; or empty
+  std::vector<ViewAction> actions = {};  ///< the commands that the program accepts
 };
 
 enum class ViewPhase { kWaiting, kScanning, kPaused, kExporting, kFinished, kFailed };

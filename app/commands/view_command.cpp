@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,44 @@ namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The tileset.json of tiles: `given` is their folder, or the output folder with model.tiles; nothing: neither.
+std::optional<fs::path> find_tileset(const fs::path& given) {
+  std::error_code ignored;
+  for (const fs::path& tileset : {given, given / "tileset.json", given / "model.tiles" / "tileset.json"}) {
+    if (tileset.filename() == "tileset.json" && fs::is_regular_file(tileset, ignored)) return tileset;
+  }
+  return std::nullopt;
+}
+
+/// Its files, without those in other folders: ScanKnit writes none there.
+std::vector<fs::path> files_of_tiles(const fs::path& tileset) {
+  std::vector<fs::path> files = {tileset};
+  std::error_code code;
+  for (fs::directory_iterator entry(tileset.parent_path(), code), end; !code && entry != end; entry.increment(code)) {
+    if (entry->path().extension() == ".glb") files.push_back(entry->path());
+  }
+  return files;
+}
+
+/// By what ScanKnit wrote into it; 0: unknown.
+Result<std::size_t> triangles_of_tiles(const fs::path& tileset) {
+  constexpr std::uintmax_t kMostBytes = 1u << 28;  // a million tiles
+  const auto text = read_text_file(tileset, kMostBytes);
+  if (!text) return text.error();
+  const auto json = nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("root")) {
+    return Error{ErrorCode::kInput, "is no tileset of 3D Tiles: write it again with export.formats=[tiles]",
+                 tileset.string()};
+  }
+  if (json.contains("extensions")) {
+    return Error{ErrorCode::kInput,
+                 "its tiles are compressed, which the page cannot read: write them without export.compress",
+                 tileset.string()};
+  }
+  const auto count = json.value(nlohmann::json::json_pointer("/asset/extras/triangles"), nlohmann::json());
+  return count.is_number_unsigned() ? count.get<std::size_t>() : 0;
+}
 
 /// The mesh file: `given` itself, or the mesh in that folder.
 Result<fs::path> find_mesh(const fs::path& given) {
@@ -77,6 +116,49 @@ double voxel_size_of(const fs::path& path) {
   return is_of_mesh && size.is_number() ? std::max(size.get<double>(), 0.0) : 0;
 }
 
+/// What the page shows: a mesh that is sent to it, or the files of tiles, of which it takes those that it needs.
+struct Shown {
+  ViewHello hello;
+  std::vector<fs::path> files;
+  std::size_t triangles = 0;
+  Mesh mesh = {};  ///< empty: tiles
+  std::vector<float> uncertainty_m = {};
+};
+
+Result<Shown> shown_tiles(const fs::path& tileset) {
+  const auto triangles = triangles_of_tiles(tileset);
+  if (!triangles) return triangles.error();
+  Shown shown{.hello = {}, .files = files_of_tiles(tileset), .triangles = *triangles};
+  shown.hello.title = fs::absolute(tileset).parent_path().filename().string();
+  shown.hello.up = Eigen::Vector3d::UnitZ();
+  shown.hello.tiles = "/files/tileset.json";
+  return shown;
+}
+
+Result<Shown> shown_mesh(const fs::path& given, const ExportConfig& config, Console& console) {
+  const auto path = find_mesh(given);
+  if (!path) return path.error();
+  MeshNotes notes;
+  auto mesh = load(*path, notes, console);
+  if (!mesh) return mesh.error();
+  Shown shown{.hello = {},
+              .files = {*path},
+              .triangles = mesh->triangles.size(),
+              .mesh = *std::move(mesh),
+              .uncertainty_m = std::move(notes.uncertainty_m)};
+  shown.hello.title = path->filename().string();
+  shown.hello.up = direction(up_of(*path, config)).cast<double>();
+  shown.hello.voxel_size_m = voxel_size_of(*path);
+  return shown;
+}
+
+Result<Shown> shown_of(const fs::path& given, const ExportConfig& config, Console& console) {
+  const auto tileset = find_tileset(given);
+  auto shown = tileset ? shown_tiles(*tileset) : shown_mesh(given, config, console);
+  if (shown) shown->hello.mode = "file";
+  return shown;
+}
+
 void publish(const Mesh& mesh, const std::vector<float>& uncertainty_m, LiveView& view) {
   constexpr std::size_t kTrianglesOfAPiece = 30'000;
   Eigen::AlignedBox3f box;
@@ -101,26 +183,18 @@ int view_command(const ShowArguments& arguments, const CommonArguments& common) 
   const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
-  const auto path = find_mesh(arguments.file);
-  if (!path) return fail(path.error(), common);
   Console console(common.verbosity);
-  MeshNotes notes;
-  const auto mesh = load(*path, notes, console);
-  if (!mesh) return fail(mesh.error(), common);
+  const auto shown = shown_of(arguments.file, loaded->config.output, console);
+  if (!shown) return fail(shown.error(), common);
 
-  ViewHello hello;
-  hello.title = path->filename().string();
-  hello.mode = "file";
-  hello.up = direction(up_of(*path, loaded->config.output)).cast<double>();
-  hello.voxel_size_m = voxel_size_of(*path);
-  auto view = LiveView::start(arguments.server, hello);
+  auto view = LiveView::start(arguments.server, shown->hello);
   if (!view) return fail(view.error(), common);
   ViewState state;
   state.phase = ViewPhase::kFinished;
-  state.triangles = mesh->triangles.size();
+  state.triangles = shown->triangles;
   (*view)->publish(state);
-  (*view)->publish_files({*path});
-  publish(*mesh, notes.uncertainty_m, **view);
+  (*view)->publish_files(shown->files);
+  if (!shown->mesh.empty()) publish(shown->mesh, shown->uncertainty_m, **view);
 
   announce((*view)->links(), console);
   console.info("Ctrl-C ends it");

@@ -9,6 +9,7 @@ export class ChunkStore {
     this.chunks = new Map();  // number -> {mesh, box, origin, scale, revision, triangles, vertices}
     this.triangles = 0;
     this.vertices = 0;
+    this.beside = new Box3();  // what is drawn but is no chunk: tiles
     this.bounds = new Box3();
     this.areBoundsKnown = true;
   }
@@ -63,10 +64,15 @@ export class ChunkStore {
     for (const number of [...this.chunks.keys()]) { this.remove(number); }
   }
 
+  surround(box) {
+    this.beside.copy(box);
+    this.areBoundsKnown = false;
+  }
+
   /// The bounds of all vertices, in the world, metres; empty when there are none.
   extent() {
     if (!this.areBoundsKnown) {
-      this.bounds.makeEmpty();
+      this.bounds.copy(this.beside);
       for (const { box } of this.chunks.values()) { this.bounds.union(box); }
       this.areBoundsKnown = true;
     }

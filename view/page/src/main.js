@@ -17,6 +17,7 @@ import { showNumbers } from './numbers.js';
 import { openToTests } from './test_access.js';
 import { ScannerPath } from './scanner_path.js';
 import { ViewKeeper } from './view_keeper.js';
+import { TilesScene } from './tiles_scene.js';
 import { connectTools } from './tools.js';
 import { Viewer } from './viewer.js';
 
@@ -54,6 +55,7 @@ function makePicture() {
   }
   const materials = new MeshMaterials();
   const store = new ChunkStore(viewer.world, materials, viewer.renderer.getContext());
+  const tiles = new TilesScene({ viewer, materials, onNews: onTiles });
   const path = new ScannerPath(viewer.world);
   const ring = new CoverageRing();
   const keeper = new ViewKeeper(viewer, store, path);
@@ -69,7 +71,7 @@ function makePicture() {
       if (hadFocus) { $('measure-open').focus(); }
     },
   });
-  return { viewer, materials, store, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop, measuring };
+  return { viewer, materials, store, tiles, path, ring, ringPicture: new RingPicture($('ring')), keeper, crop, measuring };
 }
 
 const connection = new Connection({ text: onText, binary: onBinary, status: onStatus });
@@ -99,12 +101,14 @@ const kTextHandlers = {
     scan.revisions.clear();
     $('input').textContent = message.title;
     document.body.dataset.mode = message.mode;
+    document.body.classList.toggle('of-tiles', Boolean(message.tiles));
     document.title = `${message.title} · ScanKnit`;
     commands.update({ allowed: new Set(message.commands) });
     if (!picture) { return; }
     picture.store.clear();  // the program sends the whole mesh again, in its newest revision
     picture.viewer.up = message.up;
     if (picture.keeper.isFollowing === null) { picture.keeper.set({ isFollowing: !message.is_orbit && message.mode !== 'file' }); }
+    if (message.tiles) { picture.tiles.open(message.tiles); }
     if (isFirst) { tools.showRing(message.is_orbit); }
   },
   state(message) {
@@ -113,7 +117,7 @@ const kTextHandlers = {
     commands.update({ phase: message.phase, isCropEmpty: message.is_crop_empty, hasScan: message.fused > 0 });
     if (picture?.crop.isOpen && ['finished', 'failed'].includes(message.phase)) { picture.crop.close(); }
     showNumbers(message, scan.hello, picture?.store.extent(), scan.link === 'open');
-    $('empty').hidden = !picture || picture.store.triangles > 0;
+    $('empty').hidden = !picture || Boolean(scan.hello?.tiles) || picture.store.triangles > 0;
   },
   pose(message) { picture?.path.setPose(message); },
   trail(message) {
@@ -122,7 +126,7 @@ const kTextHandlers = {
     if (picture.crop.isOpen) { picture.crop.close(); }
     if (scan.hello?.mode !== 'file') { picture.measuring.forget(); }
   },
-  files(message) { files.set(message.files); },
+  files(message) { files.set(scan.hello?.tiles ? [] : message.files); },  // tiles are not for download one by one
   crop(message) { picture?.crop.setInForce(message.box); },
 };
 
@@ -153,6 +157,12 @@ function onBinary(buffer) {
   picture?.viewer.redrawSoon();
 }
 
+function onTiles() {
+  picture.store.surround(picture.tiles.box);
+  if (picture.tiles.numbers.tiles > 0) { scan.firstMeshMs ??= performance.now(); }
+  picture.viewer.redrawSoon();
+}
+
 function toggleCrop() {
   if (picture.crop.isOpen) {
     picture.crop.close();
@@ -176,8 +186,9 @@ function toggleMeasuring() {
 }
 
 function prepareDrawing(viewer) {
-  const { materials, store, path, ring, ringPicture, keeper } = picture;
+  const { materials, store, tiles, path, ring, ringPicture, keeper } = picture;
   keeper.keep();
+  tiles.prepare();
   const bounds = store.extent();
   if (scan.state) { showNumbers(scan.state, scan.hello, bounds, scan.link === 'open'); }
   // Inside a room, the backs of its walls would hide the room.

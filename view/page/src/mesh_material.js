@@ -6,7 +6,9 @@ import { DoubleSide, FrontSide, Matrix4, ShaderMaterial, Vector3 } from 'three';
 export const kShadings = ['lit', 'unlit', 'normals', 'coverage'];
 
 const kVertexShader = `
+#ifndef TILE
 attribute uvec4 vertexBits;  // x: q.x q.y, y: q.z, z: red green blue coverage, w: normal
+#endif
 uniform mat4 T_scan_shown;
 varying vec3 vColour;     // linear
 varying vec3 vNormal;     // in the scan's world; zero when there is none
@@ -20,6 +22,13 @@ float linearOf(uint byte) {
 }
 
 void main() {
+#ifdef TILE  // glTF's attributes
+  #if defined(USE_COLOR) || defined(USE_COLOR_ALPHA)
+    vColour = color.rgb;
+  #endif
+  vNormal = mat3(T_scan_shown) * mat3(modelMatrix) * normal;
+  vec4 shown = modelMatrix * vec4(position, 1.0);
+#else
   vec3 q = vec3(vertexBits.x & 65535u, vertexBits.x >> 16, vertexBits.y & 65535u);
   ivec3 n = ivec3(vertexBits.www << uvec3(24u, 16u, 8u)) >> 24;
   uint rgba = vertexBits.z;
@@ -27,6 +36,7 @@ void main() {
   vCoverage = float(rgba >> 24) / 255.0;
   vNormal = vec3(n) / 127.0;
   vec4 shown = modelMatrix * vec4(q, 1.0);
+#endif
   vPosition = (T_scan_shown * shown).xyz;
   vec4 seen = viewMatrix * shown;
   vSeen = seen.xyz;
@@ -88,7 +98,7 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/// Two materials over the same uniforms: chunks with colours, and chunks without.
+/// Materials over the same uniforms: for chunks and for tiles, with colours and without.
 export class MeshMaterials {
   constructor() {
     this.uniforms = {
@@ -101,11 +111,13 @@ export class MeshMaterials {
     };
     this.colour = this.material({});
     this.clay = this.material({ CLAY: 1 });
+    this.tile = this.material({ TILE: 1 }, { vertexColors: true });
+    this.clayTile = this.material({ TILE: 1, CLAY: 1 });
   }
 
-  material(defines) {
+  material(defines, more = {}) {
     return new ShaderMaterial({
-      vertexShader: kVertexShader, fragmentShader: kFragmentShader, uniforms: this.uniforms, defines, side: DoubleSide,
+      vertexShader: kVertexShader, fragmentShader: kFragmentShader, uniforms: this.uniforms, defines, side: DoubleSide, ...more,
     });
   }
 
@@ -114,7 +126,7 @@ export class MeshMaterials {
 
   /// The user looks into a room through the backs of its walls, which are not drawn. An object's backs are drawn dark.
   set showsBacks(value) {
-    for (const material of [this.colour, this.clay]) { material.side = value ? DoubleSide : FrontSide; }
+    for (const material of [this.colour, this.clay, this.tile, this.clayTile]) { material.side = value ? DoubleSide : FrontSide; }
   }
 
   get areBacksShown() { return this.colour.side === DoubleSide; }

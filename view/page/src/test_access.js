@@ -16,6 +16,8 @@ export function openToTests(scan, picture, depth, connection) {
     get triangles() { return store?.triangles ?? 0; },
     get vertices() { return store?.vertices ?? 0; },
     get bounds() { return store && !store.extent().isEmpty() ? [store.extent().min.toArray(), store.extent().max.toArray()] : null; },
+    /// Of a mesh in tiles: TilesScene.numbers; else null.
+    get tiles() { return picture?.tiles.numbers ?? null; },
     /// Geometries that the graphics card holds.
     get geometries() { return viewer?.renderer.info.memory.geometries ?? 0; },
     get picturesDrawn() { return viewer?.drawn ?? 0; },
