@@ -7,9 +7,9 @@
 
 #include "acquire/bag/bag_messages.h"
 #include "acquire/bag/bag_metadata.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/numbered_name.h"
-#include "acquire/replay/raw_recording.h"
 #include "core/files/located.h"
 #include "core/files/read_file.h"
 

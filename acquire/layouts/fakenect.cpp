@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "acquire/mcap/byte_appender.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/replay/camera_files.h"
 #include "acquire/replay/layouts.h"
 #include "acquire/replay/picture_codec.h"
-#include "acquire/replay/raw_recording.h"
 #include "acquire/replay/text_numbers.h"
 #include "core/files/ascii_numbers.h"
 #include "core/files/byte_reader.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "acquire/layouts/oni_depth.h"
-#include "acquire/replay/raw_decode.h"
+#include "acquire/raw/raw_decode.h"
 #include "core/files/byte_reader.h"
 
 namespace scanknit {

@@ -4,7 +4,7 @@
 
 #include "acquire/field_of_view.h"
 #include "acquire/layouts/oni_file.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/files/located.h"
 
 namespace scanknit {

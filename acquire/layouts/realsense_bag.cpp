@@ -8,7 +8,7 @@
 
 #include "acquire/bag/bag_messages.h"
 #include "acquire/bag/ros_bag.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/checked_math.h"
 #include "core/files/byte_reader.h"
 #include "core/files/located.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/files/byte_reader.h"
 
 namespace scanknit {

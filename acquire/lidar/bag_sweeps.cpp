@@ -11,8 +11,8 @@
 
 #include "acquire/lidar/cloud_sweep.h"
 #include "acquire/lidar/undo_motion.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/replay/folder.h"
-#include "acquire/replay/raw_recording.h"
 #include "acquire/ros2/frame_poses.h"
 #include "acquire/ros2/ros2_survey.h"
 #include "core/files/located.h"

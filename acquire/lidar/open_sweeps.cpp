@@ -8,9 +8,9 @@
 #include "acquire/lidar/pcap_file.h"
 #include "acquire/lidar/pcap_sweeps.h"
 #include "acquire/lidar/sweep_source.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/recording_format.h"
 #include "acquire/replay/folder.h"
-#include "acquire/replay/raw_recording.h"
 
 namespace scanknit {
 namespace {

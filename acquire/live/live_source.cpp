@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "acquire/replay/raw_decode.h"
+#include "acquire/raw/raw_decode.h"
 #include "acquire/sensor/recognise_sensor.h"
 #include "acquire/sensor/scanner_camera.h"
 #include "acquire/stereo/pair_depth.h"

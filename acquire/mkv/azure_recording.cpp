@@ -1,4 +1,4 @@
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 
 #include <algorithm>
 #include <memory>
@@ -7,9 +7,9 @@
 
 #include "acquire/mkv/azure_calibration.h"
 #include "acquire/mkv/mkv_file.h"
+#include "acquire/raw/raw_decode.h"
 #include "acquire/raw_frame.h"
 #include "acquire/replay/frame_pairing.h"
-#include "acquire/replay/raw_decode.h"
 
 namespace scanknit {
 namespace {

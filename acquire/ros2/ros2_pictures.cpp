@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
+#include "acquire/raw/raw_decode.h"
 #include "acquire/raw_frame.h"
 #include "acquire/replay/picture_codec.h"
-#include "acquire/replay/raw_decode.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "acquire/ros2/rvl.h"
 #include "core/checked_math.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/replay/undistort.h"
 #include "acquire/ros2/frame_poses.h"
 #include "acquire/ros2/ros2_cloud.h"

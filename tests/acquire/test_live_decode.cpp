@@ -3,8 +3,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "acquire/raw/raw_decode.h"
 #include "acquire/replay/frame_pairing.h"
-#include "acquire/replay/raw_decode.h"
 #include "acquire/replay/undistort.h"
 #include "raw_frames.h"
 

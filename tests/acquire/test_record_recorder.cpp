@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "acquire/mcap/mcap_reader.h"
+#include "acquire/raw/raw_decode.h"
 #include "acquire/record/picture_message.h"
 #include "acquire/record/recorder.h"
 #include "acquire/record/repair_recording.h"
-#include "acquire/replay/raw_decode.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 

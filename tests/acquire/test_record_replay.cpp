@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "acquire/mcap/append_file.h"
+#include "acquire/raw/raw_decode.h"
 #include "acquire/record/recording_writer.h"
-#include "acquire/replay/raw_decode.h"
 #include "raw_frames.h"
 #include "test_replay_support.h"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "acquire/bag/bag_messages.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "ros2_bag.h"
 
 namespace scanknit::test {

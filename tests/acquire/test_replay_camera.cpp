@@ -8,10 +8,10 @@
 
 #include "acquire/convert/picture_files.h"
 #include "acquire/mcap/append_file.h"
+#include "acquire/raw/raw_decode.h"
 #include "acquire/record/recording_writer.h"
 #include "acquire/record/ros2_recording_writer.h"
 #include "acquire/replay/picture_codec.h"
-#include "acquire/replay/raw_decode.h"
 #include "acquire/replay/undistort.h"
 #include "acquire/sensor/depth_bias.h"
 #include "acquire/sensor/scanner_camera.h"

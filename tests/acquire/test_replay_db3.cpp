@@ -7,7 +7,7 @@
 #include "acquire/bag/bag_messages.h"
 #include "acquire/bag/bag_metadata.h"
 #include "acquire/bag/sqlite_file.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "db3_bag.h"
 #include "robot_frames.h"
 #include "test_replay_support.h"

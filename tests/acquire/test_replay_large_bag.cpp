@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "acquire/bag/bag_messages.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "db3_bag.h"
 #include "ros1_bag.h"
 #include "ros2_bag.h"

@@ -7,7 +7,7 @@
 
 #include "acquire/mkv/azure_calibration.h"
 #include "acquire/mkv/ebml_reader.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/picture/jpeg_codec.h"
 #include "mkv_writer.h"
 #include "test_replay_support.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/picture/jpeg_codec.h"
 #include "record3d_scene.h"
 #include "test_replay_support.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "core/picture/png_codec.h"
 #include "robot_frames.h"

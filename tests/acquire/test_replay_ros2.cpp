@@ -9,7 +9,7 @@
 #include <limits>
 #include <sstream>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "acquire/ros2/ros2_messages.h"
 #include "acquire/ros2/transform_tree.h"
 #include "core/picture/jpeg_codec.h"

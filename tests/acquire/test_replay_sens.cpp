@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "acquire/mcap/byte_appender.h"
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 #include "core/picture/jpeg_codec.h"
 #include "core/picture/png_codec.h"
 #include "test_replay_support.h"

@@ -1,4 +1,4 @@
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 
 #include "tests/fuzz/play_bytes.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 
 namespace scanknit {
 

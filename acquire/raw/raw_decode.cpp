@@ -1,4 +1,4 @@
-#include "acquire/replay/raw_decode.h"
+#include "acquire/raw/raw_decode.h"
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
-#include "acquire/replay/raw_recording.h"
+#include "acquire/raw/raw_recording.h"
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "acquire/raw/raw_decode.h"
 #include "acquire/replay/frame_pairing.h"
-#include "acquire/replay/raw_decode.h"
 #include "acquire/stereo/pair_depth.h"
 
 namespace scanknit {
