@@ -30,15 +30,6 @@ struct Estimate {
   std::vector<std::size_t> views;
 };
 
-BundleView bundle_view(const BoardView& view, const std::vector<Eigen::Vector2d>& corners_m) {
-  BundleView result;
-  for (const SeenCorner& corner : view.corners) {
-    result.board_m.push_back(corners_m[static_cast<std::size_t>(corner.number)]);
-    result.pixels.push_back(corner.pixel);
-  }
-  return result;
-}
-
 /// The views that are not much less sharp than the sharpest tenth.
 std::vector<std::size_t> sharp_views(const std::vector<BoardView>& views) {
   constexpr double kLeast = 0.6;
@@ -230,6 +221,15 @@ void describe(const Estimate& estimate, const std::vector<BoardView>& views, Cam
 }
 
 }  // namespace
+
+BundleView bundle_view(const BoardView& view, const std::vector<Eigen::Vector2d>& corners_m) {
+  BundleView result;
+  for (const SeenCorner& corner : view.corners) {
+    result.board_m.push_back(corners_m[static_cast<std::size_t>(corner.number)]);
+    result.pixels.push_back(corner.pixel);
+  }
+  return result;
+}
 
 Result<CameraCalibration> calibrate_camera(const std::vector<BoardView>& views, const CalibrationTarget& target,
                                            PictureSize size) {

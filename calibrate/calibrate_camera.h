@@ -7,6 +7,7 @@
 
 #include "acquire/acquire_config.h"
 #include "calibrate/board/find_board.h"
+#include "calibrate/lens/bundle.h"
 #include "calibrate/target/calibration_target.h"
 #include "core/result.h"
 
@@ -18,6 +19,9 @@ struct BoardView {
   std::vector<SeenCorner> corners;
   double sharpness = 0;  ///< BoardSighting::sharpness
 };
+
+/// Its corners, for an estimate. `corners_m`: target_corners() of its board.
+[[nodiscard]] BundleView bundle_view(const BoardView& view, const std::vector<Eigen::Vector2d>& corners_m);
 
 struct PictureSize {
   int width = 0, height = 0;
@@ -39,7 +43,7 @@ struct CameraCalibration {
   double noise_px = 0;  ///< standard deviation of a corner's coordinate: from the residuals, less what was estimated
   std::size_t corners = 0;
   std::vector<UsedView> views;
-  std::vector<std::size_t> sharp;  ///< places in the caller's list, of all views that are sharp
+  std::vector<std::size_t> sharp;                        ///< places in the caller's list, of all views that are sharp
   std::size_t blurred = 0, outlying = 0, redundant = 0;  ///< views that were left out
   std::size_t outlying_corners = 0;
   double covered = 0;  ///< share of the picture's 8 x 6 parts in which a corner was seen

@@ -212,8 +212,7 @@ void warn_of_gaps(const CameraCalibration& calibration, const BoardPictures& pic
   if (pictures.is_recording && !pictures.registered_depth) {
     console.warn(
         "depth has a view of its own, whose lens these pictures do not show, and colour was straightened as the "
-        "recording "
-        "says; to calibrate depth's lens, give a folder of its infrared pictures with --depth");
+        "recording says; to calibrate depth's lens, give a folder of its infrared pictures with --depth");
   }
 }
 
@@ -246,7 +245,6 @@ int calibrate_camera_command(const CalibrateCameraArguments& arguments, const Co
   if (pictures->is_recording && !arguments.is_depth) {
     auto measured = measure_depth(arguments.pictures, loaded->config.acquire, *pictures, found.views, *calibration,
                                   *target, stop_on_signal.token(), cameras);
-    if (stop_on_signal.token().stop_requested()) return kExitInterrupted;
     if (!measured && measured.error().code != ErrorCode::kTooLittle) return fail(measured.error(), common);
     if (measured) {
       depth = std::move(*measured);
@@ -261,16 +259,17 @@ int calibrate_camera_command(const CalibrateCameraArguments& arguments, const Co
   }
   warn_of_gaps(*calibration, *pictures, console);
   const std::string output = arguments.output.string();
+  std::string text;
   if (common.is_json) {
     Json json = summary_json(*calibration, cameras, found, output);
     json["measured_depth"] = depth ? depth_json(*depth, cameras) : Json(nullptr);
-    return print_result(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", common);
+    text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  } else if (common.verbosity != Verbosity::kQuiet) {
+    text = summary_text(*calibration, found, pictures->read) + (depth ? depth_text(*depth, cameras) : "") +
+           fmt::format("Written  {0}\nNext     scanknit run RECORDING --set acquire.camera={0} -o OUT\n", output);
   }
-  if (common.verbosity == Verbosity::kQuiet) return kExitOk;
-  return print_result(
-      summary_text(*calibration, found, pictures->read) + (depth ? depth_text(*depth, cameras) : "") +
-          fmt::format("Written  {0}\nNext     scanknit run RECORDING --set acquire.camera={0} -o OUT\n", output),
-      common);
+  const int printed = text.empty() ? kExitOk : print_result(text, common);
+  return stop_on_signal.token().stop_requested() && printed == kExitOk ? kExitInterrupted : printed;
 }
 
 }  // namespace scanknit

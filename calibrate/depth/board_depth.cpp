@@ -23,11 +23,7 @@ struct ColourPose {
 ColourPose colour_pose(const BoardView& view, const std::vector<Eigen::Vector2d>& corners_m, const LensVector& lens,
                        double corner_noise_px) {
   constexpr double kFarCorner_px = 1;
-  BundleView seen;
-  for (const SeenCorner& corner : view.corners) {
-    seen.board_m.push_back(corners_m[static_cast<std::size_t>(corner.number)]);
-    seen.pixels.push_back(corner.pixel);
-  }
+  BundleView seen = bundle_view(view, corners_m);
   seen.T_camera_board = guess_pose(lens, seen);
   Bundle bundle{lens, {seen}};
   optimise(bundle, FreeLens::kNone, kFarCorner_px);

@@ -17,6 +17,7 @@ namespace {
 // A wave of the field spans four cells or more. 12 by 9 cells show three waves across a picture and two down.
 constexpr int kColumns = 15, kRows = 12;
 constexpr int kNumbers = kColumns * kRows;
+constexpr std::size_t kNumbersAtAPlace = 16;  // four by four B-splines are not 0 at a place
 // Then: colour's delay, and a step of the pose between the cameras.
 constexpr int kShift = 0, kScale = kNumbers, kDelay = 2 * kNumbers, kPose = kDelay + 1, kUnknowns = kPose + 6;
 
@@ -25,12 +26,17 @@ constexpr double kUsualShift_per_m = 0.02, kUsualScale = 0.03, kUsualDelay_s = 0
 constexpr double kUsualBaseline_m = 0.05, kUsualTurn_rad = 0.05;
 constexpr double kUsualShiftBend_per_m = 0.003, kUsualScaleBend = 3e-5;  // of second differences
 
-/// One sample's equation: its entries in the fields, and the others.
+/// What one number of the unknowns counts in an equation.
+struct Entry {
+  int unknown = 0;
+  double weight = 0;
+};
+
+/// That a sample lies on the board's plane. by_delay and by_pose are how 1 / z of the plane changes.
 struct Equation {
-  SplineWeights across, down;
-  double per_m = 0;     ///< what multiplies the entries of `scale`
-  double by_delay = 0;  ///< entries of what moves the plane are subtracted
-  Eigen::Matrix<double, 1, 6> by_pose;
+  std::array<Entry, 2 * kNumbersAtAPlace> fields;  ///< of shift and scale: their sum is the correction of 1 / z
+  double by_delay = 0;
+  Eigen::Matrix<double, 1, 6> by_pose = Eigen::Matrix<double, 1, 6>::Zero();
   double left = 0;  ///< 1 / z of the plane less that of depth
 };
 
@@ -54,6 +60,20 @@ struct System {
   Eigen::VectorXd right = Eigen::VectorXd::Zero(kUnknowns);
 };
 
+/// The entries of both fields at a place of the picture (0 to 1 each way), where depth is 1 / per_m.
+std::array<Entry, 2 * kNumbersAtAPlace> field_entries(double across, double down, double per_m) {
+  const SplineWeights x = spline_weights(across, kColumns), y = spline_weights(down, kRows);
+  std::array<Entry, 2 * kNumbersAtAPlace> entries;
+  for (std::size_t k = 0; k < kNumbersAtAPlace; ++k) {
+    const std::size_t i = k % 4, j = k / 4;
+    const int at = (y.first + static_cast<int>(j)) * kColumns + x.first + static_cast<int>(i);
+    const double weight = y.weights[j] * x.weights[i];
+    entries[2 * k] = {kShift + at, weight};
+    entries[2 * k + 1] = {kScale + at, weight * per_m};
+  }
+  return entries;
+}
+
 Equation equation_of(const DepthSample& sample, const DepthView& view, const Pose& T_depth_board, double delay_s,
                      const CameraIntrinsics& camera) {
   const Eigen::Vector3d normal = T_depth_board.linear().col(2);
@@ -61,9 +81,8 @@ Equation equation_of(const DepthSample& sample, const DepthView& view, const Pos
   const Eigen::Vector3d ray = camera.unproject(sample.pixel.x(), sample.pixel.y(), 1);
   const double plane_per_m = normal.dot(ray) / offset;
   Equation equation;
-  equation.across = spline_weights(spline_position(sample.pixel.x(), camera.width), kColumns);
-  equation.down = spline_weights(spline_position(sample.pixel.y(), camera.height), kRows);
-  equation.per_m = sample.per_m;
+  equation.fields = field_entries(spline_position(sample.pixel.x(), camera.width),
+                                  spline_position(sample.pixel.y(), camera.height), sample.per_m);
   equation.by_pose << -plane_per_m / offset * normal.transpose(), normal.cross(ray).transpose() / offset;
   if (view.motion) {
     equation.by_delay = equation.by_pose.dot((delay_s * view.motion->change - view.motion->speed).transpose());
@@ -83,12 +102,7 @@ Pose pose_of(const DepthView& view, const State& state) {
 /// The correction of 1 / depth at a sample.
 double corrected_by(const Equation& equation, const Eigen::VectorXd& numbers) {
   double sum = 0;
-  for (int k = 0; k < 16; ++k) {
-    const auto j = static_cast<std::size_t>(k / 4), i = static_cast<std::size_t>(k % 4);
-    const int at = (equation.down.first + k / 4) * kColumns + equation.across.first + k % 4;
-    const double weight = equation.down.weights[j] * equation.across.weights[i];
-    sum += weight * (numbers[kShift + at] + equation.per_m * numbers[kScale + at]);
-  }
+  for (const Entry& entry : equation.fields) sum += entry.weight * numbers[entry.unknown];
   return sum;
 }
 
@@ -144,19 +158,11 @@ System prior_of(const State& state, DepthToColour between) {
   return system;
 }
 
-/// The entries of an equation, in the order of the unknowns.
-std::vector<std::pair<int, double>> entries_of(const Equation& equation) {
-  std::vector<std::pair<int, double>> entries;
-  entries.reserve(39);
-  for (int k = 0; k < 16; ++k) {
-    const auto j = static_cast<std::size_t>(k / 4), i = static_cast<std::size_t>(k % 4);
-    const int at = (equation.down.first + k / 4) * kColumns + equation.across.first + k % 4;
-    const double weight = equation.down.weights[j] * equation.across.weights[i];
-    entries.emplace_back(kShift + at, weight);
-    entries.emplace_back(kScale + at, weight * equation.per_m);
-  }
-  entries.emplace_back(kDelay, -equation.by_delay);
-  for (int i = 0; i < 6; ++i) entries.emplace_back(kPose + i, -equation.by_pose[i]);
+/// All entries: what moves the plane is on the other side.
+std::vector<Entry> entries_of(const Equation& equation) {
+  std::vector<Entry> entries(equation.fields.begin(), equation.fields.end());
+  entries.push_back({kDelay, -equation.by_delay});
+  for (int i = 0; i < 6; ++i) entries.push_back({kPose + i, -equation.by_pose[i]});
   return entries;
 }
 
@@ -235,17 +241,14 @@ DepthBias bias_of(const Eigen::VectorXd& numbers) {
 
 /// The mean deviation over the picture at each distance.
 std::array<DepthDeviation, 3> deviations_of(const Eigen::MatrixXd& covariance) {
-  constexpr int kPlaces = 7;
+  constexpr std::size_t kPlaces = 7;  // each way
+  const auto middle = [](std::size_t place) { return (static_cast<double>(place) + 0.5) / kPlaces; };
   std::array<DepthDeviation, 3> result{{{1, 0}, {2, 0}, {4, 0}}};
   for (DepthDeviation& at : result) {
-    for (int place = 0; place < kPlaces * kPlaces; ++place) {
-      Equation equation;
-      equation.across = spline_weights((place % kPlaces + 0.5) / kPlaces, kColumns);
-      equation.down = spline_weights((place / kPlaces + 0.5) / kPlaces, kRows);  // NOLINT(bugprone-integer-division)
-      equation.per_m = 1 / at.distance_m;
-      equation.by_pose.setZero();
+    for (std::size_t place = 0; place < kPlaces * kPlaces; ++place) {
       Eigen::VectorXd row = Eigen::VectorXd::Zero(kUnknowns);
-      for (const auto& [i, a] : entries_of(equation)) row[i] = a;
+      const auto entries = field_entries(middle(place % kPlaces), middle(place / kPlaces), 1 / at.distance_m);
+      for (const Entry& entry : entries) row[entry.unknown] = entry.weight;
       const double per_m = std::sqrt(std::max(0.0, row.dot(covariance * row)));
       at.deviation_m += at.distance_m * at.distance_m * per_m / (kPlaces * kPlaces);
     }

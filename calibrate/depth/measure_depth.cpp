@@ -13,8 +13,10 @@
 namespace scanknit {
 namespace {
 
+// A focal length that is wrong by a share moves the board by that share. At 0.7 m, where a board of A4 is seen, this is
+// a quarter of the error of a sensor that is wrong by 1.5 % at 4 m.
 constexpr double kMostFocal_share = 0.0006;
-constexpr double kMostError_share = 0.0025;  // of 4 m
+constexpr double kMostError_share = 0.0025;  // of 4 m: a sixth of the error of such a sensor
 constexpr double kMostDelay_s = 0.001;
 constexpr double kMostBaseline_m = 0.002;
 constexpr double kMostTurn_rad = 0.2 * kDegree;
