@@ -7,8 +7,8 @@
 namespace scanknit {
 
 // fits_*: true if the folder has this layout. list_*: its pictures; masks only where the layout's file names them.
-// Errors (kInput) name the file. Neither opens a picture,
-// but one of transforms.json, if that does not say its size.
+// Errors (kInput) name the file. Neither opens a picture, but list_transforms_pictures()
+// the first one, if its size is not stated.
 
 [[nodiscard]] bool fits_transforms_pictures(const Folder& folder);
 [[nodiscard]] Result<PictureSet> list_transforms_pictures(const Folder& folder, const AcquireConfig& config);

@@ -326,8 +326,8 @@ std::vector<ConfigKey> extract_keys() {
       memory(
           {"extract.memory_budget", "",
            "Memory for a volume file and its mesh. auto: as fusion.memory_budget has it. A volume whose samples need "
-           "more than half of it is read a few "
-           "slices at a time, 26 at least, and its mesh goes to disk: .ply or .stl only. The part of the mesh that is "
+           "more than half of it is read a few slices at a time, 26 at least, and its mesh goes to disk: .ply or .stl "
+           "only. The part of the mesh that is "
            "held between two steps comes on top. A .vdb is loaded whole, whatever it needs."},
           {1, 1 << 24}, [](auto& c) -> auto& { return c.extract.memory_budget_mib; }),
   };

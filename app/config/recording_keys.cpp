@@ -87,9 +87,8 @@ std::vector<ConfigKey> mask_keys() {
       {"acquire.masks", "",
        "The folder of masks, as seen from the recording's: pictures with the names of depth or colour, white where the "
        "thing is; or alpha: the colour pictures' own; or chroma: what is not of the green or blue screen behind the "
-       "thing. "
-       "Only depth within them is fused. auto: all depth, or what "
-       "acquire.background says; of silhouettes what the layout names, else masks, mask or silhouettes, else the "
+       "thing. Only depth within them is fused. auto: all depth, or what acquire.background says; of silhouettes what "
+       "the layout names, else masks, mask or silhouettes, else the "
        "pictures' own alpha."});
   bind_optional<std::string>(
       masks, [](auto& c) -> auto& { return c.acquire.masks; });
@@ -110,8 +109,7 @@ std::vector<ConfigKey> mask_keys() {
           {"acquire.geometry", "",
            "What becomes the volume. depth: depth pictures are fused; silhouettes: pictures without depth, from known "
            "places, carve a visual hull out of their masks; stereo: pairs of pictures of one rig become depth, also "
-           "the infrared "
-           "pairs of a RealSense that is plugged in."},
+           "the infrared pairs of a RealSense that is plugged in."},
           {{"depth", Geometry::kDepth}, {"silhouettes", Geometry::kSilhouettes}, {"stereo", Geometry::kStereo}},
           [](auto& c) -> auto& { return c.acquire.geometry; }),
       std::move(masks),

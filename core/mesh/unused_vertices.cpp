@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace scanknit {
+
 void drop_unused_vertices(Mesh& mesh) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> new_index(mesh.positions_m.size(), kUnused);

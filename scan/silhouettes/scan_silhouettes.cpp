@@ -74,8 +74,7 @@ class SilhouetteScan {
     if (!has_poses_ && !job_.config.turntable.is_enabled) {
       return Error{ErrorCode::kInput,
                    "the pictures have no poses: add trajectory.log, or trajectory.txt in TUM's format, or, if a thing "
-                   "turned before a camera that stood "
-                   "still, set turntable.enabled",
+                   "turned before a camera that stood still, set turntable.enabled",
                    job_.input.string()};
     }
     auto read = read_silhouettes(*set, job_.config, session_);
