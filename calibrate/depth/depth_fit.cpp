@@ -74,6 +74,11 @@ std::array<Entry, 2 * kNumbersAtAPlace> field_entries(double across, double down
   return entries;
 }
 
+std::array<Entry, 2 * kNumbersAtAPlace> field_entries(const Eigen::Vector2d& pixel, const CameraIntrinsics& camera,
+                                                      double per_m) {
+  return field_entries(spline_position(pixel.x(), camera.width), spline_position(pixel.y(), camera.height), per_m);
+}
+
 Equation equation_of(const DepthSample& sample, const DepthView& view, const Pose& T_depth_board, double delay_s,
                      const CameraIntrinsics& camera) {
   const Eigen::Vector3d normal = T_depth_board.linear().col(2);
@@ -81,8 +86,7 @@ Equation equation_of(const DepthSample& sample, const DepthView& view, const Pos
   const Eigen::Vector3d ray = camera.unproject(sample.pixel.x(), sample.pixel.y(), 1);
   const double plane_per_m = normal.dot(ray) / offset;
   Equation equation;
-  equation.fields = field_entries(spline_position(sample.pixel.x(), camera.width),
-                                  spline_position(sample.pixel.y(), camera.height), sample.per_m);
+  equation.fields = field_entries(sample.pixel, camera, sample.per_m);
   equation.by_pose << -plane_per_m / offset * normal.transpose(), normal.cross(ray).transpose() / offset;
   if (view.motion) {
     equation.by_delay = equation.by_pose.dot((delay_s * view.motion->change - view.motion->speed).transpose());
@@ -175,8 +179,10 @@ OwnPose add_view(const DepthView& view, const PoseVector& off_before, const Stat
   Eigen::Matrix<double, Eigen::Dynamic, 6> mixed = Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(kUnknowns, 6);
   const Pose T_depth_board = pose_of(view, state);
   for (const DepthSample& sample : view.samples) {
-    const Equation equation = equation_of(sample, view, T_depth_board, state.delay_s, camera);
+    Equation equation = equation_of(sample, view, T_depth_board, state.delay_s, camera);
     const double residual = equation.left - corrected_by(equation, state.numbers) + equation.by_pose.dot(off_before);
+    // Depth's noise stays on one side: where it also weighs the scale, it pulls it (errors in variables, Fuller 1987).
+    equation.fields = field_entries(sample.pixel, camera, sample.per_m + residual);
     const double weight =
         std::min(1.0, kHuber / std::max(std::abs(residual) / noise_per_m, 1e-12)) / (noise_per_m * noise_per_m);
     const auto entries = entries_of(equation);
