@@ -18,7 +18,7 @@ required_packages=(
   libboost-dev libeigen3-dev libhwy-dev libopencv-dev libopenvdb-dev libmeshoptimizer-dev libpcl-dev libtbb-dev libtinygltf-dev
   libgdcm-dev libinsighttoolkit5-dev libjpeg62-turbo-dev libpng-dev zlib1g-dev
   libfreenect-dev libusb-1.0-0-dev libbz2-dev liblz4-dev libzstd-dev
-  libcli11-dev libfmt-dev libkainjow-mustache-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev
+  libcli11-dev libfmt-dev libocct-data-exchange-dev libkainjow-mustache-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev
   esbuild libqrcodegencpp-dev
 )
 test_packages=(

@@ -1,4 +1,4 @@
-# What is installed, by component: runtime (the program and the rooms), dev (for find_package and pkg-config), openni2
+# What is installed, by component: runtime (the program and the rooms), dev (for find_package and pkg-config), openni2, step
 # and python. A component is a Debian package: cmake/Package.cmake.
 include(CMakePackageConfigHelpers)
 

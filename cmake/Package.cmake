@@ -35,7 +35,7 @@ function(scanknit_package component)
 endfunction()
 
 set(same_version "= ${PROJECT_VERSION}")
-scanknit_package(runtime NAME scanknit SECTION graphics SUGGESTS "scanknit-openni2"
+scanknit_package(runtime NAME scanknit SECTION graphics SUGGESTS "scanknit-openni2, scanknit-step"
   SUMMARY "coloured meshes from depth cameras"
   TEXT "ScanKnit fuses the frames of a depth camera, live or recorded, with their
 poses or tracked, into a signed distance volume and writes a manifold, coloured
@@ -59,6 +59,14 @@ if(TARGET scanknit_openni2)
 writes a manifold, coloured mesh of it.
 .
 This package lets it use cameras that have an OpenNI2 driver.")
+endif()
+if(TARGET scanknit_step_reader)
+  scanknit_package(step NAME scanknit-step SECTION graphics DEPENDS "scanknit (${same_version})"
+    SUMMARY "coloured meshes from depth cameras (STEP)"
+    TEXT "ScanKnit fuses the frames of a depth camera into a signed distance volume and
+writes a manifold, coloured mesh of it.
+.
+This package lets it compare meshes with the STEP models of CAD programs.")
 endif()
 if(TARGET scanknit_python)
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")  # an extension is made for one minor version

@@ -43,7 +43,8 @@ PlacementPlan plan_placement(MeshFormat format, const ExportConfig& config, UpAx
       return {format, {up_rotation(from, UpAxis::kZ), scale, "millimetres"}, "millimetres, Z up"};
     }
     case MeshFormat::kPly:
-    case MeshFormat::kObj: break;
+    case MeshFormat::kObj:
+    case MeshFormat::kStep: break;
   }
   const char* own_axes = file_unit_m ? ", the volume's own axes" : ", the recording's world";
   if (!config.up) return {format, {up_rotation(from, from), 1, unit}, unit + own_axes};

@@ -106,7 +106,7 @@ int distance_command(const DistanceArguments& arguments, const CommonArguments& 
   }
   if (std::filesystem::is_regular_file(truth, ignored)) {
     return fail({ErrorCode::kInput,
-                 "no kind of mesh that is read; expected .stl, .ply, .obj or .glb (export a STEP model as STL), or the "
+                 "no kind of mesh that is read; expected .stl, .ply, .obj, .glb or .step, or the "
                  "folder of a synthetic recording",
                  truth.string()},
                 common);
@@ -114,8 +114,9 @@ int distance_command(const DistanceArguments& arguments, const CommonArguments& 
   if (!comparison.is_default()) {
     return fail(
         {ErrorCode::kUsage,
-         fmt::format("{}: alignment, units, tolerance and -o need a mesh (.stl, .ply, .obj, .glb) as the reference",
-                     truth.string())},
+         fmt::format(
+             "{}: alignment, units, tolerance and -o need a mesh (.stl, .ply, .obj, .glb, .step) as the reference",
+             truth.string())},
         common);
   }
   auto mesh = read_mesh(mesh_file);

@@ -17,8 +17,8 @@ using Path = std::filesystem::path;
 
 /// True for file formats that ScanKnit does not write. A path with any other unknown extension names a folder.
 bool is_foreign_file(const Path& path) {
-  static constexpr std::array kEndings = {".gltf", ".fbx",  ".dae", ".off", ".usd", ".usdz", ".vdb",
-                                          ".png",  ".json", ".txt", ".pcd", ".xyz", ".zip"};
+  static constexpr std::array kEndings = {".gltf", ".fbx", ".dae", ".off", ".usd", ".usdz", ".vdb", ".png",
+                                          ".json", ".txt", ".pcd", ".xyz", ".zip", ".step", ".stp"};
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });

@@ -23,6 +23,7 @@ UpAxis usual_up(const std::filesystem::path& file) {
     case MeshFormat::kGlb: return UpAxis::kY;
     case MeshFormat::kStl:
     case MeshFormat::kTiles:
+    case MeshFormat::kStep:
     case MeshFormat::kThreeMf: return UpAxis::kZ;
     case MeshFormat::kPly:
     case MeshFormat::kObj: break;

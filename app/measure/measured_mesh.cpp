@@ -12,7 +12,9 @@
 namespace scanknit {
 
 MeshUnit usual_unit(const std::filesystem::path& file) {
-  return mesh_format(file) == MeshFormat::kStl ? MeshUnit::kMillimetre : MeshUnit::kMetre;
+  const auto format = mesh_format(file);
+  const bool is_millimetre = format == MeshFormat::kStl || format == MeshFormat::kStep;
+  return is_millimetre ? MeshUnit::kMillimetre : MeshUnit::kMetre;
 }
 
 Result<MeasuredMesh> read_measured_mesh(const std::filesystem::path& file, std::optional<MeshUnit> unit) {
@@ -21,7 +23,10 @@ Result<MeasuredMesh> read_measured_mesh(const std::filesystem::path& file, std::
   if (!mesh) return mesh.error();
   if (notes.has_texture_coordinates) stitch_seams(*mesh);
   drop_unused_vertices(*mesh);
-  MeasuredMesh measured{*std::move(mesh), unit.value_or(usual_unit(file)), unit.has_value(), {}};
+  MeasuredMesh measured{*std::move(mesh),
+                        unit.value_or(usual_unit(file)),
+                        unit.has_value() || mesh_format(file) == MeshFormat::kStep,
+                        {}};
   for (const std::string& warning : notes.warnings) {
     measured.warnings.push_back(fmt::format("{}: {}", file.string(), warning));
   }

@@ -15,12 +15,12 @@ namespace scanknit {
 struct MeasuredMesh {
   Mesh mesh;  ///< metres, the file's axes
   MeshUnit unit = MeshUnit::kMetre;
-  bool is_unit_given = false;
+  bool is_unit_given = false;         ///< by the caller or, in a STEP model, by the file
   std::vector<std::string> warnings;  ///< of parts of the file that were not read
 };
 
-/// The unit of a file's numbers where none is given: STL millimetres, all other formats metres, as ScanKnit writes
-/// them.
+/// The unit of a mesh's numbers where none is given: STL and STEP millimetres, all other formats metres, as ScanKnit
+/// writes them.
 [[nodiscard]] MeshUnit usual_unit(const std::filesystem::path& file);
 
 /// Joins the seams of a texture, and leaves out vertices without a triangle. Errors: kInput

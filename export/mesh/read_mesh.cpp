@@ -8,6 +8,7 @@
 #include "export/mesh/mesh_builder.h"
 #include "export/mesh/mesh_extension.h"
 #include "export/mesh/mesh_readers.h"
+#include "export/step/step_reader.h"
 
 namespace scanknit {
 namespace {
@@ -18,6 +19,7 @@ Result<Mesh> read_as(MeshFormat format, std::string_view bytes, const Limits& li
     case MeshFormat::kPly: return read_ply(bytes, limits, notes);
     case MeshFormat::kObj: return read_obj(bytes, limits);
     case MeshFormat::kStl: return read_stl(bytes, limits);
+    case MeshFormat::kStep: return read_step(bytes, limits, notes);
     case MeshFormat::kTiles: return input_error("3D Tiles are written only: take the GLB or PLY of the same mesh");
     case MeshFormat::kThreeMf:
       return input_error("3MF is written only, for slicers: take the GLB or PLY of the same mesh");

@@ -1,4 +1,5 @@
-// Reads a mesh: PLY (ASCII, binary in both byte orders), OBJ (triangulates polygons as fans), STL (ASCII, binary), GLB.
+// Reads a mesh: PLY (ASCII, binary in both byte orders), OBJ (triangulates polygons as fans), STL (ASCII, binary), GLB,
+// and the surfaces of a STEP model.
 #pragma once
 
 #include <filesystem>
@@ -22,9 +23,10 @@ struct MeshNotes {
 
 /// The mesh in the file's own coordinates and unit (STL: the plain numbers). Welds bit-equal vertices of an STL. For a
 /// GLB, converts colours from linear to sRGB, applies node transforms, joins the primitives of a mesh where they were
-/// cut, and gives a textured vertex the colour of its texel. Adds to `notes`. Errors (kInput): unreadable, not the
-/// format, counts beyond `limits`, an index out of range, a position that is not finite, truncated; kBudget: it does
-/// not fit into memory. A normal that is not finite becomes zero: unknown.
+/// cut, and gives a textured vertex the colour of its texel. A STEP model is in millimetres, whatever unit it states.
+/// Adds to `notes`. Errors (kInput): unreadable, not the format, counts beyond `limits`, an index out of range, a
+/// position that is not finite, truncated; kBudget: it does not fit into memory. A normal that is not finite becomes
+/// zero: unknown.
 [[nodiscard]] Result<Mesh> read_mesh(const std::filesystem::path& path, const Limits& limits = {},
                                      MeshNotes* notes = nullptr);
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <span>
 
@@ -15,44 +14,6 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 84;  // 80 of free text, then the number of facets
 constexpr std::size_t kFacetBytes = 50;   // normal, three corners, attribute
-
-/// The position's bits, so that "equal" is exact; a corner of the soup knows where it stands in it.
-struct SoupCorner {
-  std::array<std::uint32_t, 3> bits;
-  std::uint32_t place;
-};
-
-/// Joins equal corners. Vertices are numbered in the order of their first corner. Sorting, not hashing: no input
-/// makes it slow.
-Mesh weld(std::span<const Eigen::Vector3f> soup) {
-  std::vector<SoupCorner> corners(soup.size());
-  for (std::uint32_t i = 0; i < soup.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const float coordinate = soup[i][axis] + 0.0f;  // -0 becomes 0: the one pair of equal numbers with other bits
-      corners[i].bits[static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(coordinate);
-    }
-    corners[i].place = i;
-  }
-  std::sort(corners.begin(), corners.end(), [](const SoupCorner& a, const SoupCorner& b) {
-    return std::tie(a.bits, a.place) < std::tie(b.bits, b.place);
-  });
-  std::vector<std::uint32_t> first_place(soup.size());
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const bool is_repeat = i > 0 && corners[i].bits == corners[i - 1].bits;
-    first_place[corners[i].place] = is_repeat ? first_place[corners[i - 1].place] : corners[i].place;
-  }
-  Mesh mesh;
-  mesh.triangles.resize(soup.size() / 3);
-  std::vector<std::uint32_t> vertex(soup.size());
-  for (std::uint32_t i = 0; i < soup.size(); ++i) {
-    if (first_place[i] == i) {
-      vertex[i] = static_cast<std::uint32_t>(mesh.positions_m.size());
-      mesh.positions_m.push_back(soup[i]);
-    }
-    mesh.triangles[i / 3][i % 3] = vertex[first_place[i]];
-  }
-  return mesh;
-}
 
 /// The facet count of the header, when the file is as long as that makes a binary STL. ASCII files begin with "solid",
 /// but so do some binary ones: the length decides.

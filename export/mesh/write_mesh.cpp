@@ -65,6 +65,7 @@ Result<void> write_as(const PlacementPlan& plan, const Mesh& mesh, const ExportC
     case MeshFormat::kStl: return write_stl(mesh, plan.placement, file);
     case MeshFormat::kThreeMf: return write_3mf(mesh, plan.placement, file);
     case MeshFormat::kTiles: break;  // no single file
+    case MeshFormat::kStep: break;   // read only
   }
   return Error{ErrorCode::kInternal, "a format without a writer"};
 }
@@ -79,6 +80,7 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
   if (extension == ".stl") return MeshFormat::kStl;
   if (extension == ".3mf") return MeshFormat::kThreeMf;
   if (extension == ".tiles") return MeshFormat::kTiles;
+  if (extension == ".step" || extension == ".stp") return MeshFormat::kStep;
   return std::nullopt;
 }
 
@@ -98,7 +100,7 @@ Result<WrittenFile> write_mesh(const Mesh& mesh, const std::filesystem::path& pa
                                UpAxis world_up, std::optional<double> file_unit_m, const MeshTexture* texture,
                                std::span<const float> uncertainty_m) {
   const std::optional<MeshFormat> format = mesh_format(path);
-  if (!format) {
+  if (!format || *format == MeshFormat::kStep) {
     return Error{ErrorCode::kOutput,
                  fmt::format("unknown mesh extension '{}'; known are {}", path.extension().string(), kMeshExtensions),
                  path.string()};

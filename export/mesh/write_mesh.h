@@ -43,7 +43,7 @@ struct WrittenFile {
 /// True for a path that ends in .tiles, in any case: a folder of 3D Tiles.
 [[nodiscard]] bool is_tiles_path(const std::filesystem::path& path);
 
-/// True for a path that ends in one of .glb .ply .obj .stl .3mf .tiles, in any case.
+/// True for a path that ends in one of .glb .ply .obj .stl .3mf .tiles .step .stp, in any case.
 [[nodiscard]] bool is_mesh_path(const std::filesystem::path& path);
 
 }  // namespace scanknit

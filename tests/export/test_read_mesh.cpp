@@ -215,7 +215,8 @@ TEST(ReadMesh, NamesTheFile) {
 }
 
 TEST(ReadMesh, UnknownExtensionNamesTheKnown) {
-  EXPECT_EQ(read_mesh("m.fbx").error().message, "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl");
+  EXPECT_EQ(read_mesh("m.fbx").error().message,
+            "unknown mesh extension '.fbx'; known are .glb .ply .obj .stl .step .stp");
 }
 
 TEST(ReadMesh, RefusesAFileBeyondTheLimit) {

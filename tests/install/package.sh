@@ -61,10 +61,14 @@ HoldsWhatItShould() {
   if [ -e "$(package scanknit-openni2)" ]; then
     expect_files scanknit-openni2 'usr/lib/(.*/)?scanknit/libscanknit_openni2\.so'
   fi
-  # A program that needs no driver of OpenNI2 does not ask for it.
+  if [ -e "$(package scanknit-step)" ]; then
+    expect_files scanknit-step 'usr/lib/(.*/)?scanknit/libscanknit_step_reader\.so'
+  fi
+  # A program that needs no driver of OpenNI2 and no CAD library does not ask for them.
   local bytes depends
   depends="$(dpkg-deb -f "$(package scanknit)" Depends)"
   [[ "$depends" != *openni* ]] || fail "scanknit depends on OpenNI2"
+  [[ "$depends" != *occt* ]] || fail "scanknit depends on Open CASCADE"
   bytes="$(stat -c %s "$(package scanknit)")"
   [ "$bytes" -lt 8000000 ] || fail "scanknit has $bytes bytes"
   echo "scanknit: $bytes bytes; $depends"

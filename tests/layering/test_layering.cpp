@@ -198,6 +198,7 @@ const std::map<std::string, std::set<std::string>> kHomes = {
     {"metaImage.h", {"extract/volume/itk_headers.cpp"}},
     {"nifti1_io.h", {"extract/volume/itk_headers.cpp"}},
     {"tiny_gltf.h", {"export/glb/glb_accessor.cpp", "export/glb/glb_reader_module.cpp", "export/glb/glb_texture.cpp"}},
+    {"STEPControl_Reader.hxx", {"export/step/step_reader_module.cpp"}},
     {"kainjow", {"export"}},
     {"nlohmann", {"acquire", "synth", "export", "view", "app"}},
     {"yaml-cpp", {"app"}},
