@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquire/masks/masks_opencv.h"
 #include "core/files/located.h"
 #include "core/files/read_file.h"
 #include "core/median.h"
@@ -63,6 +64,7 @@ std::vector<Chroma> rim_of(const ColourImage& picture) {
 MaskOrigin mask_origin(const AcquireConfig& config) {
   if (config.masks == kAlphaMasks) return MaskOrigin::kAlpha;
   if (config.masks == kChromaMasks) return MaskOrigin::kChroma;
+  if (config.masks == kGrabCutMasks) return MaskOrigin::kGrabCut;
   if (config.masks) return MaskOrigin::kFiles;
   return config.background ? MaskOrigin::kDifference : MaskOrigin::kNone;
 }
@@ -121,12 +123,33 @@ Result<Mask> chroma_key(const ColourImage& picture) {
   return mask;
 }
 
+Result<Mask> grab_cut(const ColourImage& picture) {
+  constexpr double kRim = 1.0 / 16;
+  const auto opencv = load_masks_opencv();
+  if (!opencv) return opencv.error();
+  if (auto mask = (*opencv)->grab_cut(picture, kRim)) return *std::move(mask);
+  return found_mask_error("GrabCut cannot cut this picture: it is too small, or of one colour");
+}
+
 Result<Mask> alpha_of(std::span<const std::byte> bytes, const Limits& limits) {
   const auto file = check_png(bytes, limits);
   if (!file || !file->header.has_alpha) {
     return found_mask_error("the picture has no alpha: expected a PNG with an alpha channel");
   }
   return decode_png_alpha(*file);
+}
+
+Result<Mask> find_mask(MaskOrigin origin, const ColourImage& picture, std::span<const std::byte> encoded,
+                       const EmptyPicture& empty, const Limits& limits) {
+  switch (origin) {
+    case MaskOrigin::kChroma: return chroma_key(picture);
+    case MaskOrigin::kGrabCut: return grab_cut(picture);
+    case MaskOrigin::kDifference: return difference(picture, empty);
+    case MaskOrigin::kAlpha: return alpha_of(encoded, limits);
+    case MaskOrigin::kNone:
+    case MaskOrigin::kFiles: break;
+  }
+  return found_mask_error("no mask is found in pictures without acquire.masks or acquire.background");
 }
 
 Result<void> check_silhouette(const Mask& mask) {

@@ -31,19 +31,16 @@ std::string size_of(const Picture& picture) {
 Result<Mask> mask_of(const PlacedPicture& picture, const std::vector<std::byte>& bytes, const ColourImage& colour,
                      const EmptyPicture& empty, const AcquireConfig& config) {
   if (!picture.mask.empty()) return read_mask(picture.mask, config);
-  if (mask_origin(config) == MaskOrigin::kChroma) {
-    auto mask = chroma_key(colour);
-    return mask ? std::move(mask) : Result<Mask>(located(mask.error(), picture.picture));
-  }
-  if (!empty.empty() && mask_origin(config) != MaskOrigin::kAlpha) {
-    auto mask = difference(colour, empty);
+  const MaskOrigin origin = mask_origin(config);
+  if (origin == MaskOrigin::kChroma || origin == MaskOrigin::kGrabCut || origin == MaskOrigin::kDifference) {
+    auto mask = find_mask(origin, colour, bytes, empty, config.limits);
     return mask ? std::move(mask) : Result<Mask>(located(mask.error(), picture.picture));
   }
   if (auto mask = alpha_of(bytes, config.limits)) return mask;
   return mask_error(
       "no mask of this picture: expected " + picture.picture.stem().string() +
-          ".png in masks/, a picture with alpha, a screen of one colour (acquire.masks=chroma), or an empty picture "
-          "(acquire.background)",
+          ".png in masks/, a picture with alpha, a screen of one colour (acquire.masks=chroma), an empty picture "
+          "(acquire.background), or a thing that stands out (acquire.masks=grabcut)",
       picture.picture);
 }
 

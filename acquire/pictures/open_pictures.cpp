@@ -44,7 +44,7 @@ Result<AcquireConfig> with_colour_camera(const AcquireConfig& config) {
 void find_masks(const AcquireConfig& config, PictureSet& set) {
   const MaskOrigin origin = mask_origin(config);
   for (PlacedPicture& picture : set.pictures) {
-    if (origin == MaskOrigin::kAlpha || origin == MaskOrigin::kChroma) {
+    if (origin == MaskOrigin::kAlpha || origin == MaskOrigin::kChroma || origin == MaskOrigin::kGrabCut) {
       picture.mask.clear();
       continue;
     }

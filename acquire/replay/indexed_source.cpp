@@ -290,17 +290,15 @@ OrDrop<Mask> IndexedSource::read_mask_file(const FrameEntry& entry) const {
 OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const DecodedFrame& decoded,
                                                 const CameraIntrinsics& depth_camera) const {
   const bool is_alpha = masks_ == MaskOrigin::kAlpha;
-  const bool is_chroma = masks_ == MaskOrigin::kChroma;
-  const char* key = is_alpha ? "acquire.masks: alpha" : is_chroma ? "acquire.masks: chroma" : "acquire.background";
+  const std::string key = masks_ == MaskOrigin::kDifference ? "acquire.background" : "acquire.masks: " + *config_.masks;
   if (decoded.colour.empty()) {
-    return make_drop(DropReason::kMissingFile, std::string(key) + " needs a colour picture, which this frame has not",
-                     entry.depth);
+    return make_drop(DropReason::kMissingFile, key + " needs a colour picture, which this frame has not", entry.depth);
   }
   const ScannerCamera& stated = stated_cameras(config_);
   const CameraIntrinsics camera = colour_camera(decoded, {depth_camera, {}}, stated).intrinsics;
   if (!sees_the_same(camera, colour_pose(decoded, stated), depth_camera)) {
     return make_drop(DropReason::kNoIntrinsics,
-                     std::string(key) +
+                     key +
                          " needs colour in the depth camera's view, but this recording's colour camera "
                          "sees another; give a folder of masks of the depth pictures (acquire.masks)",
                      entry.colour);
@@ -309,9 +307,8 @@ OrDrop<Mask> IndexedSource::find_mask_in_colour(const FrameEntry& entry, const D
     return make_drop(DropReason::kUnreadable, "this recording's colour has no alpha (acquire.masks: alpha)",
                      entry.colour);
   }
-  auto mask = is_alpha    ? alpha_of(*decoded.encoded_colour, config_.limits)
-              : is_chroma ? chroma_key(decoded.colour)
-                          : difference(decoded.colour, empty_);
+  const auto encoded = is_alpha ? std::span<const std::byte>(*decoded.encoded_colour) : std::span<const std::byte>();
+  auto mask = find_mask(masks_, decoded.colour, encoded, empty_, config_.limits);
   if (!mask) return make_drop(DropReason::kUnreadable, mask.error().message + " (" + key + ")", entry.colour);
   return *std::move(mask);
 }

@@ -87,7 +87,8 @@ std::vector<ConfigKey> mask_keys() {
       {"acquire.masks", "",
        "The folder of masks, as seen from the recording's: pictures with the names of depth or colour, white where the "
        "thing is; or alpha: the colour pictures' own; or chroma: what is not of the green or blue screen behind the "
-       "thing. Only depth within them is fused. auto: all depth, or what acquire.background says; of silhouettes what "
+       "thing; or grabcut: what stands out from the picture's rim. Only depth within them is fused. auto: all depth, "
+       "or what acquire.background says; of silhouettes what "
        "the layout names, else masks, mask or silhouettes, else the "
        "pictures' own alpha."});
   bind_optional<std::string>(
