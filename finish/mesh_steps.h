@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -25,18 +26,18 @@ struct PiecesRemoved {
 /// bounding box has a diagonal below `min_size_m`. The largest piece stays. The order of the rest is unchanged.
 PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mesh);
 
-/// The vertices of the pieces whose area is less than `max_share` of the largest one's, ascending.
-[[nodiscard]] std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh);
-
 /// The frames that have a reading of a vertex, and those that confirm it.
 struct Confirmation {
   std::uint16_t readings = 0, views = 0;
 };
+/// Those of some of a mesh's vertices, in their order.
+using ConfirmationsOf = std::function<std::vector<Confirmation>(std::span<const std::uint32_t> vertices)>;
 
-/// Removes the pieces whose vertices, on average, fewer than `least_views` frames confirm, or less than `least_share`
-/// of the frames that have a reading. The largest piece stays. `confirmed`: of each vertex.
-PiecesRemoved remove_unconfirmed_pieces(std::span<const Confirmation> confirmed, double least_views, double least_share,
-                                        Mesh& mesh);
+/// Removes the pieces whose area is less than `max_share` of the largest one's and whose vertices, on average, fewer
+/// than `least_views` frames confirm, or less than `least_share` of the frames that have a reading. The largest piece
+/// stays. `confirmations_of` is asked about the vertices of small pieces alone, ascending, 65,536 at a time.
+PiecesRemoved remove_unconfirmed_pieces(double max_share, const ConfirmationsOf& confirmations_of, double least_views,
+                                        double least_share, Mesh& mesh);
 
 /// What a mesh loses without the triangles marked with 1: these triangles, their area, and the pieces that vanish
 /// completely.

@@ -84,30 +84,33 @@ PiecesRemoved remove_small_pieces(double min_share, double min_size_m, Mesh& mes
   return pieces.remove(mesh, [&](std::size_t i) { return pieces.is_small(i, min_share, min_size_m); });
 }
 
-std::vector<std::uint32_t> vertices_of_small_pieces(double max_share, const Mesh& mesh) {
-  const Pieces pieces(mesh);
-  std::vector<std::uint32_t> vertices;
-  for (std::uint32_t i = 0; i < mesh.positions_m.size(); ++i) {
-    if (pieces[pieces.of(i)].area_m2 < max_share * pieces.largest_area_m2()) vertices.push_back(i);
-  }
-  return vertices;
-}
-
-PiecesRemoved remove_unconfirmed_pieces(std::span<const Confirmation> confirmed, double least_views, double least_share,
-                                        Mesh& mesh) {
-  SCANKNIT_CHECK(confirmed.size() == mesh.positions_m.size());
+PiecesRemoved remove_unconfirmed_pieces(double max_share, const ConfirmationsOf& confirmations_of, double least_views,
+                                        double least_share, Mesh& mesh) {
+  constexpr std::size_t kAtOnce = 65'536;
   struct Sums {
-    double vertices = 0, readings = 0, views = 0;
+    double vertices = 0, readings = 0, views = 0;  // whole numbers: exact in any order
   };
   Pieces pieces(mesh);
   std::vector<Sums> sums(pieces.count());
-  for (std::uint32_t i = 0; i < confirmed.size(); ++i) {
-    Sums& of_piece = sums[pieces.of(i)];
-    ++of_piece.vertices;
-    of_piece.readings += confirmed[i].readings;
-    of_piece.views += confirmed[i].views;
+  std::vector<std::uint32_t> asked;
+  const auto add_asked = [&] {
+    const std::vector<Confirmation> confirmed = confirmations_of(asked);
+    SCANKNIT_CHECK(confirmed.size() == asked.size());
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      Sums& of_piece = sums[pieces.of(asked[i])];
+      ++of_piece.vertices;
+      of_piece.readings += confirmed[i].readings;
+      of_piece.views += confirmed[i].views;
+    }
+    asked.clear();
+  };
+  for (std::uint32_t i = 0; i < mesh.positions_m.size(); ++i) {
+    if (!(pieces[pieces.of(i)].area_m2 < max_share * pieces.largest_area_m2())) continue;
+    asked.push_back(i);
+    if (asked.size() == kAtOnce) add_asked();
   }
-  return pieces.remove(mesh, [&](std::size_t i) {
+  if (!asked.empty()) add_asked();
+  return pieces.remove(mesh, [&](std::size_t i) {  // the sums of large pieces are zero: they stay
     return sums[i].views < least_views * sums[i].vertices || sums[i].views < least_share * sums[i].readings;
   });
 }

@@ -72,6 +72,7 @@ SurfaceFit fit_surface(const Mesh& mesh, std::span<const PosedDepth> frames, con
     }
   });
   std::vector<float> errors_m;
+  errors_m.reserve(n - static_cast<std::size_t>(std::count(fit.seen_by.begin(), fit.seen_by.end(), 0)));
   for (std::size_t i = 0; i < n; ++i) {
     if (fit.seen_by[i] > 0) errors_m.push_back(fit.error_m[i]);
   }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "core/mesh/unused_vertices.h"
+#include "core/system/freed_memory.h"
 
 namespace scanknit {
 namespace {
@@ -20,7 +20,13 @@ FitBand one_sigma_of(const FitBand& band) {
   return {band.least_m / 4, 1, band.noise};
 }
 
-std::vector<Confirmation> confirmations(const Mesh& points, std::span<const PosedDepth> frames, const FitBand& band) {
+std::vector<Confirmation> confirmations_of(std::span<const std::uint32_t> vertices, const Mesh& mesh,
+                                           std::span<const PosedDepth> frames, const FitBand& band) {
+  Mesh points;
+  for (const std::uint32_t vertex : vertices) {
+    points.positions_m.push_back(mesh.positions_m[vertex]);
+    points.normals.push_back(mesh.normals[vertex]);
+  }
   const std::vector<std::uint16_t> readings = fit_surface(points, frames, band).seen_by;
   const std::vector<std::uint16_t> views = fit_surface(points, frames, one_sigma_of(band)).seen_by;
   std::vector<Confirmation> confirmed;
@@ -28,31 +34,16 @@ std::vector<Confirmation> confirmations(const Mesh& points, std::span<const Pose
   return confirmed;
 }
 
-/// Of all vertices: those of large pieces are confirmed. Empty: there are no small ones.
-std::vector<Confirmation> confirmations_of(const Mesh& mesh, std::span<const PosedDepth> frames, const FitBand& band) {
-  const std::vector<std::uint32_t> vertices = vertices_of_small_pieces(kSmallShare, mesh);
-  if (vertices.empty()) return {};
-  Mesh points;
-  for (const std::uint32_t vertex : vertices) {
-    points.positions_m.push_back(mesh.positions_m[vertex]);
-    points.normals.push_back(mesh.normals[vertex]);
-  }
-  constexpr std::uint16_t kAll = std::numeric_limits<std::uint16_t>::max();
-  const std::vector<Confirmation> confirmed = confirmations(points, frames, band);
-  std::vector<Confirmation> of_all(mesh.positions_m.size(), Confirmation{kAll, kAll});
-  for (std::size_t i = 0; i < vertices.size(); ++i) of_all[vertices[i]] = confirmed[i];
-  return of_all;
-}
-
 }  // namespace
 
 PiecesRemoved drop_crumbs(std::span<const PosedDepth> frames, const FitBand& band, Mesh& mesh) {
   if (frames.empty() || mesh.normals.size() != mesh.positions_m.size()) return {};
-  PiecesRemoved removed;
-  if (const std::vector<Confirmation> confirmed = confirmations_of(mesh, frames, band); !confirmed.empty()) {
-    const double least_views = std::min(kViews, kShareOfFrames * static_cast<double>(frames.size()));
-    removed = remove_unconfirmed_pieces(confirmed, least_views, kShareOfReadings, mesh);
-  }
+  const double least_views = std::min(kViews, kShareOfFrames * static_cast<double>(frames.size()));
+  const PiecesRemoved removed = remove_unconfirmed_pieces(
+      kSmallShare,
+      [&](std::span<const std::uint32_t> vertices) { return confirmations_of(vertices, mesh, frames, band); },
+      least_views, kShareOfReadings, mesh);
+  return_freed_memory();
   return_unused_memory(mesh);
   return removed;
 }

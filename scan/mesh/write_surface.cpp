@@ -7,6 +7,7 @@
 
 #include "core/files/quantity.h"
 #include "core/system/beside.h"
+#include "core/system/freed_memory.h"
 #include "export/measure/holes.h"
 #include "export/mesh/write_mesh.h"
 #include "export/picture/preview.h"
@@ -110,6 +111,7 @@ class SurfaceWriter {
 
   [[nodiscard]] SurfaceFit measure_fit() {
     SurfaceFit fit = fit_surface(mesh_, frame_.depths, fit_band_of(job_.config.fusion));
+    return_freed_memory();
     written_.fit = {fit.frames, fit.seen_share, fit.median_m, fit.p95_m, error_map_end_m(fit), coverage_map_end(fit)};
     return fit;
   }
