@@ -37,7 +37,8 @@ HoldsWhatItShould() {
   expect_files scanknit usr/bin/scanknit 'usr/lib/(.*/)?libscanknit_core\.so\.[0-9.]+' 'usr/lib/(.*/)?scanknit/libscanknit_commands\.so' usr/lib/udev/rules.d/60-scanknit.rules \
     usr/share/man/man1/scanknit.1.gz usr/share/man/man1/scanknit-run.1.gz usr/share/bash-completion/completions/scanknit \
     usr/share/zsh/vendor-completions/_scanknit usr/share/fish/vendor_completions.d/scanknit.fish \
-    usr/share/scanknit/configs/turntable.yaml usr/share/scanknit/samples/turntable.mcap usr/share/doc/scanknit/copyright usr/share/doc/scanknit/changelog.gz
+    usr/share/scanknit/configs/turntable.yaml usr/share/scanknit/samples/turntable.mcap usr/share/doc/scanknit/copyright usr/share/doc/scanknit/changelog.gz \
+    usr/share/doc/scanknit/scanknit.spdx.json
   expect_files libscanknit-dev usr/include/scanknit/scan/scan.h usr/include/scanknit/fusion/volume/tsdf_volume.h 'usr/lib/(.*/)?libscanknit_core\.so' \
     'usr/lib/(.*/)?cmake/ScanKnit/ScanKnitConfig.cmake' 'usr/lib/(.*/)?pkgconfig/scanknit.pc' \
     usr/share/doc/libscanknit-dev/examples/cpp/mesh_a_wall.cpp usr/share/doc/libscanknit-dev/copyright
