@@ -124,9 +124,10 @@ std::vector<int> ClusterFolder::ends_of(ClusterStep step) const {
   return codes;
 }
 
-std::string ClusterFolder::printed_by(ClusterStep step) const {
-  const auto text = read_text_file(file(step, ".out"), kMaxText);
-  return text ? *text : "";
+Result<std::string> ClusterFolder::printed_by(ClusterStep step) const {
+  std::error_code code;
+  if (!fs::exists(file(step, ".out"), code)) return std::string();
+  return read_text_file(file(step, ".out"), kMaxText);
 }
 
 std::string ClusterFolder::errors_of(ClusterStep step) const {

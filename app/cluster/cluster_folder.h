@@ -53,7 +53,8 @@ class ClusterFolder {
 
   /// Exit codes since prepare(). Who was killed has none.
   [[nodiscard]] std::vector<int> ends_of(ClusterStep step) const;
-  [[nodiscard]] std::string printed_by(ClusterStep step) const;
+  /// Empty when somebody gave the script to sbatch with another --output. Errors: kInput.
+  [[nodiscard]] Result<std::string> printed_by(ClusterStep step) const;
   /// The last lines of the first task that said something; empty: none did.
   [[nodiscard]] std::string errors_of(ClusterStep step) const;
 

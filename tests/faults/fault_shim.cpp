@@ -69,6 +69,7 @@ struct Plan {
     const char* text = std::getenv("SCANKNIT_FAULT");
     const char* colon = text == nullptr ? nullptr : std::strchr(text, ':');
     if (colon == nullptr) return;
+    if (std::string_view(program_invocation_short_name) != "scanknit") return;  // others that it starts are not ours
     const std::string_view name(text, static_cast<std::size_t>(colon - text));
     for (kind = 0; kind < kKinds && kFaults[static_cast<std::size_t>(kind)].name != name;) ++kind;
     char* end = nullptr;

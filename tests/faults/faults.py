@@ -91,6 +91,8 @@ COMMANDS = [
     Command("plan", f"plan {{in}}/desk -o out/job {COARSE} --set fusion.bricks=64"),
     Command("work", "work out/job --threads 2"),
     Command("record", f"record --device openni2: --frames 3 -o out/{RECORDED}"),
+    Command("cluster", f"cluster out/job -o out/m.ply --slurm --array-size 2 --threads 1 -- {{in}}/desk {COARSE.split(' --')[0]} "
+                       "--set fusion.bricks=64", old=("m.ply",)),
     Command("join", "join {in}/job -o out/m.ply --threads 2", old=("m.ply",)),
     Command("info_mcap", "info {in}/desk.mcap --json --threads 2"),
     Command("info_ply", "info {in}/desk.ply --json --threads 2"),
@@ -103,6 +105,30 @@ COMMANDS = [
     Command("man", "man -o out", old=("scanknit.1",)),
     Command("target", "calibrate target -o out/t.pdf", old=("t.pdf",)),
 ]
+
+
+WRITTEN_BY_SLURM = (".out", ".err", ".ends")  # what a node's program says has times
+# Stand for Slurm, which runs what it is given on other machines, where nothing fails: sbatch, then and there.
+SLURM = {
+    "sbatch": """#!/bin/sh
+unset LD_PRELOAD
+tasks=0
+for word; do
+  case $word in
+    --output=*) out=${word#*=} ;;
+    --error=*) err=${word#*=} ;;
+    --array=0-*) tasks=${word#*=0-} ;;
+  esac
+  script=$word
+done
+for task in $(seq 0 "$tasks"); do
+  sh "$script" >>"$(echo "$out" | sed "s/%a/$task/")" 2>>"$(echo "$err" | sed "s/%a/$task/")"
+done
+echo 7
+""",
+    "squeue": "#!/bin/sh\n",
+    "scancel": "#!/bin/sh\n",
+}
 
 
 def environment(folder, shim=None, **more):
@@ -129,8 +155,9 @@ class Bench:
     def __init__(self, program, shim, folder, openni2=None):
         self.program, self.shim, self.folder = program.resolve(), shim.resolve(), folder
         self.more = {"LD_LIBRARY_PATH": str(openni2.resolve())} if openni2 else {}
-        self.inputs = folder / "inputs"
+        self.inputs, self.slurm = folder / "inputs", folder / "slurm"
         self.inputs.mkdir()
+        self.slurm.mkdir()
 
     def make_inputs(self):
         def call(line):
@@ -162,6 +189,9 @@ class Bench:
         inputs.write_range_grid(self.inputs / "b.ply.gz", inputs.hill_points(50))
         (self.inputs / "initial.txt").write_text("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n")
         inputs.write_octahedron(self.inputs / "octahedron.obj")
+        for name, text in SLURM.items():
+            (self.slurm / name).write_text(text)
+            (self.slurm / name).chmod(0o755)
         (self.inputs / "mine.yaml").write_text("fusion: {voxel_size: 3 mm}\n")
 
     def prepare(self, command, place):
@@ -180,6 +210,7 @@ class Bench:
         counts = place / "counts"
         self.prepare(command, place)
         told = environment(place, self.shim, SCANKNIT_FAULT_COUNTS=str(counts), **self.more)
+        told["PATH"] = f"{self.slurm}:{told['PATH']}"
         if fault and fault != "stdout":
             told["SCANKNIT_FAULT"] = fault
         began = time.monotonic()
@@ -197,7 +228,7 @@ class Bench:
         if counts.is_file():
             found = {name: int(count) for name, count in (line.split() for line in counts.read_text().splitlines())}
         files, left = look_at(place)
-        out = "" if fault == "stdout" else (place / "stdout").read_text(errors="replace")
+        out = "" if fault == "stdout" else (place / "stdout").read_text(errors="replace").replace(str(place), "PLACE")
         shutil.rmtree(place)
         return Ended(exit_code, out, err.decode(errors="replace"), files, left, took, found)
 
@@ -214,10 +245,12 @@ def whole_report(path):
     return "report"
 
 
-def value_of(path):
+def value_of(path, place):
     if path.read_bytes() == OLD:
         return sha256(OLD)
     content = content_of(path)
+    if path.suffix == ".sh":  # names this run's own folder
+        content = content.replace(os.fsencode(place), b"PLACE")
     if path.name == RECORDED:  # what the camera sent, at times of its own
         return "recording" if content.startswith(MCAP) and content.endswith(MCAP) else CUT if content.startswith(MCAP) else "torn"
     is_report = path.suffix in (".html", ".json") and (b"peak_rss_mib" in content or path.suffix == ".html")
@@ -228,7 +261,8 @@ def look_at(place):
     """The files of `out` by name, and temporary ones anywhere."""
     everything = [path for path in place.rglob("*") if path.is_file() and path.parent != place]
     left = [path for path in everything if ".scanknit." in path.name or path.is_relative_to(place / "tmp")]
-    files = {path.relative_to(place).as_posix(): value_of(path) for path in everything if path not in left}
+    written = [path for path in everything if path not in left and path.suffix not in WRITTEN_BY_SLURM]
+    files = {path.relative_to(place).as_posix(): value_of(path, place) for path in written}
     return files, [path.relative_to(place).as_posix() for path in left]
 
 
