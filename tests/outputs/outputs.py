@@ -7,18 +7,21 @@ beside this script. bytes.sha256 lists outputs that must never change, texts.sha
     outputs.py PROGRAM --record texts       record a list again, of all suites or those named
     outputs.py PROGRAM --keep FOLDER        keep the outputs in a new folder, to look at those that differ
     outputs.py PROGRAM --lists FOLDER       use lists in another folder
+    outputs.py PROGRAM --threads 1 3 64     compare everything with each of these numbers of threads
+    outputs.py PROGRAM --targets SHIM       compare everything with each instruction set of this processor
     outputs.py --list                       list the suites
 """
 
 import argparse
 import pathlib
 import platform
+import subprocess
 import sys
 import tempfile
 import time
 
 import suites
-from recorder import Missing, Recorder
+from recorder import Missing, Recorder, Way
 
 GROUPS = ("bytes", "texts")
 SKIPPED = 77
@@ -65,15 +68,25 @@ def differences(group, listed, found):
     return said
 
 
-def record_suite(program, suite, folder):
+def record_suite(program, suite, folder, way):
     """Runs a suite in a new folder; returns its lines."""
     folder.mkdir(parents=True)
-    recorder = Recorder(program, folder, suite.__name__)
+    recorder = Recorder(program, folder, suite.__name__, way)
     began = time.monotonic()
     suite(recorder)
     counts = ", ".join(f"{len(recorder.lines[group])} {group}" for group in GROUPS)
-    print(f"{suite.__name__}: {counts}, {time.monotonic() - began:.1f} s", flush=True)
+    print(f"{way.name + ': ' if way.name else ''}{suite.__name__}: {counts}, {time.monotonic() - began:.1f} s", flush=True)
     return recorder.lines
+
+
+def ways_of(given):
+    """The ways in which all commands are run: as they are, or with other threads or instruction sets."""
+    ways = [Way(f"{count} threads", threads=count) for count in given.threads]
+    if given.targets:
+        shim = {"LD_PRELOAD": str(given.targets.resolve())}
+        names = subprocess.run(["/bin/true"], env=shim | {"SCANKNIT_TARGETS": "list"}, capture_output=True, text=True, check=True)
+        ways += [Way(name, variables=shim | {"SCANKNIT_TARGETS": name}) for name in names.stdout.split()]
+    return ways or [Way()]
 
 
 def of_suites(lines, names):
@@ -88,9 +101,13 @@ def parse_arguments():
     parser.add_argument("--lists", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent)
     parser.add_argument("--keep", type=pathlib.Path)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--threads", type=int, nargs="+", metavar="N", default=[])
+    parser.add_argument("--targets", type=pathlib.Path, metavar="SHIM", help="the library that is built from targets_shim.cpp")
     given = parser.parse_args()
     if not given.list and given.program is None:
         parser.error("name the program")
+    if given.record and (given.threads or given.targets):
+        parser.error("lists are recorded as the commands are, without --threads and --targets")
     return given
 
 
@@ -126,14 +143,20 @@ def main():
             print(f"SKIPPED: {group}.sha256 was recorded on {recorded}, this is {system()}; record lists with a"
                   " program that you trust (--lists FOLDER --record bytes texts) and compare with those")
             return SKIPPED
+    said = [compare_way(given, way) for way in ways_of(given)]
+    return next((code for code in said if code not in (0, SKIPPED)), min(said))
+
+
+def compare_way(given, way):
+    """Runs the suites in one way; returns the exit code."""
     found, names = {group: {} for group in GROUPS}, []
     with tempfile.TemporaryDirectory(prefix="scanknit_outputs.") as scratch:
         for suite in suites.SUITES:
             if given.suite and suite.__name__ not in given.suite:
                 continue
             try:
-                folder = (given.keep or pathlib.Path(scratch)).resolve() / suite.__name__
-                lines = record_suite(given.program.resolve(), suite, folder)
+                folder = (given.keep or pathlib.Path(scratch)).resolve() / way.name / suite.__name__
+                lines = record_suite(given.program.resolve(), suite, folder, way)
             except Missing as reason:
                 print(f"SKIPPED: {suite.__name__}: {reason}")
                 continue

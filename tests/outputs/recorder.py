@@ -1,5 +1,6 @@
 """Runs the program and takes the SHA-256 of everything that it writes, without times and random ids."""
 
+import dataclasses
 import hashlib
 import html.parser
 import os
@@ -67,12 +68,27 @@ def hash_of_tree(folder):
     return sha256("".join(f"{path.relative_to(folder).as_posix()} {sha256(content_of(path))}\n" for path in files))
 
 
+@dataclasses.dataclass
+class Way:
+    """How commands are run; without a name: as they are written."""
+    name: str = ""
+    threads: int | None = None
+    variables: dict = dataclasses.field(default_factory=dict)
+
+    # Commands that have --threads; the others compute nothing.
+    THREADED = ("synth", "run", "extract", "align", "convert", "repair", "info", "distance", "report")
+
+    def arguments(self, words):
+        is_threaded = self.threads is not None and words and words[0] in self.THREADED and "--help" not in words
+        return [*words, "--threads", str(self.threads)] if is_threaded else words
+
+
 class Recorder:
     """Runs commands in `folder` and keeps a line for each output: in `lines["bytes"]` outputs that must never change,
     in `lines["texts"]` texts for people. A line is a value (SHA-256, exit code ...) by its name, SUITE/CASE/FILE."""
 
-    def __init__(self, program, folder, suite):
-        self.program, self.folder, self.suite = program, folder, suite
+    def __init__(self, program, folder, suite, way=Way()):
+        self.program, self.folder, self.suite, self.way = program, folder, suite, way
         self.lines = {"bytes": {}, "texts": {}}
 
     def path(self, name):
@@ -81,7 +97,8 @@ class Recorder:
     def call(self, arguments, stdin=""):
         environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
         environment |= {"NO_COLOR": "1", "LC_ALL": "C.UTF-8", "TZ": "UTC", "GLIBC_TUNABLES": SAME_ON_ALL_PROCESSORS}
-        return subprocess.run([self.program, *arguments], cwd=self.folder, env=environment, input=stdin.encode(),
+        environment |= self.way.variables
+        return subprocess.run([self.program, *self.way.arguments(arguments)], cwd=self.folder, env=environment, input=stdin.encode(),
                               capture_output=True, timeout=300, check=False)
 
     def keep(self, group, name, value):

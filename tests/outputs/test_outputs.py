@@ -92,6 +92,20 @@ class Report(unittest.TestCase):
                                 recorder.without_words(recorder.without_times(REPORT)))
 
 
+class Ways(unittest.TestCase):
+    def test_threads_are_asked_of_commands_that_have_them(self):
+        way = recorder.Way("3 threads", threads=3)
+        self.assertEqual(way.arguments(["run", "in", "-o", "out"]), ["run", "in", "-o", "out", "--threads", "3"])
+        for others in ([], ["config", "print"], ["run", "--help"], ["completion", "bash"], ["rum"]):
+            self.assertEqual(way.arguments(others), others)
+        self.assertEqual(recorder.Way().arguments(["run"]), ["run"])
+
+    def test_every_suite_is_run_in_each_way(self):
+        exit_code, said = run_outputs("--suite", "commands", "--threads", "1", "3")
+        self.assertEqual(exit_code, 0, said)
+        self.assertRegex(said, r"(?s)1 threads: commands: .*3 threads: commands: ")
+
+
 class Files(unittest.TestCase):
     def test_of_a_volume_only_the_id_is_left_out(self):
         with tempfile.TemporaryDirectory() as folder:
