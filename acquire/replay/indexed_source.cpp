@@ -190,14 +190,21 @@ void IndexedSource::look_at_masks() {
 FrameEvent IndexedSource::next(std::stop_token stop) {
   if (stop.stop_requested() || is_at_end_ || next_ > last_) return EndOfStream{};
   const std::size_t index = next_;
-  is_at_end_ = config_.every > last_ - index;  // compared this way round, the sum cannot overflow
-  if (!is_at_end_) next_ = index + config_.every;
-
+  go_on();
   auto loaded = load(index);
   if (auto* drop = std::get_if<Drop>(&loaded)) {
     return FrameDropped{recording_.entries[index].sequence, drop->reason, std::move(drop->error)};
   }
   return std::get<Frame>(std::move(loaded));
+}
+
+void IndexedSource::skip_until(const std::function<bool(std::uint64_t sequence)>& is_wanted) {
+  while (!is_at_end_ && next_ <= last_ && !is_wanted(recording_.entries[next_].sequence)) go_on();
+}
+
+void IndexedSource::go_on() {
+  is_at_end_ = config_.every > last_ - next_;  // compared this way round, the sum cannot overflow
+  if (!is_at_end_) next_ += config_.every;
 }
 
 OrDrop<Frame> IndexedSource::load(std::size_t index) {

@@ -5,16 +5,16 @@
 #include <filesystem>
 #include <optional>
 
-#include "acquire/frame_source.h"
 #include "acquire/masks/found_masks.h"
 #include "acquire/replay/recording.h"
+#include "acquire/replay/skipping_source.h"
 #include "acquire/sensor/depth_bias.h"
 
 namespace scanknit {
 
 /// Selects frames, decodes them, determines camera and pose, and drops unusable frames. The first picture among the
 /// selected frames that can be decoded sets the size that all others must have.
-class IndexedSource final : public FrameSource {
+class IndexedSource final : public SkippingSource {
  public:
   /// `config` is valid and its from/to/every select at least one entry of `recording`. `empty`: of
   /// read_empty_picture().
@@ -22,8 +22,10 @@ class IndexedSource final : public FrameSource {
 
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] FrameEvent next(std::stop_token stop) override;
+  void skip_until(const std::function<bool(std::uint64_t sequence)>& is_wanted) override;
 
  private:
+  void go_on();
   [[nodiscard]] OrDrop<Frame> load(std::size_t index);
   void correct_depth(Frame& frame);
   [[nodiscard]] OrDrop<Frame> load_pictures(const FrameEntry& entry, std::optional<Result<Pose>>& pose) const;

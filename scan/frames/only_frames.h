@@ -4,11 +4,13 @@
 #include <memory>
 
 #include "acquire/frame_source.h"
+#include "acquire/replay/skipping_source.h"
 #include "scan/frames/sequence_ranges.h"
 
 namespace scanknit {
 
-/// The frames of `source` whose sequence numbers are selected; ends after the last of them.
+/// The frames of `source` whose sequence numbers are selected; ends after the last of them. The others are not read
+/// where the source can pass over them.
 class OnlyFrames final : public FrameSource {
  public:
   OnlyFrames(std::unique_ptr<FrameSource> source, SequenceRanges wanted);
@@ -18,6 +20,7 @@ class OnlyFrames final : public FrameSource {
 
  private:
   std::unique_ptr<FrameSource> source_;
+  SkippingSource* skipping_;  ///< source_; null: it cannot
   SequenceRanges wanted_;
 };
 

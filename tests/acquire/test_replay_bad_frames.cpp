@@ -1,6 +1,7 @@
 // Bad frames: each is dropped with its reason and its file, and the recording goes on.
 #include <gtest/gtest.h>
 
+#include "acquire/replay/skipping_source.h"
 #include "test_replay_support.h"
 
 namespace scanknit::test {
@@ -169,6 +170,22 @@ TEST_F(BadFrame, BeyondThePixelLimitIsUnreadable) {
   AcquireConfig config;
   config.limits.max_image_pixels = kWidth * kHeight - 1;
   EXPECT_EQ(play(folder_.path(), config).reasons(), (Reasons{"unreadable", "unreadable", "unreadable"}));
+}
+
+TEST_F(BadFrame, IsNotLookedAtWhereItIsPassedOver) {
+  write_text(middle("depth.png"), "");
+  const auto source = open_recording(folder_.path(), {});
+  ASSERT_TRUE(source) << source.error().text();
+  auto* skipping = dynamic_cast<SkippingSource*>(source->get());
+  ASSERT_NE(skipping, nullptr);
+  const FrameEvent first = (*source)->next({});
+  EXPECT_EQ(std::get<Frame>(first).sequence, 0u);
+  skipping->skip_until([](std::uint64_t sequence) { return sequence == 2; });
+  const FrameEvent last = (*source)->next({});
+  ASSERT_TRUE(std::holds_alternative<Frame>(last));
+  EXPECT_EQ(std::get<Frame>(last).sequence, 2u);
+  skipping->skip_until([](std::uint64_t) { return false; });
+  EXPECT_TRUE(std::holds_alternative<EndOfStream>((*source)->next({})));
 }
 
 }  // namespace

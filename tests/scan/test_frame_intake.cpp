@@ -106,5 +106,40 @@ TEST_F(FrameIntakeTest, ThoseThatWereTakenCanBeReadAgain) {
   EXPECT_EQ(read, (Numbers{1, 2, 3, 4, 8}));
 }
 
+/// Frames 0 to 99 of a recording.
+class Skipping final : public SkippingSource {
+ public:
+  explicit Skipping(std::vector<std::uint64_t>& read) : read_(read) {}
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] FrameEvent next(std::stop_token /*stop*/) override {
+    if (next_ == 100) return EndOfStream{};
+    read_.push_back(next_);
+    return frame(next_++);
+  }
+  void skip_until(const std::function<bool(std::uint64_t sequence)>& is_wanted) override {
+    while (next_ < 100 && !is_wanted(next_)) ++next_;
+  }
+
+ private:
+  std::vector<std::uint64_t>& read_;
+  RecordingInfo info_;
+  std::uint64_t next_ = 0;
+};
+
+TEST(OnlyFramesTest, OthersAreNotReadWhereTheSourceCanPassOverThem) {
+  SequenceRanges wanted;
+  for (const std::uint64_t sequence : {20, 21, 22, 70}) {
+    if (sequence == 70) wanted.cut();
+    wanted.add(sequence);
+  }
+  std::vector<std::uint64_t> read, given;
+  OnlyFrames only(std::make_unique<Skipping>(read), wanted);
+  for (FrameEvent event = only.next({}); std::holds_alternative<Frame>(event); event = only.next({})) {
+    given.push_back(std::get<Frame>(event).sequence);
+  }
+  EXPECT_EQ(given, (std::vector<std::uint64_t>{20, 21, 22, 70}));
+  EXPECT_EQ(read, (std::vector<std::uint64_t>{20, 21, 22, 70, 71})) << "the one behind them tells that they are over";
+}
+
 }  // namespace
 }  // namespace scanknit
