@@ -16,12 +16,14 @@
 #include "scan/bricks/fuse_parts.h"
 #include "scan/bricks/join_parts.h"
 #include "scan/bricks/plan_parts.h"
+#include "scan/checks/memory_share.h"
 #include "scan/checks/settings_check.h"
 #include "scan/find_poses.h"
 #include "scan/frames/posed_frames.h"
 #include "scan/frames/recorded_frames.h"
 #include "scan/job/brick_claim.h"
 #include "scan/job/job_folder.h"
+#include "scan/job/open_job.h"
 
 namespace scanknit {
 namespace {
@@ -128,33 +130,6 @@ Result<RecordingInfo> recording_info(ScanJob job) {
   return opened ? Result<RecordingInfo>(opened->source->info()) : opened.error();
 }
 
-/// A job that was planned, and its recording.
-struct OpenJob {
-  JobFolder folder;
-  ScanJob job;  ///< its configuration is complete
-  PlannedScan planned;
-};
-
-/// `job`: with the configuration from config_file_of_job().
-Result<OpenJob> open_job(const fs::path& folder, ScanJob job) {
-  auto opened = JobFolder::open(folder);
-  if (!opened) return opened.error();
-  job.input = opened->recording();
-  job.config.acquire.from = opened->header().from;
-  job.config.acquire.to = opened->header().to;
-  job.config.acquire.every = opened->header().every;
-  ScanObserver silent;  // plan_job() told it already
-  ScanSession session(silent, {});
-  if (const auto first = open_first(job, session); !first) return first.error();
-  auto planned = opened->planned(job.config.fusion);
-  if (!planned) return planned.error();
-  if (const FrameTiming timing = planned->tracked.timing; !timing.is_at_once()) {
-    job.config.acquire.readout_s = timing.readout_s;
-    job.config.acquire.colour_later_s = timing.colour_later_s;
-  }
-  return OpenJob{*std::move(opened), std::move(job), *std::move(planned)};
-}
-
 class Worker {
  public:
   Worker(const OpenJob& job, ScanSession& session) : job_(job), session_(session) {}
@@ -162,16 +137,17 @@ class Worker {
   /// `workers`: about so many share the job; 0: unknown.
   [[nodiscard]] Result<JobWork> all(std::size_t workers) {
     const std::size_t count = job_.folder.bricks();
-    std::vector<std::size_t> left;
+    const std::vector<std::size_t> files = job_.folder.with_file();
     for (std::size_t i = 0; i < count; ++i) {
-      if (!job_.folder.is_done(i)) left.push_back(i);
+      if (std::binary_search(files.begin(), files.end(), i) && job_.folder.is_done(i)) continue;
+      left_.insert(left_.end(), i);
+      work_left_ += work_of(job_.planned.parts[i]);
     }
-    while (!left.empty() && !session_.is_stopped()) {
-      const std::size_t most = workers == 0 ? 1 : (left.size() + workers - 1) / workers;
-      const PartGroup group = first_group(job_.planned, left, most);
-      if (auto fused = fuse(group); !fused) return fused.error();
-      left.erase(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(group.size()));
-      session_.progress("fusing bricks", count - left.size(), count);
+    while (!left_.empty() && !session_.is_stopped()) {
+      const auto share = take_share(workers == 0 ? 0 : work_left_ / static_cast<double>(workers));
+      if (!share) return share.error();
+      if (auto fused = fuse(*share); !fused) return fused.error();
+      session_.progress("fusing bricks", count - left_.size(), count);
     }
     work_.is_stopped = session_.is_stopped();
     return work_;
@@ -182,39 +158,89 @@ class Worker {
     std::error_code code;
     if (file && !file->is_whole()) fs::remove(job_.folder.brick(number), code);
     if (!file || !file->is_whole()) {
-      if (auto fused = fuse({number}); !fused) return fused.error();
+      Share share;
+      if (auto added = add(number, share); !added) return added.error();
+      if (auto fused = fuse(share); !fused) return fused.error();
     }
     work_.is_stopped = session_.is_stopped();
     return work_;
   }
 
  private:
-  /// Fuses those of the bricks that are not done, and that no other worker is at.
-  [[nodiscard]] Result<void> fuse(const PartGroup& bricks) {
-    std::vector<std::unique_ptr<BrickClaim>> claims;
+  /// Bricks that no other worker is at.
+  struct Share {
     PartGroup group;
-    for (const std::size_t number : bricks) {
-      if (job_.folder.is_done(number)) continue;  // since it was looked for
-      auto claim = BrickClaim::take(job_.folder.claim(number));
-      if (!claim) return claim.error();
-      if (*claim == nullptr) {
-        ++work_.elsewhere;
-      } else if (!job_.folder.is_done(number)) {
-        claims.push_back(*std::move(claim));
-        group.push_back(number);
-      }
+    std::vector<std::unique_ptr<BrickClaim>> claims;
+    std::size_t bytes = 0;  ///< of memory that the bricks may need
+    double work = 0;        ///< work_of()
+
+    /// For the larger half of one more.
+    [[nodiscard]] bool has_room(const BrickPart& more, double most_work) const {
+      return work + work_of(more) / 2 < most_work;
     }
-    if (group.empty()) return {};
+  };
+
+  /// Claims bricks with so much work, one at least, as far as the memory allows: neighbours, which have frames in
+  /// common. Those that are done or that others are at are not looked at again.
+  [[nodiscard]] Result<Share> take_share(double most_work) {
+    Share share;
+    auto next = left_.begin();
+    while (next != left_.end() && fits(share, *next, most_work)) {
+      const std::size_t number = *next;
+      next = left_.erase(next);
+      work_left_ -= work_of(job_.planned.parts[number]);
+      const auto is_others = add(number, share);
+      if (!is_others) return is_others.error();
+      // Whoever is at the first one is about to claim a share, too: this worker begins behind it.
+      if (*is_others && share.group.empty()) {
+        Share others;
+        others.work = work_of(job_.planned.parts[number]);
+        while (next != left_.end() && others.has_room(job_.planned.parts[*next], most_work)) {
+          others.work += work_of(job_.planned.parts[*next++]);
+        }
+      }
+      if (next == left_.end() && share.group.empty()) next = left_.begin();
+    }
+    return share;
+  }
+
+  [[nodiscard]] bool fits(const Share& share, std::size_t number, double most_work) const {
+    const std::size_t max_bytes = volume_budget_mib(job_.planned.fusion.memory_budget_mib) << 20;
+    const BrickPart& part = job_.planned.parts[number];
+    return share.group.empty() || (share.has_room(part, most_work) && share.bytes + part.most_bytes <= max_bytes);
+  }
+
+  /// Claims the brick, unless it is done, or another worker is at it: true then.
+  [[nodiscard]] Result<bool> add(std::size_t number, Share& share) {
+    if (job_.folder.is_done(number)) return false;  // since it was looked for
+    auto claim = BrickClaim::take(job_.folder.claim(number));
+    if (!claim) return claim.error();
+    if (*claim == nullptr) {
+      ++work_.elsewhere;
+      return true;
+    }
+    if (job_.folder.is_done(number)) return false;
+    share.claims.push_back(*std::move(claim));
+    share.group.push_back(number);
+    share.bytes += job_.planned.parts[number].most_bytes;
+    share.work += work_of(job_.planned.parts[number]);
+    return false;
+  }
+
+  [[nodiscard]] Result<void> fuse(const Share& share) {
+    if (share.group.empty()) return {};
     const auto path_of = [&](std::size_t number) { return job_.folder.brick(number); };
-    const auto fused = fuse_parts(job_.job, job_.planned, group, job_.folder.id(), path_of, session_);
+    const auto fused = fuse_parts(job_.job, job_.planned, share.group, job_.folder.id(), path_of, session_);
     if (!fused) return fused.error();
-    if (*fused) work_.fused += group.size();
+    if (*fused) work_.fused += share.group.size();
     return {};
   }
 
   const OpenJob& job_;
   ScanSession& session_;
   JobWork work_;
+  std::set<std::size_t> left_;  ///< bricks that this worker has not looked at
+  double work_left_ = 0;        ///< of them
 };
 
 JobStatus status_of(const JobFolder& folder, BrickCheck check) {
