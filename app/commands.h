@@ -104,6 +104,8 @@ struct PlanArguments {
   std::optional<std::size_t> to;
   std::size_t every = 1;
   std::optional<std::filesystem::path> trajectory;  ///< poses of the frames; nothing: as acquire.poses says
+  bool estimates = false;                           ///< say what the job will take
+  std::size_t workers = 1;                          ///< of the estimate; 0: unknown
 };
 
 struct WorkArguments {

@@ -197,6 +197,12 @@ void add_job(CLI::App& app, CommandLine& line) {
   plan->add_option("--trajectory", line.plan.trajectory, "The poses of the frames: a file of TUM, .kitti or .json")
       ->excludes(poses)
       ->type_name("FILE");
+  auto* estimate = plan->add_flag("--estimate", line.plan.estimates,
+                                  "Say what the job will take; fuses and joins some bricks to know");
+  plan->add_option("--workers", line.plan.workers, "Of the estimate; 0: they do not know how many they are, default: 1")
+      ->check(CLI::Range(0, 1'000'000))
+      ->needs(estimate)
+      ->type_name("N");
   add_texture_option(*plan, line.common.config);
   add_export_options(*plan, line.common.config);
   add_common(*plan, line);

@@ -14,6 +14,7 @@
 #include "app/config/outputs.h"
 #include "app/exit_codes.h"
 #include "app/job/local_workers.h"
+#include "app/job/plan_estimate.h"
 #include "app/terminal/scan_console.h"
 #include "app/terminal/signals.h"
 #include "scan/job/brick_job.h"
@@ -118,6 +119,7 @@ int work_locally(const WorkArguments& arguments, const CommonArguments& common) 
 }  // namespace
 
 int plan_command(const PlanArguments& arguments, const CommonArguments& common) {
+  const double process_s = processor_seconds();
   const StopOnSignal stop_on_signal;  // must come before any other thread
   const auto loaded = load_config(with_run_defaults(common.config));
   if (!loaded) return fail(loaded.error(), common);
@@ -131,10 +133,17 @@ int plan_command(const PlanArguments& arguments, const CommonArguments& common) 
   const auto bricks = plan_job(request, arguments.job, console, stop);
   if (!bricks) return fail_or_interrupted(bricks.error(), stop, common);
   const std::string name = arguments.job.string();
-  return print_json_or({{"job", name}, {"bricks", *bricks}},
-                       fmt::format("Planned  {}: {} bricks\nNext     scanknit work {}, then scanknit join {} -o OUT\n",
-                                   name, *bricks, name, name),
-                       common);
+  Json json = {{"job", name}, {"bricks", *bricks}};
+  std::string text = fmt::format("Planned  {}: {} bricks\n", name, *bricks);
+  if (arguments.estimates) {
+    const double plan_s = processor_seconds();
+    const auto estimate = estimate_planned(arguments.job, arguments.workers, plan_s, process_s, console, stop);
+    if (!estimate) return fail_or_interrupted(estimate.error(), stop, common);
+    json["estimate"] = estimate_json(*estimate);
+    text += estimate_text(*estimate);
+  }
+  text += fmt::format("Next     scanknit work {}, then scanknit join {} -o OUT\n", name, name);
+  return print_json_or(json, text, common);
 }
 
 int work_command(const WorkArguments& arguments, const CommonArguments& common) {

@@ -235,6 +235,37 @@ TEST_F(Jobs, AJoinThatIsKilledLeavesWholeFilesOrNone) {
   expect_files_of_run();
 }
 
+TEST_F(Jobs, AnEstimateSaysWhatTheJobTakesAndLeavesItAsItWas) {
+  std::vector<std::string> arguments = {
+      "plan", scan_.recording().string(), "-o", job(), "--estimate", "--workers", "2", "--json"};
+  const Outcome planned = command(arguments, kSettings);
+  ASSERT_EQ(planned.exit_code, 0) << planned.err;
+  const Json estimate = Json::parse(planned.out)["estimate"];
+  const Json file = Json::parse(read_text(scan_ / "job" / "estimate.json"));
+  EXPECT_EQ(estimate["workers"], 2);
+  EXPECT_EQ(estimate["frames"], 24);
+  EXPECT_EQ(estimate["bricks"], status()["bricks"]);
+  EXPECT_EQ(file["each_brick"].size(), status()["bricks"]);
+  for (const char* step : {"plan", "work", "join"}) EXPECT_GT(estimate["processor_s"][step], 0) << step;
+  for (const char* figure : {"wall_s", "worker_mib", "join_mib", "job_mib", "triangles"}) {
+    EXPECT_GT(estimate[figure], 0) << figure;
+  }
+  for (const char* part : {"frame", "brick", "seam"}) EXPECT_GT(estimate[part]["bytes"], 0) << part;
+  EXPECT_LT(estimate["wall_s"], estimate["processor_s"]["all"]) << "two work at once";
+  EXPECT_EQ(status()["done"], 0);
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(scan_ / "job")) ++entries;
+  EXPECT_EQ(entries, 5u) << "plan, config.yaml, estimate.json, bricks, claims";
+  ASSERT_NO_FATAL_FAILURE(work());
+  std::uintmax_t bytes = 0;
+  for (const auto& [name, brick] : brick_files(scan_ / "job")) bytes += brick.size();
+  constexpr double kWithin = 3;  // three of a few small bricks were looked at
+  const double expected = estimate["job_mib"].get<double>() * 1024 * 1024;
+  EXPECT_LT(static_cast<double>(bytes), kWithin * expected);
+  EXPECT_GT(static_cast<double>(bytes), expected / kWithin);
+  expect_files_of_run();
+}
+
 TEST_F(Jobs, ABrickThatALivingWorkerIsAtIsLeftToIt) {
   ASSERT_NO_FATAL_FAILURE(plan());
   const fs::path claim = scan_ / "job" / "claims" / "0.claim";
