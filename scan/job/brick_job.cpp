@@ -171,43 +171,40 @@ class Worker {
   struct Share {
     PartGroup group;
     std::vector<std::unique_ptr<BrickClaim>> claims;
-    std::size_t bytes = 0;  ///< of memory that the bricks may need
-    double work = 0;        ///< work_of()
-
-    /// For the larger half of one more.
-    [[nodiscard]] bool has_room(const BrickPart& more, double most_work) const {
-      return work + work_of(more) / 2 < most_work;
-    }
+    std::size_t bytes = 0;   ///< of memory that the bricks may need
+    std::size_t number = 0;  ///< WorkPlace::share_of()
   };
 
   /// Claims bricks with so much work, one at least, as far as the memory allows: neighbours, which have frames in
   /// common. Those that are done or that others are at are not looked at again.
   [[nodiscard]] Result<Share> take_share(double most_work) {
     Share share;
+    WorkPlace place(most_work);
     auto next = left_.begin();
-    while (next != left_.end() && fits(share, *next, most_work)) {
+    while (next != left_.end() && fits(share, *next, place)) {
       const std::size_t number = *next;
+      share.number = place.share_of(job_.planned.parts[number]);
       next = left_.erase(next);
+      place.pass(job_.planned.parts[number]);
       work_left_ -= work_of(job_.planned.parts[number]);
       const auto is_others = add(number, share);
       if (!is_others) return is_others.error();
       // Whoever is at the first one is about to claim a share, too: this worker begins behind it.
-      if (*is_others && share.group.empty()) {
-        Share others;
-        others.work = work_of(job_.planned.parts[number]);
-        while (next != left_.end() && others.has_room(job_.planned.parts[*next], most_work)) {
-          others.work += work_of(job_.planned.parts[*next++]);
-        }
+      while (*is_others && share.group.empty() && next != left_.end() &&
+             place.share_of(job_.planned.parts[*next]) == share.number) {
+        place.pass(job_.planned.parts[*next++]);
       }
-      if (next == left_.end() && share.group.empty()) next = left_.begin();
+      if (next != left_.end() || !share.group.empty()) continue;
+      next = left_.begin();
+      place = WorkPlace(most_work);
     }
     return share;
   }
 
-  [[nodiscard]] bool fits(const Share& share, std::size_t number, double most_work) const {
+  [[nodiscard]] bool fits(const Share& share, std::size_t number, const WorkPlace& place) const {
     const std::size_t max_bytes = volume_budget_mib(job_.planned.fusion.memory_budget_mib) << 20;
     const BrickPart& part = job_.planned.parts[number];
-    return share.group.empty() || (share.has_room(part, most_work) && share.bytes + part.most_bytes <= max_bytes);
+    return share.group.empty() || (place.share_of(part) == share.number && share.bytes + part.most_bytes <= max_bytes);
   }
 
   /// Claims the brick, unless it is done, or another worker is at it: true then.
@@ -223,7 +220,6 @@ class Worker {
     share.claims.push_back(*std::move(claim));
     share.group.push_back(number);
     share.bytes += job_.planned.parts[number].most_bytes;
-    share.work += work_of(job_.planned.parts[number]);
     return false;
   }
 

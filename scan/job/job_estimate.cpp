@@ -54,14 +54,23 @@ class Schedule {
     const std::size_t count = std::max<std::size_t>(1, workers_);
     for (std::size_t i = 0; i < count; ++i) free.push({estimate_.start.s, i});
     work_s = as_double(count) * estimate_.start.s;
-    const double first_share = share();
+    WorkPlace first(share());
     auto behind = left_.begin();  // what other workers take first
     for (std::size_t begun = 0; !left_.empty(); ++begun) {
       const auto [now_s, worker] = free.top();
       free.pop();
-      const bool is_first = begun < count && behind != left_.end();
-      const PartGroup group = is_first ? take(behind, first_share) : take(left_.begin(), share());
-      if (is_first) behind = passed(left_.lower_bound(group.front()), first_share - work_in(group));
+      PartGroup group;
+      if (begun < count && behind != left_.end()) {
+        const std::size_t number = first.share_of(planned_.parts[*behind]);
+        group = take(behind, first);
+        while (behind != left_.end() && first.share_of(planned_.parts[*behind]) == number) {
+          first.pass(planned_.parts[*behind++]);
+        }
+      } else {
+        WorkPlace place(share());
+        auto next = left_.begin();
+        group = take(next, place);
+      }
       const double spent_s = seconds_of(group);
       work_s += spent_s;
       longest_s = std::max(longest_s, now_s + spent_s);
@@ -77,35 +86,22 @@ class Schedule {
   using Left = std::set<std::size_t>;
 
   [[nodiscard]] double share() const { return workers_ == 0 ? 0 : work_left_ / as_double(workers_); }
-  [[nodiscard]] double half_of(std::size_t number) const { return work_of(planned_.parts[number]) / 2; }
-  [[nodiscard]] double work_in(const PartGroup& group) const {
-    double work = 0;
-    for (const std::size_t number : group) work += 2 * half_of(number);
-    return work;
-  }
 
-  /// The first brick behind so much work.
-  [[nodiscard]] Left::const_iterator passed(Left::const_iterator next, double most_work) const {
-    double work = 0;
-    while (next != left_.end() && work + half_of(*next) < most_work) work += 2 * half_of(*next++);
-    return next;
-  }
-
-  [[nodiscard]] PartGroup take(Left::const_iterator next, double most_work) {
+  [[nodiscard]] PartGroup take(Left::const_iterator& next, WorkPlace& place) {
     const std::size_t max_bytes = volume_budget_mib(planned_.fusion.memory_budget_mib) << 20;
+    const std::size_t number = place.share_of(planned_.parts[*next]);
     PartGroup group;
     std::size_t bytes = 0, blocks = 0;
-    double work = 0;
-    while (next != left_.end() && (group.empty() || work + half_of(*next) < most_work)) {
-      const std::size_t more = planned_.parts[*next].most_bytes;
-      if (!group.empty() && bytes + more > max_bytes) break;
-      bytes += more;
+    while (next != left_.end() && place.share_of(planned_.parts[*next]) == number) {
+      const BrickPart& part = planned_.parts[*next];
+      if (!group.empty() && bytes + part.most_bytes > max_bytes) break;
+      bytes += part.most_bytes;
       blocks += estimate_.bricks[*next].blocks;
-      work += 2 * half_of(*next);
       group.push_back(*next);
+      place.pass(part);
+      work_left_ -= work_of(part);
       next = left_.erase(next);
     }
-    work_left_ -= work;
     most_blocks = std::max(most_blocks, blocks);
     return group;
   }

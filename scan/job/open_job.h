@@ -25,4 +25,22 @@ struct OpenJob {
   return static_cast<double>(count_frames(part.frames)) * static_cast<double>(part.most_bytes);
 }
 
+/// Divides bricks, one after the other, into shares with about so much work; 0: each is a share.
+class WorkPlace {
+ public:
+  explicit WorkPlace(double share_work) : share_work_(share_work) {}
+  /// The share, from 0, in which the middle of the next brick is.
+  [[nodiscard]] std::size_t share_of(const BrickPart& next) const {
+    return share_work_ > 0 ? static_cast<std::size_t>((work_ + work_of(next) / 2) / share_work_) : bricks_;
+  }
+  void pass(const BrickPart& brick) {
+    work_ += work_of(brick);
+    ++bricks_;
+  }
+
+ private:
+  double share_work_, work_ = 0;
+  std::size_t bricks_ = 0;
+};
+
 }  // namespace scanknit
