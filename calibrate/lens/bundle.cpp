@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/lens/levenberg_marquardt.h"
+
 namespace scanknit {
 namespace {
 
@@ -112,28 +114,16 @@ LensMatrix information(const LensVector& lens, const BundleView& view, FreeLens 
 }
 
 void optimise(Bundle& bundle, FreeLens free, double huber_px) {
-  constexpr int kMostSteps = 100;
-  constexpr double kConverged = 1e-12;  // of the cost
-  constexpr double kHighest = 1e12;
-  double damping = 1e-3;
-  double cost = cost_of(bundle, huber_px);
-  for (int step = 0; step < kMostSteps && damping < kHighest; ++step) {
+  const auto equations = [&](const Bundle& at) {
     std::vector<ViewEquations> all;
-    for (const BundleView& view : bundle.views) all.push_back(equations_of(bundle.lens, view, free, huber_px));
-    bool is_better = false;
-    double gained = 0;
-    while (!is_better && damping < kHighest) {
-      Bundle next = stepped(bundle, all, free, damping);
-      const double next_cost = cost_of(next, huber_px);
-      is_better = next_cost <= cost;  // false for NaN
-      damping *= is_better ? 0.1 : 10;
-      if (!is_better) continue;
-      gained = cost - next_cost;
-      bundle = std::move(next);
-      cost = next_cost;
-    }
-    if (gained <= kConverged * cost) return;
-  }
+    for (const BundleView& view : at.views) all.push_back(equations_of(at.lens, view, free, huber_px));
+    return all;
+  };
+  const auto next = [&](const Bundle& at, const std::vector<ViewEquations>& all, double damping) {
+    return stepped(at, all, free, damping);
+  };
+  descend(
+      bundle, [&](const Bundle& at) { return cost_of(at, huber_px); }, equations, next);
 }
 
 }  // namespace scanknit

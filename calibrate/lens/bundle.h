@@ -34,8 +34,8 @@ enum class FreeLens { kNone = 0, kPinhole = 4, kTwoRadial = 6, kWithoutK3 = 8, k
 /// Residuals beyond it pull no stronger than at it (Huber 1964), pixels.
 inline constexpr double kNoHuber = std::numeric_limits<double>::infinity();
 
-/// Levenberg-Marquardt (Levenberg 1944; Marquardt 1963) on the sum of squared distances between seen and projected
-/// corners. Poses are eliminated view by view (Brown 1958). Begins at the bundle's own values, in which every corner is
+/// descend() (levenberg_marquardt.h) on the sum of squared distances between seen and projected corners. Poses are
+/// eliminated view by view (Brown 1958). Begins at the bundle's own values, in which every corner is
 /// in front of the camera.
 void optimise(Bundle& bundle, FreeLens free, double huber_px = kNoHuber);
 
