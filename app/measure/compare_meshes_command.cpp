@@ -24,7 +24,7 @@ Result<void> check_units(const MeasuredMesh& mesh, const MeasuredMesh& reference
   const std::string sizes =
       fmt::format("the reference is {:.4g} times as large as the mesh ({:.4g} mm and {:.4g} mm across)", times,
                   reference_size_m * 1000, size_m * 1000);
-  if (other && !reference.is_unit_given) {
+  if (other && !reference.is_unit_given && !reference.is_unit_stated) {
     return Error{
         ErrorCode::kInput,
         fmt::format("{}: read as {}, it seems to be in {}; say --reference-unit {}, or {} if that is right, or "
@@ -33,14 +33,15 @@ Result<void> check_units(const MeasuredMesh& mesh, const MeasuredMesh& reference
                     description_of(*other).name, description_of(reference.unit).name, description_of(mesh.unit).plural),
         arguments.truth.string()};
   }
-  if (mesh_unit && !is_given) {
+  if (mesh_unit && !is_given && !mesh.is_unit_stated) {
     return Error{ErrorCode::kInput,
                  fmt::format("{}: the mesh, read as {}, seems to be in {}; say --mesh-unit {}, or {} if that is right",
                              sizes, description_of(mesh.unit).plural, description_of(*mesh_unit).plural,
                              description_of(*mesh_unit).name, description_of(mesh.unit).name),
                  arguments.mesh.string()};
   }
-  if (differ_as_inch_and_millimetre(size_m, reference_size_m) && !is_given) {
+  const bool is_stated = mesh.is_unit_stated || reference.is_unit_stated;
+  if (differ_as_inch_and_millimetre(size_m, reference_size_m) && !is_given && !is_stated) {
     return Error{ErrorCode::kInput,
                  sizes +
                      ": as if one was in inches and the other in millimetres; say both --mesh-unit and "

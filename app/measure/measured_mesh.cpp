@@ -23,10 +23,11 @@ Result<MeasuredMesh> read_measured_mesh(const std::filesystem::path& file, std::
   if (!mesh) return mesh.error();
   if (notes.has_texture_coordinates) stitch_seams(*mesh);
   drop_unused_vertices(*mesh);
-  MeasuredMesh measured{*std::move(mesh),
-                        unit.value_or(usual_unit(file)),
-                        unit.has_value() || mesh_format(file) == MeshFormat::kStep,
-                        {}};
+  MeasuredMesh measured{.mesh = *std::move(mesh),
+                        .unit = unit.value_or(usual_unit(file)),
+                        .is_unit_given = unit.has_value(),
+                        .is_unit_stated = mesh_format(file) == MeshFormat::kStep,
+                        .warnings = {}};
   for (const std::string& warning : notes.warnings) {
     measured.warnings.push_back(fmt::format("{}: {}", file.string(), warning));
   }

@@ -15,7 +15,8 @@ namespace scanknit {
 struct MeasuredMesh {
   Mesh mesh;  ///< metres, the file's axes
   MeshUnit unit = MeshUnit::kMetre;
-  bool is_unit_given = false;         ///< by the caller or, in a STEP model, by the file
+  bool is_unit_given = false;         ///< by the caller
+  bool is_unit_stated = false;        ///< by the file: STEP
   std::vector<std::string> warnings;  ///< of parts of the file that were not read
 };
 

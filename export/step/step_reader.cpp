@@ -14,7 +14,7 @@ Result<Mesh> read_step(std::string_view bytes, const Limits& limits, MeshNotes* 
   constexpr std::size_t kAnyModel = std::size_t{1} << 30;
   constexpr std::size_t kByteOfModel = 256;  // entities, shapes and triangles of one byte of text
   const ChildLimits child{.memory_bytes = kAnyModel + kByteOfModel * bytes.size(),
-                          .seconds = 60 + static_cast<double>(bytes.size()) / 1e5};
+                          .seconds = 10 + static_cast<double>(bytes.size()) / 2e4};
   const auto tried = try_in_child(
       [&]() -> Result<void> {
         const auto mesh = (*reader)->read(bytes, limits, nullptr);

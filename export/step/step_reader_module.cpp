@@ -76,6 +76,16 @@ bool append(const TopoDS_Face& face, std::vector<Eigen::Vector3f>& corners) {
   return true;
 }
 
+/// Faces that the text has and the shape has not. A shape may have more: closed faces are cut, parts are placed twice.
+std::size_t faces_missing(std::string_view text, std::size_t faces) {
+  std::size_t stated = 0;
+  for (const std::string_view kind : {"ADVANCED_FACE", "FACE_SURFACE"}) {
+    for (std::size_t at = text.find(kind); at != std::string_view::npos; at = text.find(kind, at + kind.size()))
+      ++stated;
+  }
+  return stated > faces ? stated - faces : 0;
+}
+
 Result<Mesh> mesh_of(std::string_view bytes, const Limits& limits, MeshNotes* notes) {
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));  // they write to standard output
   try {
@@ -92,8 +102,9 @@ Result<Mesh> mesh_of(std::string_view bytes, const Limits& limits, MeshNotes* no
       }
     }
     if (corners.empty()) return input_error("no face in the STEP file: expected solids, shells or faces");
+    without += faces_missing(bytes, faces);
     if (without > 0 && notes != nullptr) {
-      notes->warnings.push_back(fmt::format("{} of {} faces cannot be meshed and are left out", without, faces));
+      notes->warnings.push_back(fmt::format("{} faces of the STEP model cannot be meshed and are left out", without));
     }
     Mesh mesh = weld(corners);
     std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });

@@ -1,17 +1,10 @@
 // STEP models that Open CASCADE writes, read as meshes; and files that are none.
 #include <gtest/gtest.h>
 
-#include <BRepAlgoAPI_Cut.hxx>
-#include <BRepPrimAPI_MakeBox.hxx>
-#include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
-#include <Interface_Static.hxx>
-#include <Message.hxx>
-#include <Message_Messenger.hxx>
-#include <Message_Printer.hxx>
-#include <STEPControl_Controller.hxx>
-#include <STEPControl_Writer.hxx>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <string>
 
@@ -20,28 +13,13 @@
 #include "export/mesh/read_mesh.h"
 #include "measure/solid/volume.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/export/step_models.h"
 
 namespace scanknit {
 namespace {
 
 namespace fs = std::filesystem;
-using test::TemporaryFolder;
-
-void write_step(const TopoDS_Shape& shape, const char* unit, const fs::path& file) {
-  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
-  STEPControl_Controller::Init();
-  Interface_Static::SetCVal("write.step.unit", unit);
-  STEPControl_Writer writer;  // takes the unit as it is now
-  ASSERT_EQ(writer.Transfer(shape, STEPControl_AsIs), IFSelect_RetDone);
-  ASSERT_EQ(writer.Write(file.c_str()), IFSelect_RetDone);
-}
-
-/// A block of 60 x 40 x 20 mm with a bore of 10 mm radius through it.
-TopoDS_Shape bored_block() {
-  const TopoDS_Shape block = BRepPrimAPI_MakeBox(60, 40, 20).Shape();
-  const TopoDS_Shape bore = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(30, 20, -5), gp_Dir(0, 0, 1)), 10, 30).Shape();
-  return BRepAlgoAPI_Cut(block, bore).Shape();
-}
+using namespace test;
 
 TEST(Step, IsAClosedMeshInMillimetresWhateverItsUnit) {
   constexpr double kTrue_mm3 = 60 * 40 * 20 - std::numbers::pi * 10 * 10 * 20;
@@ -98,6 +76,23 @@ TEST(Step, ABrokenFileIsAnError) {
     EXPECT_NE(mesh.error().text().find("STEP"), std::string::npos) << mesh.error().text();
     EXPECT_NE(mesh.error().text().find(file.string()), std::string::npos) << mesh.error().text();
   }
+}
+
+TEST(Step, AFaceThatCannotBeReadIsSaid) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "block.step";
+  ASSERT_NO_FATAL_FAILURE(write_step(bored_block(), "MM", file));
+  auto text = read_text_file(file, 1u << 20);
+  ASSERT_TRUE(text);
+  const std::size_t bore = text->find(",10.)", text->find("CYLINDRICAL_SURFACE"));
+  ASSERT_NE(bore, std::string::npos);
+  text->replace(bore, 5, ",-10.)");
+  std::ofstream(file, std::ios::binary) << *text;
+  MeshNotes notes;
+  const auto mesh = read_mesh(file, {}, &notes);
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  ASSERT_EQ(notes.warnings.size(), 1U);
+  EXPECT_EQ(notes.warnings.front(), "1 faces of the STEP model cannot be meshed and are left out");
 }
 
 TEST(Step, NoChangedNumberCrashes) {
