@@ -318,7 +318,13 @@ std::optional<fs::path> find_bag(const fs::path& path, const AcquireConfig& conf
   return is_of_bags(format) ? std::optional(bag.path()) : std::nullopt;
 }
 
-Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& wanted) {
+Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const AcquireConfig& config) {
+  auto source = open_indexed(path, config);
+  if (!source) return source.error();
+  return std::unique_ptr<FrameSource>(*std::move(source));
+}
+
+Result<std::unique_ptr<IndexedSource>> open_indexed(const fs::path& path, const AcquireConfig& wanted) {
   auto good = settled(wanted);
   if (!good) return good.error();
   AcquireConfig config = *std::move(good);
@@ -350,8 +356,7 @@ Result<std::unique_ptr<FrameSource>> open_recording(const fs::path& path, const 
   }
   auto empty = read_empty_picture(config);
   if (!empty) return empty.error();
-  return std::unique_ptr<FrameSource>(
-      std::make_unique<IndexedSource>(*std::move(recording), config, *std::move(empty)));
+  return std::make_unique<IndexedSource>(*std::move(recording), config, *std::move(empty));
 }
 
 }  // namespace scanknit

@@ -41,6 +41,8 @@ struct ViewArguments {
 
 struct RunArguments {
   std::filesystem::path recording;
+  std::vector<std::filesystem::path> beside;  ///< the recordings of a rig's other cameras
+  std::optional<std::filesystem::path> rig;   ///< the file that `calibrate rig` wrote
   OutputRequest outputs;
   std::size_t from = 0;
   std::optional<std::size_t> to;

@@ -30,19 +30,6 @@ struct Estimate {
   std::vector<std::size_t> views;
 };
 
-/// The views that are not much less sharp than the sharpest tenth.
-std::vector<std::size_t> sharp_views(const std::vector<BoardView>& views) {
-  constexpr double kLeast = 0.6;
-  std::vector<double> sorted;
-  for (const BoardView& view : views) sorted.push_back(view.sharpness);
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<std::size_t> sharp;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (views[i].sharpness >= kLeast * sorted[sorted.size() * 9 / 10]) sharp.push_back(i);
-  }
-  return sharp;
-}
-
 /// From some of the views, evenly spaced.
 LensVector rough_lens(const std::vector<BundleView>& views, PictureSize size) {
   Bundle bundle;
@@ -231,10 +218,23 @@ BundleView bundle_view(const BoardView& view, const std::vector<Eigen::Vector2d>
   return result;
 }
 
+std::vector<std::size_t> sharp_views(const std::vector<BoardView>& views) {
+  constexpr double kLeast = 0.6;
+  if (views.empty()) return {};
+  std::vector<double> sorted;
+  for (const BoardView& view : views) sorted.push_back(view.sharpness);
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::size_t> sharp;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (views[i].sharpness >= kLeast * sorted[sorted.size() * 9 / 10]) sharp.push_back(i);
+  }
+  return sharp;
+}
+
 Result<CameraCalibration> calibrate_camera(const std::vector<BoardView>& views, const CalibrationTarget& target,
                                            PictureSize size) {
   CameraCalibration result;
-  if (!views.empty()) result.sharp = sharp_views(views);
+  result.sharp = sharp_views(views);
   const std::size_t sharp = result.sharp.size();
   if (sharp < kFewestViews) {
     return too_little(

@@ -49,6 +49,9 @@ struct CameraCalibration {
   double covered = 0;  ///< share of the picture's 8 x 6 parts in which a corner was seen
 };
 
+/// The views that are not much less sharp than the sharpest tenth, by their places.
+[[nodiscard]] std::vector<std::size_t> sharp_views(const std::vector<BoardView>& views);
+
 /// The fewest sharp views.
 inline constexpr std::size_t kFewestViews = 8;
 

@@ -123,10 +123,10 @@ class RecordingScan {
     may_use_bricks_ = asked != BrickSize::kOff && possible;
     if (may_use_bricks_) {
       const auto sound = TsdfVolume::create(job_.config.fusion);
-      uses_bricks_ = sound && (is_asked || !fits_into_budget(job_.input, job_.config, session_.stop()));
+      uses_bricks_ = sound && (is_asked || !fits_into_budget(job_, session_.stop()));
       return sound ? Result<void>() : sound.error();
     }
-    auto fits = check_budget(job_.input, poses, job_.config, session_.stop());
+    auto fits = check_budget(job_, poses, session_.stop());
     if (fits || fits.error().code != ErrorCode::kBudget || asked == BrickSize::kOff) return fits;
     Error error = fits.error();
     error.message += "; " + possible.error().message;
@@ -241,7 +241,7 @@ class RecordingScan {
 ScanResult scan_recording(const ScanJob& job, ScanObserver& observer, std::stop_token stop) {
   if (job.meshes_each_class) return scan_classes(job, observer, stop);
   if (job.config.acquire.geometry == Geometry::kSilhouettes) return scan_silhouettes(job, observer, stop);
-  if (is_sweep_recording(job.input, job.config.acquire)) return scan_sweeps(job, observer, stop);
+  if (!job.rig && is_sweep_recording(job.input, job.config.acquire)) return scan_sweeps(job, observer, stop);
   return RecordingScan(job, observer, stop).run();
 }
 

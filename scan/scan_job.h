@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -15,6 +16,8 @@
 
 namespace scanknit {
 
+struct Rig;  // acquire/rig/rig_config.h
+
 /// The files to write; those without a path are not made. Each is written whole or not at all.
 struct ScanFiles {
   std::vector<std::filesystem::path> meshes;  ///< .glb, .ply, .obj, .stl, .3mf; .tiles is a folder
@@ -26,6 +29,8 @@ struct ScanFiles {
 
 struct ScanJob {
   std::filesystem::path input;  ///< a recording, a volume's file, or the name of a scanner
+  /// Its recordings are scanned as one, and `input` is the first of them: acquire/rig/rig_source.h.
+  std::shared_ptr<const Rig> rig = nullptr;
   ScanConfig config;
   /// Keys of the configuration that the user asks for, "finish.max_hole": the scan warns of one that has no effect.
   std::set<std::string, std::less<>> asked_keys = {};

@@ -191,6 +191,10 @@ FrameEvent IndexedSource::next(std::stop_token stop) {
   if (stop.stop_requested() || is_at_end_ || next_ > last_) return EndOfStream{};
   const std::size_t index = next_;
   go_on();
+  return frame(index);
+}
+
+FrameEvent IndexedSource::frame(std::size_t index) {
   auto loaded = load(index);
   if (auto* drop = std::get_if<Drop>(&loaded)) {
     return FrameDropped{recording_.entries[index].sequence, drop->reason, std::move(drop->error)};

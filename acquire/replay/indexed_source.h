@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "acquire/masks/found_masks.h"
@@ -23,6 +25,14 @@ class IndexedSource final : public SkippingSource {
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] FrameEvent next(std::stop_token stop) override;
   void skip_until(const std::function<bool(std::uint64_t sequence)>& is_wanted) override;
+
+  // Out of order; `index` < info().frames.
+  [[nodiscard]] FrameEvent frame(std::size_t index);
+  [[nodiscard]] bool has_clock() const { return has_clock_; }
+  /// Nothing without a clock, and for a frame that is dropped and has none.
+  [[nodiscard]] std::optional<std::int64_t> time_of(std::size_t index) const {
+    return has_clock_ ? recording_.entries[index].timestamp_ns : std::nullopt;
+  }
 
  private:
   void go_on();
@@ -56,5 +66,9 @@ class IndexedSource final : public SkippingSource {
   std::size_t last_ = 0;  // inclusive
   bool is_at_end_ = false;
 };
+
+/// open_recording()'s.
+[[nodiscard]] Result<std::unique_ptr<IndexedSource>> open_indexed(const std::filesystem::path& path,
+                                                                  const AcquireConfig& config);
 
 }  // namespace scanknit

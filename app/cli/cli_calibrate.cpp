@@ -61,4 +61,22 @@ void add_calibrate_camera_options(CLI::App& command, CalibrateCameraArguments& c
                    "The pictures are infrared ones of the depth camera, in its size and as it sees them");
 }
 
+void add_calibrate_rig_options(CLI::App& command, CalibrateRigArguments& rig) {
+  command
+      .add_option("recordings", rig.recordings,
+                  "One of each camera, of the same time and board; the first camera is the rig")
+      ->required()
+      ->expected(2, 64)
+      ->type_name("RECORDING");
+  command.add_option("--target", rig.target, "The board, as `calibrate target` described it")
+      ->required()
+      ->type_name("TARGET.yaml");
+  command
+      .add_option("--camera", rig.cameras,
+                  "Each camera's own calibration, once for each recording in their order; default: measured here")
+      ->type_name("CAMERA.yaml")
+      ->allow_extra_args(false);
+  command.add_option("-o,--output", rig.output, "The cameras, for `run --rig`")->required()->type_name("RIG.yaml");
+}
+
 }  // namespace scanknit

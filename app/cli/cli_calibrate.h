@@ -1,4 +1,4 @@
-// The options of `calibrate target` and `calibrate camera`.
+// The options of `calibrate target`, `calibrate camera` and `calibrate rig`.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -9,5 +9,6 @@ namespace scanknit {
 
 void add_calibrate_target_options(CLI::App& command, CommandLine& line);
 void add_calibrate_camera_options(CLI::App& command, CalibrateCameraArguments& camera);
+void add_calibrate_rig_options(CLI::App& command, CalibrateRigArguments& rig);
 
 }  // namespace scanknit

@@ -59,6 +59,9 @@ void add_run(CLI::App& app, CommandLine& line) {
   command->add_option("recording", run.recording, "Folder or file of the recording")
       ->required()
       ->type_name("RECORDING");
+  command->add_option("beside", run.beside, "With --rig: the recordings of its other cameras")->type_name("RECORDING");
+  command->add_option("--rig", run.rig, "Several cameras that stand still, as `calibrate rig` found them")
+      ->type_name("RIG.yaml");
   add_output_options(*command, run.outputs);
   add_frame_options(*command, run);
   const OptionText pace = {
@@ -381,7 +384,7 @@ void add_measure(CLI::App& app, CommandLine& line) {
 }
 
 void add_calibrate(CLI::App& app, CommandLine& line) {
-  CLI::App* calibrate = app.add_subcommand("calibrate", "Measure a camera's lens with a printed board");
+  CLI::App* calibrate = app.add_subcommand("calibrate", "Measure cameras with a printed board");
   calibrate->require_subcommand(1);
   CLI::App* target = calibrate->add_subcommand("target", "Draw a board in true size, to print");
   add_calibrate_target_options(*target, line);
@@ -395,6 +398,14 @@ void add_calibrate(CLI::App& app, CommandLine& line) {
   add_common(*camera, line);
   camera->final_callback(
       [&line] { line.command = from_module(line, &SynthCommandsModule::calibrate_camera, line.calibrate_camera); });
+
+  CLI::App* rig =
+      calibrate->add_subcommand("rig", "Find where several cameras stand, by a board that moves before them");
+  add_calibrate_rig_options(*rig, line.calibrate_rig);
+  add_shorthand(*rig, line, "--format", "acquire.format", "Layout of the recordings");
+  add_common(*rig, line);
+  rig->final_callback(
+      [&line] { line.command = from_module(line, &SynthCommandsModule::calibrate_rig, line.calibrate_rig); });
 }
 
 void add_config(CLI::App& app, CommandLine& line) {

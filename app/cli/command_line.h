@@ -36,6 +36,7 @@ struct CommandLine {
   MeasureArguments measure;
   CalibrateTargetArguments calibrate_target;
   CalibrateCameraArguments calibrate_camera;
+  CalibrateRigArguments calibrate_rig;
   CompletionArguments completion;
   ManArguments man;
   std::string rules_device;

@@ -2,13 +2,13 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "app/calibrate/calibrate_arguments.h"
 #include "app/calibrate/camera_file.h"
+#include "app/calibrate/found_views.h"
 #include "app/calibrate/target_file.h"
 #include "app/exit_codes.h"
 #include "app/terminal/signals.h"
@@ -22,76 +22,6 @@ namespace scanknit {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// The views of the board in the pictures so far.
-struct FoundViews {
-  std::vector<BoardView> views;
-  PictureSize size;
-  std::array<std::size_t, 5> by_sight{};  ///< pictures, by BoardSight
-
-  [[nodiscard]] std::size_t count(BoardSight sight) const { return by_sight[static_cast<std::size_t>(sight)]; }
-};
-
-Result<void> look_at(const ColourImage& picture, const std::string& name, const CalibrationTarget& target,
-                     FoundViews& found) {
-  if (found.size.width == 0) found.size = {picture.width(), picture.height()};
-  if (picture.width() != found.size.width || picture.height() != found.size.height) {
-    return Error{ErrorCode::kInput,
-                 fmt::format("is {} x {}, the pictures before it are {} x {}; expected pictures of one camera and one "
-                             "size",
-                             picture.width(), picture.height(), found.size.width, found.size.height),
-                 name};
-  }
-  auto sighting = find_board(picture, target);
-  if (!sighting) return sighting.error();
-  ++found.by_sight[static_cast<std::size_t>(sighting->sight)];
-  if (sighting->sight == BoardSight::kSeen) {
-    found.views.push_back({name, std::move(sighting->corners), sighting->sharpness});
-  }
-  return {};
-}
-
-/// Why too few pictures show the board; nothing if enough do.
-std::optional<Error> why_unseen(const FoundViews& found, std::size_t pictures, const std::string& where) {
-  const auto refuse = [&](ErrorCode code, std::string message) { return Error{code, std::move(message), where}; };
-  const std::size_t other = found.count(BoardSight::kOther);
-  const std::size_t mirrored = found.count(BoardSight::kMirrored);
-  const std::size_t parts = found.count(BoardSight::kTooLittle);
-  if (other > found.views.size()) {
-    return refuse(ErrorCode::kInput,
-                  fmt::format("{} of {} pictures show another board than target.yaml describes: other "
-                              "tags, or in another arrangement; give the board's own file",
-                              other, pictures));
-  }
-  if (found.views.size() >= kFewestViews) return std::nullopt;
-  if (mirrored > found.views.size()) {
-    return refuse(ErrorCode::kInput, fmt::format("the board is mirrored in {} of {} pictures; expected pictures as the "
-                                                 "camera takes them, of a board that is not printed mirrored",
-                                                 mirrored, pictures));
-  }
-  if (parts > found.views.size()) {
-    return refuse(
-        ErrorCode::kTooLittle,
-        fmt::format("{} of {} pictures show fewer than {} corners of the board: it is too far away, covered or "
-                    "out of the picture; expected at least {} pictures that show more",
-                    parts, pictures, kFewestCorners, kFewestViews));
-  }
-  if (!found.views.empty()) return std::nullopt;
-  return refuse(ErrorCode::kInput,
-                fmt::format("no board is found in {} pictures; expected the board of target.yaml, in "
-                            "focus, its tags at least 20 pixels wide",
-                            pictures));
-}
-
-ScannerCamera cameras_of(const CameraCalibration& calibration, const BoardPictures& pictures, bool is_depth) {
-  ScannerCamera cameras;
-  (is_depth ? cameras.depth : cameras.colour) = calibration.camera;
-  if (const auto& depth = pictures.registered_depth; depth && !is_depth) {
-    cameras.depth =
-        CameraModel{calibration.camera.intrinsics.resized(depth->width, depth->height), calibration.camera.distortion};
-  }
-  return cameras;
-}
 
 Json model_json(const CameraModel& model) {
   const CameraIntrinsics& k = model.intrinsics;
@@ -228,9 +158,9 @@ int calibrate_camera_command(const CalibrateCameraArguments& arguments, const Co
   Console console(common.verbosity);
   FoundViews found;
   std::size_t looked_at = 0;
-  const auto take = [&](const ColourImage& picture, const std::string& name, std::size_t expected) {
-    console.progress("looking for the board", ++looked_at, std::max(looked_at, expected));
-    return look_at(picture, name, *target, found);
+  const auto take = [&](const BoardPicture& picture) {
+    console.progress("looking for the board", ++looked_at, std::max(looked_at, picture.expected));
+    return look_at(picture, *target, found);
   };
   const auto pictures = read_board_pictures(arguments.pictures, loaded->config.acquire, take, stop_on_signal.token());
   if (!pictures) return fail(pictures.error(), common);
@@ -240,7 +170,7 @@ int calibrate_camera_command(const CalibrateCameraArguments& arguments, const Co
   if (!calibration) {
     return fail({calibration.error().code, calibration.error().message, arguments.pictures.string()}, common);
   }
-  ScannerCamera cameras = cameras_of(*calibration, *pictures, arguments.is_depth);
+  ScannerCamera cameras = cameras_of(calibration->camera, *pictures, arguments.is_depth);
   std::optional<MeasuredDepth> depth;
   if (pictures->is_recording && !arguments.is_depth) {
     auto measured = measure_depth(arguments.pictures, loaded->config.acquire, *pictures, found.views, *calibration,

@@ -69,23 +69,6 @@ bool set_entry(CameraModel& model, const YamlNode& key, const YamlNode& value, c
   return number.has_value();
 }
 
-/// "expected a list of 7 numbers": metres, then a quaternion.
-std::optional<Pose> pose_of(const YamlNode& node, const YamlComplaint& complain) {
-  const auto numbers = read_numbers(node, 7, complain);
-  if (!numbers) return std::nullopt;
-  const std::vector<double>& n = *numbers;
-  const Eigen::Quaterniond turn(n[6], n[3], n[4], n[5]);
-  constexpr double kRounding = 1e-3;
-  if (!(std::abs(turn.norm() - 1) <= kRounding)) {
-    complain(node,
-             fmt::format("expected tx, ty, tz, qx, qy, qz, qw with a quaternion of length 1, got {:.6g}", turn.norm()));
-    return std::nullopt;
-  }
-  Pose pose(Eigen::Translation3d(n[0], n[1], n[2]));
-  pose.rotate(turn.normalized());
-  return pose;
-}
-
 /// columns * rows numbers, none beyond `most`.
 bool read_field(const YamlNode& node, const DepthBias& bias, double most, std::vector<double>& field,
                 const YamlComplaint& complain) {
@@ -180,7 +163,7 @@ bool set_part(ScannerCamera& camera, const YamlNode& key, const YamlNode& value,
   const auto named = [&](const YamlNode& where, const std::string& what) { complain(where, key.text + ": " + what); };
   if (key.text == "colour") return (camera.colour = sized_camera_of(value, named)).has_value();
   if (key.text == "depth") return (camera.depth = sized_camera_of(value, named)).has_value();
-  if (key.text == "T_colour_depth") return (camera.T_colour_depth = pose_of(value, named)).has_value();
+  if (key.text == "T_colour_depth") return (camera.T_colour_depth = read_pose(value, named)).has_value();
   if (key.text == "time_offset_ms") return (camera.colour_later_s = offset_of(value, named)).has_value();
   if (key.text == "depth_bias") return (camera.depth_bias = bias_of(value, named)).has_value();
   if (key.text != "serial") {
@@ -207,6 +190,22 @@ std::optional<std::vector<double>> read_numbers(const YamlNode& node, std::size_
     numbers.push_back(*number);
   }
   return numbers;
+}
+
+std::optional<Pose> read_pose(const YamlNode& node, const YamlComplaint& complain) {
+  const auto numbers = read_numbers(node, 7, complain);
+  if (!numbers) return std::nullopt;
+  const std::vector<double>& n = *numbers;
+  const Eigen::Quaterniond turn(n[6], n[3], n[4], n[5]);
+  constexpr double kRounding = 1e-3;
+  if (!(std::abs(turn.norm() - 1) <= kRounding)) {
+    complain(node,
+             fmt::format("expected tx, ty, tz, qx, qy, qz, qw with a quaternion of length 1, got {:.6g}", turn.norm()));
+    return std::nullopt;
+  }
+  Pose pose(Eigen::Translation3d(n[0], n[1], n[2]));
+  pose.rotate(turn.normalized());
+  return pose;
 }
 
 std::optional<CameraModel> checked_camera(const CameraModel& model, const YamlNode& node,

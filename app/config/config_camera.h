@@ -11,6 +11,7 @@
 
 #include "acquire/acquire_config.h"
 #include "app/config/yaml_node.h"
+#include "core/pose.h"
 
 namespace scanknit {
 
@@ -22,6 +23,9 @@ using YamlComplaint = std::function<void(const YamlNode& where, const std::strin
 /// A list of `count` finite numbers.
 [[nodiscard]] std::optional<std::vector<double>> read_numbers(const YamlNode& node, std::size_t count,
                                                               const YamlComplaint& complain);
+
+/// [tx, ty, tz, qx, qy, qz, qw]: metres, and a quaternion of length 1.
+[[nodiscard]] std::optional<Pose> read_pose(const YamlNode& node, const YamlComplaint& complain);
 
 /// `model` if it can be a camera: fx and fy not 0, width and height both or neither.
 [[nodiscard]] std::optional<CameraModel> checked_camera(const CameraModel& model, const YamlNode& node,

@@ -13,6 +13,7 @@ constexpr SynthCommandsModule kCommands = {
     .measure = with_threads<measure_command>,
     .calibrate_target = with_threads<calibrate_target_command>,
     .calibrate_camera = with_threads<calibrate_camera_command>,
+    .calibrate_rig = with_threads<calibrate_rig_command>,
 };
 
 constexpr ModuleEntry kEntry = {kVersion, &kCommands};

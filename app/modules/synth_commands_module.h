@@ -16,6 +16,7 @@ struct SynthCommandsModule {
   int (*measure)(const MeasureArguments&, const CommonArguments&);
   int (*calibrate_target)(const CalibrateTargetArguments&, const CommonArguments&);
   int (*calibrate_camera)(const CalibrateCameraArguments&, const CommonArguments&);
+  int (*calibrate_rig)(const CalibrateRigArguments&, const CommonArguments&);
 };
 
 }  // namespace scanknit

@@ -43,7 +43,8 @@ Result<BoardPictures> read_folder(const std::vector<fs::path>& files, const Limi
     if (!bytes) return bytes.error();
     const auto picture = decode_picture(*bytes, limits);
     if (!picture) return Error{picture.error().code, picture.error().message, file.string()};
-    if (auto taken = take(*picture, file.filename().string(), files.size()); !taken) return taken.error();
+    if (auto taken = take({*picture, file.filename().string(), files.size(), std::nullopt}); !taken)
+      return taken.error();
     ++result.read;
   }
   return result;
@@ -80,16 +81,17 @@ std::string board_frame_name(const Frame& frame) {
 }
 
 Result<BoardPictures> read_board_pictures(const fs::path& path, AcquireConfig acquire, const TakeBoardPicture& take,
-                                          const std::stop_token& stop) {
+                                          const std::stop_token& stop, std::size_t most) {
   acquire.poses = PoseMode::kTrack;  // keeps frames without a pose
   acquire.intrinsics.reset();
+  acquire.camera = nullptr;
   auto source = open_recording(path, as_taken(acquire));
   if (!source) {
     const auto pictures = pictures_in(path, acquire.limits);
     return pictures.empty() ? source.error() : read_folder(pictures, acquire.limits, take, stop);
   }
   const std::size_t frames = (*source)->info().frames;
-  acquire.every = std::max<std::size_t>(1, (frames + kMostBoardPictures - 1) / kMostBoardPictures);
+  acquire.every = std::max<std::size_t>(1, (frames + most - 1) / most);
   if (acquire.every > 1) source = open_recording(path, as_taken(acquire));
   if (!source) return source.error();
   BoardPictures result{.is_recording = true, .every = acquire.every};
@@ -102,8 +104,12 @@ Result<BoardPictures> read_board_pictures(const fs::path& path, AcquireConfig ac
       ++result.dropped;
       continue;
     }
-    if (result.read++ == 0) result.registered_depth = registered_depth(path, acquire, *frame);
-    auto taken = take(frame->colour->image, board_frame_name(*frame), frames / acquire.every);
+    if (result.read++ == 0) {
+      result.registered_depth = registered_depth(path, acquire, *frame);
+      result.T_colour_depth = frame->colour->T_colour_depth;
+    }
+    const auto time = frame->has_clock ? std::optional(frame->timestamp_ns) : std::nullopt;
+    auto taken = take({frame->colour->image, board_frame_name(*frame), frames / acquire.every, time, frame->sequence});
     if (!taken) return taken.error();
   }
   result.was_stopped = stop.stop_requested();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 
 #include "acquire/filter/depth_filter.h"
 #include "acquire/frame_source.h"
+#include "acquire/rig/rig_config.h"
 #include "core/files/quantity.h"
 #include "fusion/integrate/block_counter.h"
 #include "fusion/integrate/integrate.h"
@@ -19,6 +21,7 @@
 #include "scan/checks/memory_share.h"
 #include "scan/frames/frame_archive.h"
 #include "scan/frames/frame_count.h"
+#include "scan/frames/recorded_frames.h"
 
 namespace scanknit {
 namespace {
@@ -32,17 +35,18 @@ struct Selection {
 
 /// Reads some frames, evenly spread over the recording, and filters them as the run will: filters change the memory
 /// that frames need by up to a half. Calls `visit` with each frame and its pose, until it returns false.
-Selection visit_samples(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop,
-                        const std::function<bool(Frame)>& visit) {
+Selection visit_samples(const ScanJob& job, std::stop_token stop, const std::function<bool(Frame)>& visit) {
+  const ScanConfig& config = job.config;
   Selection selection;
-  const auto whole = open_recording(recording, config.acquire);
+  const auto whole = open_recorded(job, config.acquire);
   if (!whole) return selection;
   selection.of = selected_frames((*whole)->info(), config.acquire);
   AcquireConfig sparse = config.acquire;
-  const std::size_t stride = std::max<std::size_t>(1, selection.of / kSampleFrames);
+  std::size_t stride = std::max<std::size_t>(1, selection.of / kSampleFrames);
+  while (job.rig && std::gcd(stride, job.rig->cameras.size()) > 1) --stride;  // else some cameras are never asked
   selection.is_whole = stride == 1;
   sparse.every *= stride;
-  const auto source = open_recording(recording, sparse);
+  const auto source = open_recorded(job, sparse);
   if (!source) return selection;
 
   (void)for_each_frame(**source, stop, [&](Frame& frame) -> Result<Reading> {
@@ -55,9 +59,9 @@ Selection visit_samples(const std::filesystem::path& recording, const ScanConfig
 }
 
 /// Reads one frame at a time: most recordings fit, and twenty frames with their normals take 100 MB.
-bool fits_by_count(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
-  BlockCounter counter(config.fusion, volume_budget_mib(config.fusion.memory_budget_mib) << 20);
-  visit_samples(recording, config, stop, [&](const Frame& frame) {
+bool fits_by_count(const ScanJob& job, std::stop_token stop) {
+  BlockCounter counter(job.config.fusion, volume_budget_mib(job.config.fusion.memory_budget_mib) << 20);
+  visit_samples(job, stop, [&](const Frame& frame) {
     counter.add(frame, *frame.T_world_camera);
     return !counter.is_full();
   });
@@ -69,9 +73,9 @@ struct Sample {
   Selection selection;
 };
 
-Sample sample_of(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
+Sample sample_of(const ScanJob& job, std::stop_token stop) {
   Sample sample;
-  sample.selection = visit_samples(recording, config, stop, [&](Frame frame) {
+  sample.selection = visit_samples(job, stop, [&](Frame frame) {
     sample.frames.push_back(std::move(frame));
     return true;
   });
@@ -172,23 +176,23 @@ std::string advice(const Sample& sample, const FusionConfig& fusion) {
 
 }  // namespace
 
-bool fits_into_budget(const std::filesystem::path& recording, const ScanConfig& config, std::stop_token stop) {
-  return fits_by_count(recording, config, stop) || fits(sample_of(recording, config, stop).frames, config.fusion, 0);
+bool fits_into_budget(const ScanJob& job, std::stop_token stop) {
+  return fits_by_count(job, stop) || fits(sample_of(job, stop).frames, job.config.fusion, 0);
 }
 
-Result<void> check_budget(const std::filesystem::path& recording, PoseMode poses, const ScanConfig& config,
-                          std::stop_token stop) {
-  const auto volume = TsdfVolume::create(config.fusion);
+Result<void> check_budget(const ScanJob& job, PoseMode poses, std::stop_token stop) {
+  const FusionConfig& fusion = job.config.fusion;
+  const auto volume = TsdfVolume::create(fusion);
   if (!volume) return volume.error();
   if (poses == PoseMode::kTrack) return {};
-  if (fits_by_count(recording, config, stop)) return {};
-  const Sample sample = sample_of(recording, config, stop);  // kept, because several sizes are tried on it
-  if (fits(sample.frames, config.fusion, 0)) return {};
-  return Error{ErrorCode::kBudget,
-               fmt::format("this recording needs {} at {} voxels, more than fusion.memory_budget ({}); {}",
-                           budget_text(sample.frames, config.fusion), format_length(config.fusion.voxel_size_m),
-                           format_memory_mib(static_cast<std::int64_t>(config.fusion.memory_budget_mib)),
-                           advice(sample, config.fusion))};
+  if (fits_by_count(job, stop)) return {};
+  const Sample sample = sample_of(job, stop);  // kept, because several sizes are tried on it
+  if (fits(sample.frames, fusion, 0)) return {};
+  return Error{
+      ErrorCode::kBudget,
+      fmt::format("this recording needs {} at {} voxels, more than fusion.memory_budget ({}); {}",
+                  budget_text(sample.frames, fusion), format_length(fusion.voxel_size_m),
+                  format_memory_mib(static_cast<std::int64_t>(fusion.memory_budget_mib)), advice(sample, fusion))};
 }
 
 }  // namespace scanknit

@@ -15,8 +15,12 @@
 
 namespace scanknit {
 
+/// Opens the job's recording, or those of its rig, with `config` in the place of its own. Errors: those of
+/// open_recording() and open_rig().
+[[nodiscard]] Result<std::unique_ptr<FrameSource>> open_recorded(const ScanJob& job, const AcquireConfig& config);
+
 /// Opens every `every`-th of the job's frames; only those of `only`, unless it is null. Errors: those of
-/// open_recording().
+/// open_recorded().
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> open_frames(const ScanJob& job, const SequenceRanges* only = nullptr,
                                                                std::size_t every = 1);
 
@@ -27,7 +31,7 @@ struct OpenedRecording {
 };
 
 /// Opens the job's frames for the first time: warns of faults of the recording, and completes the job's configuration.
-/// Errors: those of open_recording().
+/// Errors: those of open_recorded().
 [[nodiscard]] Result<OpenedRecording> open_first(ScanJob& job, ScanSession& session);
 
 /// Reads these frames again from the recording. `job` and `only` outlive the archive.

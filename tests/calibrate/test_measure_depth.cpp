@@ -121,11 +121,11 @@ TEST(MeasureDepth, FindsWhereADepthCameraStandsBesideColour) {
   ASSERT_NO_FATAL_FAILURE(record_board(file, T_colour_depth, moved(off, T_colour_depth)));
 
   std::vector<BoardView> views;
-  const auto look = [&](const ColourImage& picture, const std::string& name, std::size_t) -> Result<void> {
-    auto sighting = find_board(picture, kSceneBoard);
+  const auto look = [&](const BoardPicture& picture) -> Result<void> {
+    auto sighting = find_board(picture.image, kSceneBoard);
     if (!sighting) return sighting.error();
     if (sighting->sight == BoardSight::kSeen)
-      views.push_back({name, std::move(sighting->corners), sighting->sharpness});
+      views.push_back({picture.name, std::move(sighting->corners), sighting->sharpness});
     return {};
   };
   const auto pictures = read_board_pictures(file, {}, look, {});
