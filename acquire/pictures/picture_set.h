@@ -39,9 +39,9 @@ struct PictureSet {
 /// color/, image/, images/ or rgb/ with a camera and trajectory.log, trajectory.json or, in TUM's format,
 /// groundtruth.txt or trajectory.txt; the same without poses. A mask is what the file names, else STEM.png or NAME.png
 /// in masks/, mask/ or silhouettes/ (or in `config.masks`, which may also be kAlphaMasks: the pictures' own alpha, or
-/// kChromaMasks, kGrabCutMasks). config.from, to and every choose some. The camera is config.intrinsics, or the colour camera of
-/// config.camera, if one of them is given. Errors (kInput): none of these; a file that cannot be read; no picture with
-/// a pose. Errors (kConfig): both cameras are given; check_cameras()'s; config.camera without colour.
+/// kChromaMasks, kGrabCutMasks). config.from, to and every choose some. The camera is config.intrinsics, or the colour
+/// camera of config.camera, if one of them is given. Errors (kInput): none of these; a file that cannot be read; no
+/// picture with a pose. Errors (kConfig): both cameras are given; check_cameras()'s; config.camera without colour.
 [[nodiscard]] Result<PictureSet> open_pictures(const std::filesystem::path& path, const AcquireConfig& config);
 
 /// A picture without lens distortion, and how much of each pixel is the thing: 0 to 255.
