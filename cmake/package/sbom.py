@@ -19,7 +19,7 @@ import sys
 APACHE = "Apache-2.0"
 # Our packages (docs/packages.md), and what of the libraries below only they use.
 OURS = {"scanknit": (), "libscanknit-dev": (), "python3-scanknit": ("pybind11-dev", "python3-dev"),
-        "scanknit-openni2": ("libopenni2-dev",)}
+        "scanknit-openni2": ("libopenni2-dev",), "scanknit-step": ("libocct-data-exchange-dev",)}
 # Debian packages that are linked with, or whose headers are compiled in: their licences as SPDX writes them.
 LIBRARIES = {
     "libboost-dev": "BSL-1.0",
@@ -36,6 +36,7 @@ LIBRARIES = {
     "libkainjow-mustache-dev": "BSL-1.0",
     "liblz4-dev": "BSD-2-Clause",
     "libmeshoptimizer-dev": "MIT",
+    "libocct-data-exchange-dev": "LGPL-2.1-only WITH OCCT-exception-1.0",
     "libopencv-dev": APACHE,
     "libopenni2-dev": APACHE,
     "libopenvdb-dev": "MPL-2.0",
