@@ -31,17 +31,10 @@ ColourPose colour_pose(const BoardView& view, const std::vector<Eigen::Vector2d>
           pose_information(lens, bundle.views.front()) / (corner_noise_px * corner_noise_px)};
 }
 
-/// The same in the depth camera's frame. A step there is a step in the colour camera's by the adjoint of T.
+/// The same in the depth camera's frame.
 ColourPose in_depth_camera(const ColourPose& colour, const Pose& T_colour_depth) {
-  const Eigen::Matrix3d& R = T_colour_depth.linear();
-  const Eigen::Vector3d& t = T_colour_depth.translation();
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  PoseMatrix adjoint = PoseMatrix::Zero();
-  adjoint.topLeftCorner<3, 3>() = R;
-  adjoint.topRightCorner<3, 3>() = cross * R;
-  adjoint.bottomRightCorner<3, 3>() = R;
-  return {T_colour_depth.inverse() * colour.T_colour_board, adjoint.transpose() * colour.information * adjoint};
+  const PoseMatrix by_step = step_seen_from(T_colour_depth);
+  return {T_colour_depth.inverse() * colour.T_colour_board, by_step.transpose() * colour.information * by_step};
 }
 
 /// Whether the plate shows at a pixel: its black part, from which nothing hangs over.

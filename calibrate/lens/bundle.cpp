@@ -92,6 +92,18 @@ Pose moved(const PoseVector& step, const Pose& pose) {
   return result;
 }
 
+PoseMatrix step_seen_from(const Pose& T_other_frame) {
+  const Eigen::Matrix3d& R = T_other_frame.linear();
+  const Eigen::Vector3d& t = T_other_frame.translation();
+  Eigen::Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  PoseMatrix m = PoseMatrix::Zero();
+  m.topLeftCorner<3, 3>() = R;
+  m.topRightCorner<3, 3>() = cross * R;
+  m.bottomRightCorner<3, 3>() = R;
+  return m;
+}
+
 std::vector<Eigen::Vector2d> residuals(const LensVector& lens, const BundleView& view) {
   std::vector<Eigen::Vector2d> result;
   result.reserve(view.board_m.size());

@@ -17,6 +17,10 @@ using PoseMatrix = Eigen::Matrix<double, 6, 6>;
 /// exp(turn), shift, after `pose`.
 [[nodiscard]] Pose moved(const PoseVector& step, const Pose& pose);
 
+/// What turns a step of a pose in one frame into the step of the same motion in another one, `T_other_frame` away: the
+/// adjoint of that.
+[[nodiscard]] PoseMatrix step_seen_from(const Pose& T_other_frame);
+
 /// One picture's corners on the board (metres, z = 0) and in the picture; both lists are of one length.
 struct BundleView {
   std::vector<Eigen::Vector2d> board_m, pixels;

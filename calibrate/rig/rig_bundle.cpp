@@ -37,22 +37,6 @@ struct Reduced {
   std::vector<Eigen::LDLT<PoseMatrix>> boards;
 };
 
-Eigen::Matrix3d cross_of(const Eigen::Vector3d& t) {
-  Eigen::Matrix3d m;
-  m << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  return m;
-}
-
-/// A step of the board in the rig's frame as a step in the camera's.
-PoseMatrix adjoint(const Pose& T_camera_rig) {
-  PoseMatrix m = PoseMatrix::Zero();
-  const Eigen::Matrix3d R = T_camera_rig.linear();
-  m.topLeftCorner<3, 3>() = R;
-  m.bottomRightCorner<3, 3>() = R;
-  m.topRightCorner<3, 3>() = cross_of(T_camera_rig.translation()) * R;
-  return m;
-}
-
 /// Which numbers of a camera are free.
 Eigen::Array<bool, kRigNumbers, 1> free_of(const RigBundle& bundle, std::size_t camera) {
   Eigen::Array<bool, kRigNumbers, 1> free;
@@ -79,7 +63,7 @@ void add_sighting(const RigBundle& bundle, const RigMoment& moment, const RigSig
                   RigEquations& all, MomentEquations& own) {
   const RigBundleCamera& camera = bundle.cameras[sighting.camera];
   const auto free = free_of(bundle, sighting.camera);
-  const PoseMatrix by_board_step = adjoint(camera.T_camera_rig);
+  const PoseMatrix by_board_step = step_seen_from(camera.T_camera_rig);
   const Pose T_camera_board = camera.T_camera_rig * moment.T_rig_board;
   CameraMatrix& matrix = all.cameras[sighting.camera];
   CameraVector& pull = all.pulls[sighting.camera];
