@@ -104,7 +104,7 @@ Result<Mesh> mesh_of(std::string_view bytes, const Limits& limits, MeshNotes* no
     if (corners.empty()) return input_error("no face in the STEP file: expected solids, shells or faces");
     without += faces_missing(bytes, faces);
     if (without > 0 && notes != nullptr) {
-      notes->warnings.push_back(fmt::format("{} faces of the STEP model cannot be meshed and are left out", without));
+      notes->warnings.push_back(fmt::format("faces of the STEP model that cannot be meshed are left out: {}", without));
     }
     Mesh mesh = weld(corners);
     std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });

@@ -92,7 +92,7 @@ TEST(Step, AFaceThatCannotBeReadIsSaid) {
   const auto mesh = read_mesh(file, {}, &notes);
   ASSERT_TRUE(mesh) << mesh.error().text();
   ASSERT_EQ(notes.warnings.size(), 1U);
-  EXPECT_EQ(notes.warnings.front(), "1 faces of the STEP model cannot be meshed and are left out");
+  EXPECT_EQ(notes.warnings.front(), "faces of the STEP model that cannot be meshed are left out: 1");
 }
 
 TEST(Step, NoChangedNumberCrashes) {
