@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <ctime>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -221,10 +220,6 @@ Result<JobCosts> measure_costs(const OpenJob& job, const ScanJob& join, const fs
   if (auto read = calibration.read_frames(); !read) return read.error();
   if (auto fused = calibration.fuse_bricks(); !fused) return fused.error();
   return calibration.join_bricks();
-}
-
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
 }  // namespace scanknit

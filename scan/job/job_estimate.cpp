@@ -1,6 +1,7 @@
 #include "scan/job/job_estimate.h"
 
 #include <algorithm>
+#include <ctime>
 #include <map>
 #include <queue>
 #include <set>
@@ -175,6 +176,10 @@ JobEstimate estimate(const PlannedScan& planned, const JobCosts& costs, std::siz
   all.join_mib = costs.process_mib + all.triangles * kJoinBytesPerTriangle / kMebibyteBytes;
   all.folder_bytes = brick_bytes;
   return all;
+}
+
+double processor_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
 Result<JobEstimate> estimate_job(const std::filesystem::path& folder, const EstimateRequest& request,

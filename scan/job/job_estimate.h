@@ -47,7 +47,7 @@ struct JobEstimate {
 /// The estimate for so many workers, each of which knows how many there are; 0: they do not, and take single bricks.
 [[nodiscard]] JobEstimate estimate(const PlannedScan& planned, const JobCosts& costs, std::size_t workers);
 
-/// That this process spent so far.
+/// What this process spent so far.
 [[nodiscard]] double processor_seconds();
 
 struct EstimateRequest {
@@ -58,8 +58,8 @@ struct EstimateRequest {
   double process_s = 0;  ///< of them, to start the process
 };
 
-/// Measures what some frames and bricks of the job take on this machine: about an eighth of the work, at most eight
-/// bricks. Errors: those of work_on_job() and join_job(); kInput when a stop was requested.
+/// Measures what some frames and bricks of the job take on this machine: about forty of its frames, and an eighth of
+/// its bricks, 3 to 16. Errors: those of work_on_job() and join_job(); kInput when a stop was requested.
 [[nodiscard]] Result<JobEstimate> estimate_job(const std::filesystem::path& folder, const EstimateRequest& request,
                                                ScanObserver& observer, std::stop_token stop = {});
 
